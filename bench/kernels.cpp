@@ -1,0 +1,76 @@
+// Microbenchmarks of the runtime's kernels, each beside a memcpy of the bytes that it reads.
+#include <benchmark/benchmark.h>
+
+#include <cstring>
+#include <new>
+#include <vector>
+
+#include "runtime/src/field_kernel.hpp"
+
+namespace {
+
+using palpate::pack::kPanelRows;
+
+// Coefficients of `panels` panels of `terms` columns, on cache lines.
+struct Coefficients {
+  Coefficients(size_t panels, size_t terms)
+      : count(panels * terms * kPanelRows),
+        values(static_cast<float*>(::operator new(count * sizeof(float), std::align_val_t(64)))) {
+    for (size_t i = 0; i < count; ++i) values[i] = static_cast<float>(i % 17) * 0.1f;
+  }
+  ~Coefficients() { ::operator delete(values, std::align_val_t(64)); }
+  Coefficients(const Coefficients&) = delete;
+  Coefficients& operator=(const Coefficients&) = delete;
+  size_t count;
+  float* values;
+};
+
+void field(benchmark::State& state, palpate::AddColumns add_columns) {
+  const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
+  const auto terms = static_cast<uint32_t>(state.range(1));
+  const Coefficients coefficients(panels, terms);
+  const std::vector<float> weights(terms, 0.5f);
+  alignas(64) float sum[kPanelRows];
+  for (auto _ : state) {
+    for (size_t panel = 0; panel < panels; ++panel) {
+      std::memset(sum, 0, sizeof sum);
+      add_columns(coefficients.values + panel * terms * kPanelRows, kPanelRows, weights.data(), terms, sum);
+      benchmark::DoNotOptimize(sum);
+    }
+  }
+  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) *
+                          static_cast<int64_t>(coefficients.count * sizeof(float)));
+}
+
+void field_fastest(benchmark::State& state) {
+  field(state, palpate::choose_add_columns());
+}
+void field_scalar(benchmark::State& state) {
+  field(state, palpate::add_columns_scalar);
+}
+
+void copy_of_same_bytes(benchmark::State& state) {
+  const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
+  const Coefficients from(panels, static_cast<size_t>(state.range(1)));
+  const Coefficients to(panels, static_cast<size_t>(state.range(1)));
+  for (auto _ : state) {
+    std::memcpy(to.values, from.values, from.count * sizeof(float));
+    benchmark::ClobberMemory();
+  }
+  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) *
+                          static_cast<int64_t>(from.count * sizeof(float)));
+}
+
+// Rows shown (3 a node) and columns: one held node of linear_dd, a patch of 7, polynomials of degree 3 and 5.
+void shapes(benchmark::internal::Benchmark* bench) {
+  bench->ArgNames({"rows", "columns"});
+  for (const int rows : {960, 4800, 9600}) {
+    for (const int columns : {3, 21, 19, 55}) bench->Args({rows, columns});
+  }
+}
+
+}  // namespace
+
+BENCHMARK(field_fastest)->Apply(shapes);
+BENCHMARK(field_scalar)->Apply(shapes);
+BENCHMARK(copy_of_same_bytes)->Apply(shapes);

@@ -1,0 +1,16 @@
+# What every target of Palpate is compiled with. Third-party headers come in as SYSTEM (imported targets).
+function(palpate_target name)
+  target_compile_options(${name} PRIVATE
+    -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Werror
+    # A product and a sum are contracted to one rounding only where the code says fma: the same source then gives
+    # the same bits at any optimisation level, which replay and byte-identical packs rest on.
+    -ffp-contract=off)
+  if(NOT PALPATE_SIMD)
+    target_compile_definitions(${name} PRIVATE PALPATE_SCALAR_ONLY)
+  endif()
+  if(PALPATE_SANITIZE)
+    target_compile_options(${name} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+                           -fno-omit-frame-pointer)
+    target_link_options(${name} PRIVATE -fsanitize=address,undefined)
+  endif()
+endfunction()

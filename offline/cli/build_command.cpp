@@ -1,0 +1,202 @@
+// palpate build: the main job. Scene and model in, a pack with its measured errors out.
+#include <cblas.h>
+#include <fmt/core.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "offline/cli/commands.hpp"
+#include "offline/cli/opened_pack.hpp"
+#include "offline/cli/progress_bar.hpp"
+#include "offline/cli/survey_table.hpp"
+#include "offline/output/finished_file.hpp"
+
+namespace palpate {
+namespace {
+
+struct BuildArguments {
+  std::filesystem::path scene;
+  std::filesystem::path pack;
+  int jobs = 0;
+  bool json = false;
+};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<char> fixed_dofs(const Model& model) {
+  std::vector<char> fixed(static_cast<size_t>(model.num_dofs()), 0);
+  for (const PrescribedDisplacement& held : model.fixed)
+    fixed[static_cast<size_t>(3 * held.node + held.axis)] = 1;
+  return fixed;
+}
+
+// What is about to be done, and about how long it takes: a full solve near its neighbour costs two to three
+// factors.
+void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
+                const SamplingPlan& plan) {
+  StaticSolver solver(assembly);
+  const Clock::time_point start = Clock::now();
+  const bool factored =
+      solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
+  const double factor_seconds = factored ? seconds_since(start) : 0;
+  const int solves_per_site = (scene.polynomial ? plan.samples : 0) + plan.survey_samples;
+  const double solves = static_cast<double>(solves_per_site) * static_cast<double>(sites.sites.size());
+  constexpr double kFactorsPerSolve = 2.2;
+  const double bytes = estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(),
+                                           sites.sites.size(), scene.linear, scene.polynomial, plan.degree);
+  fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
+             model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
+             sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
+             scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
+  fmt::print("estimate   {:.0f} nonlinear solves, about {:.0f} s on {} threads; pack about {:.1f} MB\n",
+             solves, kFactorsPerSolve * solves * factor_seconds / plan.jobs, plan.jobs, bytes / 1e6);
+}
+
+// The errors of the real runtime, in its own precision, on a pack that is complete but for them.
+std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results) {
+  const AlignedBytes bytes = write_pack(content);
+  const OpenedPack opened(bytes);
+  std::vector<SurveySample> samples;
+  for (const SiteResult& result : results)
+    samples.insert(samples.end(), result.survey.begin(), result.survey.end());
+  std::vector<ModelSurvey> surveys;
+  const auto survey = [&](SurveyedModel name, pal_model model) {
+    ModelUnitSession session(opened, model, 1, 0);
+    surveys.push_back(
+        {name,
+         survey_errors(samples, content.scene.max_displacement, [&](size_t site, const Eigen::Vector3d& d) {
+           const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}};
+           const pal_contact_result result = session.haptic_frame({&contact, 1}).front();
+           return Answer{session.visual_frame(), Eigen::Vector3d(result.force)};
+         })});
+  };
+  if (content.linear != nullptr) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
+  if (content.polynomials != nullptr) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
+  return surveys;
+}
+
+void save(const AlignedBytes& bytes, const std::filesystem::path& file) {
+  write_finished_file(file, [&](const std::filesystem::path& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.bytes().data()),
+                 static_cast<std::streamsize>(bytes.bytes().size()));
+    stream.close();
+    if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  });
+}
+
+int run_build(const BuildArguments& arguments) {
+  const Clock::time_point start = Clock::now();
+  const auto [scene, model] = read_scene(arguments.scene);
+  for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  SamplingPlan plan;
+  plan.jobs = arguments.jobs > 0 ? arguments.jobs
+                                 : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  openblas_set_num_threads(1);  // the threads are the sites'
+  const ContactSites sites = find_contact_sites(scene, model);
+  const Assembly assembly(model, fixed_dofs(model));
+  if (!arguments.json) print_plan(model, scene, sites, assembly, plan);
+
+  LinearDd linear;
+  {
+    ProgressBar bar("linear_dd", static_cast<int>(3 * sites.contact_nodes.size()));
+    linear = compute_linear_dd(assembly, sites, [&](int done, int) { bar.show(done); });
+  }
+  std::vector<SiteResult> results;
+  {
+    ProgressBar bar("sampling sites", static_cast<int>(sites.sites.size()));
+    results = sample_sites(assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); });
+  }
+
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, {describe_input(scene.file)}, {}};
+  for (const std::string& file : model.files) content.inputs.push_back(describe_input(file));
+  if (scene.linear) content.linear = &linear;
+  if (scene.polynomial) content.polynomials = &results;
+  content.surveys = survey_models(content, results);
+  const AlignedBytes bytes = write_pack(content);
+  save(bytes, arguments.pack);
+  const double seconds = seconds_since(start);
+
+  const OpenedPack opened(bytes);
+  SolveCounts counts;
+  double min_jacobian = 1;
+  int shortened = 0;
+  for (const SiteResult& result : results) {
+    counts.solves += result.counts.solves;
+    counts.iterations += result.counts.iterations;
+    counts.factorizations += result.counts.factorizations;
+    min_jacobian = std::min(min_jacobian, result.min_jacobian);
+    if (scene.polynomial && result.polynomial.radius < scene.max_displacement) ++shortened;
+  }
+  const SurveyTable& best = content.surveys.back().table;
+  const bool on_target = best.overall.displacement.p95 <= scene.accuracy_target;
+  if (arguments.json) {
+    fmt::print("{}\n", nlohmann::json{{"pack", arguments.pack.string()},
+                                      {"bytes", bytes.bytes().size()},
+                                      {"seconds", seconds},
+                                      {"sites", sites.sites.size()},
+                                      {"solves", counts.solves},
+                                      {"iterations", counts.iterations},
+                                      {"factorizations", counts.factorizations},
+                                      {"min_J", min_jacobian},
+                                      {"sites_with_smaller_domain", shortened},
+                                      {"target_met", on_target},
+                                      {"errors", survey_json(opened.tables())}}
+                           .dump(2));
+  } else {
+    fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
+               counts.solves, counts.iterations, counts.factorizations, min_jacobian);
+    fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n\n{}\n", arguments.pack.string(),
+               static_cast<double>(bytes.bytes().size()) / 1e6, seconds, survey_text(opened.tables()));
+  }
+  if (shortened > 0) {
+    fmt::print(
+        stderr,
+        "{}: the solver did not reach max_displacement at {} of {} sites; their sampled domain is smaller\n",
+        scene.file.string(), shortened, sites.sites.size());
+  }
+  if (!on_target) {
+    fmt::print(
+        stderr,
+        "{}: the p95 displacement error is {:.3g} % over the survey, above the target of {:.3g} %; reduce "
+        "max_displacement or raise [accuracy] target\n",
+        scene.file.string(), 100 * best.overall.displacement.p95, 100 * scene.accuracy_target);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_build_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<BuildArguments>();
+  CLI::App* command = app.add_subcommand("build", "Build an asset pack from a scene");
+  command->footer(
+      "Solves the organ's nonlinear response at every contact site, fits it, measures the error of the fit "
+      "at displacements\n"
+      "it has not seen, and writes everything the runtime needs as one file. The file appears whole or not "
+      "at all.\n\n"
+      "Example: palpate build models/brain/brain.toml -o brain.pack");
+  command
+      ->add_option("SCENE.toml", arguments->scene,
+                   "Scene file: model, contact sites, how far they are pushed")
+      ->required();
+  command->add_option("-o,--output", arguments->pack, "Pack to write")->required();
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "Threads; default: one for each core. The pack does not depend on it")
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--json", arguments->json, "Print the result as JSON");
+  command->callback([arguments, &exit_code] { exit_code = run_build(*arguments); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,18 @@
+// The commands of the program. Each adds itself to the command line and, when chosen, runs and leaves its
+// exit code: 0 done, 1 the input cannot be used, 2 the computation did not converge. Errors are exceptions;
+// main prints their line.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace palpate {
+
+void add_solve_command(CLI::App& app, int& exit_code);
+void add_build_command(CLI::App& app, int& exit_code);
+void add_info_command(CLI::App& app, int& exit_code);
+void add_verify_command(CLI::App& app, int& exit_code);
+void add_eval_command(CLI::App& app, int& exit_code);
+void add_picture_command(CLI::App& app, int& exit_code);
+void add_bench_command(CLI::App& app, int& exit_code);
+
+}  // namespace palpate

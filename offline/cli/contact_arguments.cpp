@@ -1,0 +1,94 @@
+#include "offline/cli/contact_arguments.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+// "7=0,0,-5" -> label 7, displacement (0, 0, -5).
+std::pair<int, Eigen::Vector3d> parse_contact(const std::string& text) {
+  const auto refuse = [&]() -> std::runtime_error {
+    return std::runtime_error(
+        fmt::format("--contact {}: expected NODE=dx,dy,dz, for example 7=0,0,-5", text));
+  };
+  int label = 0;
+  Eigen::Vector3d displacement;
+  const char* place = text.data();
+  const char* const end = text.data() + text.size();
+  std::from_chars_result result = std::from_chars(place, end, label);
+  if (result.ec != std::errc()) throw refuse();
+  place = result.ptr;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (place == end || *place++ != (axis == 0 ? '=' : ',')) throw refuse();
+    if (place != end && *place == '+') ++place;
+    result = std::from_chars(place, end, displacement[axis]);
+    if (result.ec != std::errc() || !std::isfinite(displacement[axis])) throw refuse();
+    place = result.ptr;
+  }
+  if (place != end) throw refuse();
+  return {label, displacement};
+}
+
+}  // namespace
+
+void add_contact_options(CLI::App& command, ContactArguments& arguments) {
+  command
+      .add_option("--contact", arguments.contacts,
+                  "NODE=dx,dy,dz: move the patch of a site (label in the model file)")
+      ->type_name("NODE=dx,dy,dz")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command.add_option("--fix", arguments.fixed, "Fix a contact node while running (linear model only)")
+      ->type_name("NODE")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command.add_option("--model", arguments.model, "auto, linear or polynomial; default auto")
+      ->check(CLI::IsMember({"auto", "linear", "polynomial"}));
+}
+
+ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
+  ContactAnswer answer;
+  for (const std::string& text : arguments.contacts) {
+    const auto [label, displacement] = parse_contact(text);
+    pal_contact contact = {};
+    if (opened.pack().find_site(label, contact.site) != PAL_STATUS_OK) {
+      throw std::runtime_error(fmt::format(
+          "--contact {}: node {} is not a contact site of this pack; `palpate info --json` lists them", text,
+          label));
+    }
+    for (int axis = 0; axis < 3; ++axis) contact.displacement[axis] = displacement[axis];
+    answer.labels.push_back(label);
+    answer.contacts.push_back(contact);
+  }
+  std::vector<std::uint32_t> fixed;
+  for (const int label : arguments.fixed) {
+    std::uint32_t node = 0;
+    if (pal_pack_find_contact_node(opened.pack().get(), label, &node) != PAL_STATUS_OK) {
+      throw std::runtime_error(
+          fmt::format("--fix {}: only nodes of contact patches can be fixed at run time; `palpate info "
+                      "--json` lists them",
+                      label));
+    }
+    fixed.push_back(node);
+  }
+  const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
+                          : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
+                                                            : PAL_MODEL_AUTO;
+  const auto count = static_cast<std::uint32_t>(answer.contacts.size());
+  if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty())) {
+    throw std::runtime_error("--model polynomial answers one contact and no --fix; use auto or linear");
+  }
+  ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
+  session.fix(fixed);
+  answer.results = session.haptic_frame(answer.contacts);
+  answer.field = session.visual_frame();
+  return answer;
+}
+
+}  // namespace palpate

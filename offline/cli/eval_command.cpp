@@ -1,0 +1,171 @@
+// palpate eval: one answer of the real runtime, and how it compares with a full solve of the same push.
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <unordered_map>
+
+#include "offline/cli/commands.hpp"
+#include "offline/cli/contact_arguments.hpp"
+#include "offline/cli/nodal_table.hpp"
+
+namespace palpate {
+namespace {
+
+struct EvalArguments {
+  std::filesystem::path pack;
+  ContactArguments contacts;
+  std::filesystem::path output;
+  std::filesystem::path reference;
+  bool json = false;
+};
+
+// What a full solve says of the same push.
+struct Reference {
+  std::vector<Eigen::Vector3d> forces;  // of each contact, summed over its patch
+  double largest_displacement = 0;
+  double displacement_error = 0;  // of the runtime, as in the survey
+};
+
+Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const std::filesystem::path& file) {
+  std::unordered_map<int, NodalRow> rows;
+  for (const NodalRow& row : read_nodal_table(file)) rows.emplace(row.label, row);
+  const auto row_of = [&](int label) -> const NodalRow& {
+    const auto found = rows.find(label);
+    if (found == rows.end())
+      throw std::runtime_error(
+          fmt::format("{}: node {} of the pack is not in it; is it of another model?", file.string(), label));
+    return found->second;
+  };
+  const pal_geometry geometry = opened.pack().geometry();
+  Reference reference;
+  double push = 0;
+  for (size_t c = 0; c < answer.contacts.size(); ++c) {
+    const Eigen::Vector3d d(answer.contacts[c].displacement);
+    push = std::max(push, d.norm());
+    const pack::ContactSites& sites = *opened.tables().sites();
+    const std::uint32_t site = answer.contacts[c].site;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (std::uint32_t i = opened.segment(*sites.patch_starts())[site];
+         i < opened.segment(*sites.patch_starts())[site + 1]; ++i) {
+      const std::uint32_t packed =
+          opened.segment(*sites.contact_nodes())[opened.segment(*sites.patch_nodes())[i]];
+      const NodalRow& row = row_of(geometry.labels[packed]);
+      if ((row.displacement - d).norm() > 1e-6 * d.norm()) {
+        throw std::runtime_error(fmt::format(
+            "{}: node {} of the patch of contact {} is displaced otherwise; it is not the same push",
+            file.string(), row.label, answer.labels[c]));
+      }
+      if (row.force) force += *row.force;
+    }
+    reference.forces.push_back(force);
+  }
+  for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {
+    const NodalRow& row = row_of(geometry.labels[i]);
+    reference.largest_displacement = std::max(reference.largest_displacement, row.displacement.norm());
+    reference.displacement_error =
+        std::max(reference.displacement_error, (answer.field.segment<3>(3 * i) - row.displacement).norm());
+  }
+  if (push > 0) reference.displacement_error /= push;
+  return reference;
+}
+
+double largest_displacement(const Eigen::VectorXd& field) {
+  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
+}
+
+nlohmann::json answer_json(const ContactAnswer& answer) {
+  nlohmann::json contacts = nlohmann::json::array();
+  for (size_t c = 0; c < answer.results.size(); ++c) {
+    const pal_contact_result& result = answer.results[c];
+    contacts.push_back(
+        {{"node", answer.labels[c]},
+         {"displacement", answer.contacts[c].displacement},
+         {"force", result.force},
+         {"stiffness", result.stiffness},
+         {"model", model_name(result.model)},
+         {"error_estimate", {{"displacement", result.displacement_error}, {"force", result.force_error}}},
+         {"flags", flag_names(result.flags)}});
+  }
+  return {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
+}
+
+void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
+  const std::string length = opened.length_unit();
+  for (size_t c = 0; c < answer.results.size(); ++c) {
+    const pal_contact_result& result = answer.results[c];
+    const Eigen::Vector3d force(result.force);
+    fmt::print(
+        "contact {}: model {}, force ({:.6g}, {:.6g}, {:.6g}) {}, size {:.6g}; estimated error: displacement "
+        "{:.2g} %, force {:.2g} %",
+        answer.labels[c], model_name(result.model), force[0], force[1], force[2], opened.force_unit(),
+        force.norm(), 100 * result.displacement_error, 100 * result.force_error);
+    if (result.flags != 0) fmt::print("; {}", fmt::join(flag_names(result.flags), ", "));
+    fmt::print("\n");
+  }
+  fmt::print("largest displacement {:.6g} {}\n", largest_displacement(answer.field), length);
+}
+
+int run_eval(const EvalArguments& arguments) {
+  const OpenedPack opened(arguments.pack);
+  const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
+  if (!arguments.output.empty()) {
+    const pal_geometry geometry = opened.pack().geometry();
+    std::vector<NodalRow> rows;
+    for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {
+      rows.push_back({geometry.labels[i],
+                      Eigen::Map<const Eigen::Vector3d>(geometry.positions + 3 * i),
+                      answer.field.segment<3>(3 * i),
+                      {}});
+    }
+    write_nodal_table(arguments.output, rows);
+  }
+  nlohmann::json json = answer_json(answer);
+  if (!arguments.json) print_answer(opened, answer);
+  if (!arguments.reference.empty()) {
+    const Reference reference = compare(opened, answer, arguments.reference);
+    for (size_t c = 0; c < answer.results.size(); ++c) {
+      const Eigen::Vector3d& truth = reference.forces[c];
+      const double error = (Eigen::Vector3d(answer.results[c].force) - truth).norm() / truth.norm();
+      json["contacts"][c]["reference"] = {{"force", {truth[0], truth[1], truth[2]}}, {"force_error", error}};
+      if (!arguments.json) {
+        fmt::print("full solve {}: force ({:.6g}, {:.6g}, {:.6g}) {}, size {:.6g}; force error {:.3g} %\n",
+                   answer.labels[c], truth[0], truth[1], truth[2], opened.force_unit(), truth.norm(),
+                   100 * error);
+      }
+    }
+    json["reference"] = {{"largest_displacement", reference.largest_displacement},
+                         {"displacement_error", reference.displacement_error}};
+    if (!arguments.json) {
+      fmt::print(
+          "full solve: largest displacement {:.6g} {}; displacement error {:.3g} % of the push, anywhere "
+          "shown\n",
+          reference.largest_displacement, opened.length_unit(), 100 * reference.displacement_error);
+    }
+  }
+  if (arguments.json) fmt::print("{}\n", json.dump(2));
+  return 0;
+}
+
+}  // namespace
+
+void add_eval_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<EvalArguments>();
+  CLI::App* command = app.add_subcommand("eval", "Answer one touch through the real runtime, from rest");
+  command->footer(
+      "Lengths and forces are in the model's units; the force is what the outside must apply to the "
+      "tissue.\n\n"
+      "Example: palpate eval brain.pack --contact 812=0,0,-8 --json");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  add_contact_options(*command, arguments->contacts);
+  command->add_option("-o,--output", arguments->output,
+                      "CSV of the shown nodes' displacements, as `solve` writes");
+  command->add_option("--reference", arguments->reference,
+                      "stepN.csv of a `solve` of the same push: print its answer beside");
+  command->add_flag("--json", arguments->json, "Print the answer as JSON");
+  command->callback([arguments, &exit_code] { exit_code = run_eval(*arguments); });
+}
+
+}  // namespace palpate

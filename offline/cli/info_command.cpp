@@ -1,0 +1,157 @@
+// palpate info and palpate verify: what is in a pack, and whether a runtime would open it.
+#include <fmt/core.h>
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "offline/cli/commands.hpp"
+#include "offline/cli/opened_pack.hpp"
+#include "offline/cli/survey_table.hpp"
+
+namespace palpate {
+namespace {
+
+struct InfoArguments {
+  std::filesystem::path pack;
+  bool json = false;
+};
+
+size_t default_arena_bytes(const OpenedPack& opened) {
+  const pal_session_config config = pal_default_session_config(opened.pack().get());
+  size_t bytes = 0;
+  require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
+  return bytes;
+}
+
+size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
+  if (model == pack::ResponseModel::linear_dd) {
+    return tables.linear_dd()->contact_compliance()->bytes() +
+           tables.linear_dd()->field_compliance()->bytes();
+  }
+  const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
+  return polynomial.radii()->bytes() + polynomial.energy()->bytes() + polynomial.field()->bytes();
+}
+
+nlohmann::json sites_json(const OpenedPack& opened) {
+  const pack::ContactSites& sites = *opened.tables().sites();
+  const std::span<const std::uint32_t> starts = opened.segment(*sites.patch_starts());
+  const std::span<const std::uint32_t> members = opened.segment(*sites.patch_nodes());
+  const std::span<const std::uint32_t> contact_nodes = opened.segment(*sites.contact_nodes());
+  const std::int32_t* labels = opened.pack().geometry().labels;
+  nlohmann::json list = nlohmann::json::array();
+  for (size_t site = 0; site < sites.num_sites(); ++site) {
+    nlohmann::json patch = nlohmann::json::array();
+    for (std::uint32_t i = starts[site]; i < starts[site + 1]; ++i)
+      patch.push_back(labels[contact_nodes[members[i]]]);
+    list.push_back({{"node", opened.label_of_site(site)}, {"patch", patch}});
+  }
+  return list;
+}
+
+int run_info(const InfoArguments& arguments) {
+  const OpenedPack opened(arguments.pack);
+  const pack::Pack& tables = opened.tables();
+  const pal_pack_info info = opened.info();
+  const pack::Geometry& geometry = *tables.geometry();
+  if (arguments.json) {
+    nlohmann::json inputs = nlohmann::json::array();
+    for (const pack::InputFile* input : *tables.inputs()) {
+      inputs.push_back({{"name", input->name()->str()}, {"xxh3_128", input->xxh3_128()->str()}});
+    }
+    nlohmann::json models = nlohmann::json::object();
+    for (const pack::FrameCost* cost : *tables.costs()) {
+      models[pack::EnumNameResponseModel(cost->model())] = {{"bytes", model_bytes(tables, cost->model())},
+                                                            {"force_operations", cost->force_operations()},
+                                                            {"force_bytes", cost->force_bytes()},
+                                                            {"field_operations", cost->field_operations()},
+                                                            {"field_bytes", cost->field_bytes()}};
+    }
+    if (tables.polynomial_dd() != nullptr)
+      models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
+    fmt::print("{}\n",
+               nlohmann::json{{"tool_version", tables.tool_version()->str()},
+                              {"bytes", opened.num_bytes()},
+                              {"arena_bytes", default_arena_bytes(opened)},
+                              {"inputs", inputs},
+                              {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
+                              {"model_nodes", geometry.num_model_nodes()},
+                              {"model_elements", geometry.num_model_elements()},
+                              {"packed_nodes", geometry.num_nodes()},
+                              {"triangles", geometry.num_triangles()},
+                              {"mean_surface_edge", geometry.mean_surface_edge()},
+                              {"contact_nodes", info.num_contact_nodes},
+                              {"tip_radius", tables.sites()->tip_radius()},
+                              {"max_displacement", tables.sites()->max_displacement()},
+                              {"max_contacts", info.max_contacts},
+                              {"directions", tables.sites()->inward_only() ? "inward" : "all"},
+                              {"models", models},
+                              {"errors", survey_json(tables)},
+                              {"sites", sites_json(opened)}}
+                   .dump(2));
+    return 0;
+  }
+  const std::string length = opened.length_unit().empty() ? "" : " " + opened.length_unit();
+  fmt::print("{}: built by Palpate {}\n", arguments.pack.string(), tables.tool_version()->str());
+  for (const pack::InputFile* input : *tables.inputs())
+    fmt::print("  input          {} (XXH3-128 {})\n", input->name()->str(), input->xxh3_128()->str());
+  fmt::print("  size           {:.2f} MB; a session's arena takes {} bytes\n",
+             static_cast<double>(opened.num_bytes()) / 1e6, default_arena_bytes(opened));
+  if (opened.length_unit().empty()) {
+    fmt::print("  units          not stated: the runtime speaks the model's own\n");
+  } else {
+    fmt::print("  units          {} and {} in the model; the runtime speaks m and N\n", opened.length_unit(),
+               opened.force_unit());
+  }
+  fmt::print("  organ          {} nodes, {} elements; {} nodes and {} triangles shown; h = {:.4g}{}\n",
+             geometry.num_model_nodes(), geometry.num_model_elements(), geometry.num_nodes(),
+             geometry.num_triangles(), geometry.mean_surface_edge(), length);
+  fmt::print(
+      "  contacts       {} sites, patches of up to {} nodes (tip radius {:.4g}{}), |d| to {:.4g}{}, {} at "
+      "once\n",
+      info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
+      tables.sites()->max_displacement(), length, info.max_contacts);
+  for (const pack::FrameCost* cost : *tables.costs()) {
+    fmt::print("  {:<14} {:.2f} MB; worst frame: force {} multiply-adds, {} bytes read; field {} and {}\n",
+               pack::EnumNameResponseModel(cost->model()),
+               static_cast<double>(model_bytes(tables, cost->model())) / 1e6, cost->force_operations(),
+               cost->force_bytes(), cost->field_operations(), cost->field_bytes());
+  }
+  fmt::print("\n{}", survey_text(tables));
+  return 0;
+}
+
+int run_verify(const InfoArguments& arguments) {
+  const OpenedPack opened(arguments.pack);
+  if (arguments.json) {
+    fmt::print(
+        "{}\n",
+        nlohmann::json{{"pack", arguments.pack.string()}, {"bytes", opened.num_bytes()}, {"valid", true}}
+            .dump());
+  } else {
+    fmt::print("{}: sound ({} bytes)\n", arguments.pack.string(), opened.num_bytes());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command =
+      app.add_subcommand("info", "Print what is in a pack: models, sites, bytes, errors, costs, inputs");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->add_flag("--json", arguments->json, "Print as JSON, with every site and its patch");
+  command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
+}
+
+void add_verify_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command = app.add_subcommand("verify", "Check a pack's structure, meaning and checksum");
+  command->footer("Exit code 0 only if a runtime would open the pack.");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->add_flag("--json", arguments->json, "Print as JSON");
+  command->callback([arguments, &exit_code] { exit_code = run_verify(*arguments); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// Tables of nodal results, as `solve` and `eval` write them, and the progress line of a solve.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "offline/fem/static_solver.hpp"
+#include "offline/mesh/model.hpp"
+
+namespace palpate {
+
+// One row: node label, reference position, displacement, and the force that the outside applies, if it is
+// known.
+struct NodalRow {
+  int label = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> force;
+};
+
+std::vector<NodalRow> nodal_rows(const Model& model, const Eigen::VectorXd& displacement,
+                                 const Eigen::VectorXd& force);
+
+// CSV with the header node,x,y,z,ux,uy,uz,fx,fy,fz and 12 significant digits; unknown forces are left empty.
+void write_nodal_table(const std::filesystem::path& file, const std::vector<NodalRow>& rows);
+
+// Reads such a table. Throws InputError naming file and line.
+std::vector<NodalRow> read_nodal_table(const std::filesystem::path& file);
+
+// A text file that appears whole or not at all. Throws std::runtime_error.
+void write_finished_text(const std::filesystem::path& file, const std::string& text);
+
+// One line on a terminal that follows Newton's iterations; nothing elsewhere.
+class SolveProgress {
+ public:
+  explicit SolveProgress(size_t step) : step_(step) {}
+  void show(const IterationRecord& record);
+  void finish();
+
+ private:
+  size_t step_;
+  bool drawn_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,139 @@
+#include "offline/cli/opened_pack.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "schemas/pack_layout.hpp"
+
+namespace palpate {
+namespace {
+
+size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
+  size_t bytes = 0;
+  require_ok(Session::required_bytes(pack, config, bytes), "session");
+  return bytes;
+}
+
+pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                             std::uint32_t max_fixed) {
+  pal_session_config config = pal_default_session_config(opened.pack().get());
+  config.model = model;
+  config.max_contacts = max_contacts;
+  config.max_fixed = max_fixed;
+  return config;
+}
+
+}  // namespace
+
+void require_ok(pal_status status, const std::string& where) {
+  if (status != PAL_STATUS_OK) throw std::runtime_error(where + ": " + pal_status_text(status));
+}
+
+const char* model_name(pal_model model) {
+  switch (model) {
+    case PAL_MODEL_AUTO:
+      return "none";
+    case PAL_MODEL_LINEAR:
+      return "linear";
+    case PAL_MODEL_POLYNOMIAL:
+      return "polynomial";
+  }
+  return "unknown";
+}
+
+std::vector<std::string> flag_names(std::uint32_t flags) {
+  constexpr std::pair<std::uint32_t, const char*> kNames[] = {{PAL_FLAG_EXTRAPOLATED, "extrapolated"},
+                                                              {PAL_FLAG_CLAMPED, "clamped"},
+                                                              {PAL_FLAG_LINEAR_FALLBACK, "linear_fallback"},
+                                                              {PAL_FLAG_OVERLAPPING, "overlapping"},
+                                                              {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}};
+  std::vector<std::string> names;
+  for (const auto& [flag, name] : kNames) {
+    if ((flags & flag) != 0) names.emplace_back(name);
+  }
+  return names;
+}
+
+OpenedPack::OpenedPack(const std::filesystem::path& file) {
+  require_ok(pack_.open(file.c_str()), file.string());
+}
+
+OpenedPack::OpenedPack(const AlignedBytes& bytes) {
+  require_ok(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "pack in memory");
+}
+
+const pack::Pack& OpenedPack::tables() const {
+  const void* bytes = nullptr;
+  size_t count = 0;
+  require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
+  return *pack::GetPack(static_cast<const unsigned char*>(bytes) + sizeof(pack::PackHeader));
+}
+
+size_t OpenedPack::num_bytes() const {
+  const void* bytes = nullptr;
+  size_t count = 0;
+  require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
+  return count;
+}
+
+std::string OpenedPack::length_unit() const {
+  return tables().units() == nullptr ? "" : tables().units()->length()->str();
+}
+std::string OpenedPack::force_unit() const {
+  return tables().units() == nullptr ? "" : tables().units()->force()->str();
+}
+
+int OpenedPack::label_of_site(size_t site) const {
+  std::uint32_t node = 0;
+  require_ok(pal_pack_get_site_node(pack_.get(), static_cast<std::uint32_t>(site), &node), "site");
+  return pack_.geometry().labels[node];
+}
+
+std::span<const std::uint32_t> OpenedPack::segment(const pack::Segment& segment) const {
+  const void* bytes = nullptr;
+  size_t count = 0;
+  require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
+  return {reinterpret_cast<const std::uint32_t*>(static_cast<const unsigned char*>(bytes) + segment.offset()),
+          segment.bytes() / sizeof(std::uint32_t)};
+}
+
+ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                                   std::uint32_t max_fixed)
+    : opened_(&opened),
+      arena_(arena_bytes(opened.pack(), config_of(opened, model, max_contacts, max_fixed))) {
+  require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts, max_fixed), arena_.bytes()),
+             "session");
+}
+
+void ModelUnitSession::fix(std::span<const std::uint32_t> contact_nodes) {
+  require_ok(session_.set_fixed(contact_nodes), "fixed nodes");
+}
+
+std::vector<pal_contact_result> ModelUnitSession::haptic_frame(std::span<const pal_contact> contacts) {
+  const pal_pack_info info = opened_->info();
+  std::vector<pal_contact> scaled(contacts.begin(), contacts.end());
+  for (pal_contact& contact : scaled) {
+    for (double& component : contact.displacement) component *= info.metres_per_length_unit;
+  }
+  std::vector<pal_contact_result> results(contacts.size());
+  require_ok(session_.haptic_frame(scaled, results), "frame");
+  for (pal_contact_result& result : results) {
+    for (double& component : result.force) component /= info.newtons_per_force_unit;
+    for (auto& row : result.stiffness) {
+      for (double& entry : row) entry *= info.metres_per_length_unit / info.newtons_per_force_unit;
+    }
+  }
+  return results;
+}
+
+Eigen::VectorXd ModelUnitSession::visual_frame() {
+  const pal_pack_info info = opened_->info();
+  std::vector<float> displacements(size_t{3} * info.num_nodes);
+  require_ok(session_.visual_frame(displacements.data()), "frame");
+  return Eigen::Map<const Eigen::VectorXf>(displacements.data(),
+                                           static_cast<Eigen::Index>(displacements.size()))
+             .cast<double>() /
+         info.metres_per_length_unit;
+}
+
+}  // namespace palpate

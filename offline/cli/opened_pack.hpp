@@ -1,0 +1,60 @@
+// A pack as the commands use it: opened by the runtime itself, with errors as exceptions and one session.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <palpate/palpate.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+#include "schemas/pack_generated.h"
+
+namespace palpate {
+
+class OpenedPack {
+ public:
+  // Throws std::runtime_error "PATH: REASON" when the runtime would not open it.
+  explicit OpenedPack(const std::filesystem::path& file);
+  explicit OpenedPack(const AlignedBytes& bytes);
+
+  const Pack& pack() const { return pack_; }
+  pal_pack_info info() const { return pack_.info(); }
+  const pack::Pack& tables() const;
+  size_t num_bytes() const;
+  std::string length_unit() const;  // "" when the scene states none
+  std::string force_unit() const;
+  int label_of_site(size_t site) const;
+  std::span<const std::uint32_t> segment(const pack::Segment& segment) const;
+
+ private:
+  Pack pack_;
+};
+
+// A session with memory of its own that speaks model units. Throws std::runtime_error with the runtime's
+// reason.
+class ModelUnitSession {
+ public:
+  ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                   std::uint32_t max_fixed);
+
+  void fix(std::span<const std::uint32_t> contact_nodes);
+  // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
+  // unit.
+  std::vector<pal_contact_result> haptic_frame(std::span<const pal_contact> contacts);
+  Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
+
+ private:
+  const OpenedPack* opened_;
+  AlignedBytes arena_;
+  Session session_;
+};
+
+// "" when the status is OK; else throws std::runtime_error: "WHERE: REASON".
+void require_ok(pal_status status, const std::string& where);
+
+const char* model_name(pal_model model);                   // "linear", "polynomial"
+std::vector<std::string> flag_names(std::uint32_t flags);  // "extrapolated", "clamped", ...
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// palpate picture: an organ at rest and pushed, drawn from what the runtime answers.
+#include <fmt/core.h>
+
+#include <CLI/App.hpp>
+#include <filesystem>
+
+#include "offline/cli/commands.hpp"
+#include "offline/cli/contact_arguments.hpp"
+#include "offline/output/organ_picture.hpp"
+
+namespace palpate {
+namespace {
+
+struct PictureArguments {
+  std::filesystem::path pack;
+  ContactArguments contacts;
+  std::filesystem::path output;
+  std::string title;
+};
+
+int run_picture(const PictureArguments& arguments) {
+  const OpenedPack opened(arguments.pack);
+  const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
+  const pal_geometry geometry = opened.pack().geometry();
+  PictureInput input;
+  for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {
+    input.rest.emplace_back(geometry.positions + size_t{3} * i);
+    input.displacement.emplace_back(answer.field.segment<3>(3 * i));
+  }
+  for (std::uint32_t i = 0; i < geometry.num_triangles; ++i) {
+    const std::uint32_t* corners = geometry.triangles + size_t{3} * i;
+    input.triangles.push_back(
+        {static_cast<int>(corners[0]), static_cast<int>(corners[1]), static_cast<int>(corners[2])});
+  }
+  input.title = arguments.title;
+  input.length_unit = opened.length_unit();
+  for (size_t c = 0; c < answer.contacts.size(); ++c) {
+    std::uint32_t node = 0;
+    require_ok(pal_pack_get_site_node(opened.pack().get(), answer.contacts[c].site, &node), "site");
+    input.tools.push_back({input.rest[node], Eigen::Vector3d(answer.contacts[c].displacement),
+                           opened.tables().sites()->tip_radius()});
+    const pal_contact_result& result = answer.results[c];
+    input.caption += fmt::format("{}node {}: {:.3g} {} pushed, {:.3g} {} force ({})", c == 0 ? "" : ";  ",
+                                 answer.labels[c], Eigen::Vector3d(answer.contacts[c].displacement).norm(),
+                                 opened.length_unit(), Eigen::Vector3d(result.force).norm(),
+                                 opened.force_unit(), model_name(result.model));
+  }
+  write_before_after(input, {}, arguments.output);
+  fmt::print("wrote {}\n", arguments.output.string());
+  return 0;
+}
+
+}  // namespace
+
+void add_picture_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<PictureArguments>();
+  CLI::App* command =
+      app.add_subcommand("picture", "Draw the organ before and after a push, as the runtime answers it");
+  command->footer("Example: palpate picture brain.pack --contact 812=0,0,-8 -o push.png");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  add_contact_options(*command, arguments->contacts);
+  command->add_option("--title", arguments->title, "Line above the picture");
+  command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
+  command->callback([arguments, &exit_code] { exit_code = run_picture(*arguments); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,173 @@
+// palpate solve: the full nonlinear finite element solution of every step of a model.
+#include <fmt/core.h>
+
+#include <CLI/App.hpp>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "offline/cli/commands.hpp"
+#include "offline/cli/nodal_table.hpp"
+#include "offline/fem/static_solver.hpp"
+#include "offline/mesh/inp_reader.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/output/finished_file.hpp"
+#include "offline/output/vtu_writer.hpp"
+
+namespace palpate {
+namespace {
+
+struct SolveArguments {
+  std::filesystem::path model;
+  std::filesystem::path folder;
+  bool json = false;
+};
+
+LoadCase load_case_of(const Model& model, const Step& step) {
+  LoadCase load = LoadCase::rest(model);
+  for (const PrescribedDisplacement& prescribed : step.prescribed) {
+    load.held[static_cast<size_t>(3 * prescribed.node + prescribed.axis)] = 1;
+    load.displacement[3 * prescribed.node + prescribed.axis] = prescribed.value;
+  }
+  for (const NodalForce& force : step.forces) load.force[3 * force.node + force.axis] = force.value;
+  return load;
+}
+
+// Dofs that no step frees or moves: they need no equation.
+std::vector<char> always_at_zero(const std::vector<LoadCase>& loads) {
+  std::vector<char> eliminated(loads.front().held.size(), 1);
+  for (const LoadCase& load : loads) {
+    for (size_t dof = 0; dof < eliminated.size(); ++dof) {
+      if (!load.held[dof] || load.displacement[static_cast<Eigen::Index>(dof)] != 0) eliminated[dof] = 0;
+    }
+  }
+  return eliminated;
+}
+
+void write_result(const std::filesystem::path& file, const Model& model, const Eigen::VectorXd& displacement,
+                  const Eigen::VectorXd& force) {
+  VtuMesh mesh;
+  mesh.points = model.positions;
+  mesh.point_data = {{"displacement", 3, {displacement.begin(), displacement.end()}},
+                     {"force", 3, {force.begin(), force.end()}}};
+  mesh.point_integers = {{"node", model.labels}};
+  VtuIntegerArray labels = {"element", {}};
+  VtuIntegerArray materials = {"material", {}};
+  for (const Tetrahedron& element : model.elements) {
+    mesh.connectivity.insert(mesh.connectivity.end(), element.nodes.begin(), element.nodes.end());
+    labels.values.push_back(element.label);
+    materials.values.push_back(element.material);
+  }
+  mesh.cell_integers = {labels, materials};
+  write_vtu(mesh, file);
+}
+
+nlohmann::json summary_of(const SolveReport& report, double seconds, const Model& model) {
+  return {{"converged", report.converged},
+          {"load_factor", report.load_factor},
+          {"increments", report.increments},
+          {"iterations", report.iterations},
+          {"factorizations", report.factorizations},
+          {"residual", report.residual},
+          {"min_J", report.min_jacobian},
+          {"min_J_element", model.elements[static_cast<size_t>(report.worst_element)].label},
+          {"seconds", seconds}};
+}
+
+void print_failure(const SolveReport& report, size_t step, const Model& model) {
+  constexpr size_t kRows = 12;
+  fmt::print(stderr, "increment  load      iteration  residual    step      min J\n");
+  const size_t first = report.history.size() > kRows ? report.history.size() - kRows : 0;
+  for (size_t i = first; i < report.history.size(); ++i) {
+    const IterationRecord& row = report.history[i];
+    fmt::print(stderr, "{:9}  {:<8.6f}  {:9}  {:<10.3e}  {:<8.2e}  {:.4f}\n", row.increment, row.load_factor,
+               row.iteration, row.residual, row.step, row.min_jacobian);
+  }
+  fmt::print(
+      stderr,
+      "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments; element {} is "
+      "squeezed most (J = {:.3g}); use a finer increment, a smaller load or a better shaped mesh there\n",
+      model.file, step, report.load_factor, report.increments,
+      model.elements[static_cast<size_t>(report.worst_element)].label, report.min_jacobian);
+}
+
+int run_solve(const SolveArguments& arguments) {
+  const Model model = read_inp(arguments.model);
+  for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  if (model.steps.empty())
+    throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
+  std::filesystem::create_directories(arguments.folder);
+
+  std::vector<LoadCase> loads;
+  for (const Step& step : model.steps) loads.push_back(load_case_of(model, step));
+  const Assembly assembly(model, always_at_zero(loads));
+  StaticSolver solver(assembly);
+
+  LoadCase from = LoadCase::rest(model);
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(model.num_dofs());
+  nlohmann::json summary = {{"model", model.file},
+                            {"nodes", model.num_nodes()},
+                            {"elements", model.elements.size()},
+                            {"equations", assembly.num_equations()},
+                            {"steps", nlohmann::json::array()}};
+  bool converged = true;
+  for (size_t i = 0; i < loads.size() && converged; ++i) {
+    SolverSettings settings;
+    settings.max_increments = model.steps[i].max_increments;
+    settings.first_increment = model.steps[i].first_increment;
+    settings.smallest_increment = model.steps[i].smallest_increment;
+    SolveProgress progress(i + 1);
+    const auto start = std::chrono::steady_clock::now();
+    const SolveReport report = solver.ramp(from, loads[i], displacement, settings,
+                                           [&](const IterationRecord& record) { progress.show(record); });
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    progress.finish();
+    summary["steps"].push_back(summary_of(report, seconds, model));
+    converged = report.converged;
+    assembly.internal_force(displacement, force);
+    const std::string name = converged ? fmt::format("step{}.csv", i + 1) : "partial.csv";
+    write_nodal_table(arguments.folder / name, nodal_rows(model, displacement, force));
+    if (converged) {
+      if (!arguments.json) {
+        fmt::print(
+            "step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
+            i + 1, report.increments, report.iterations, report.factorizations, report.residual,
+            report.min_jacobian, seconds);
+      }
+    } else {
+      print_failure(report, i + 1, model);
+    }
+    from = loads[i];
+  }
+  write_result(arguments.folder / "result.vtu", model, displacement, force);
+  write_finished_text(arguments.folder / "summary.json", summary.dump(2) + "\n");
+  if (arguments.json) {
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    fmt::print("wrote {}\n", (arguments.folder / "result.vtu").string());
+  }
+  return converged ? 0 : 2;
+}
+
+}  // namespace
+
+void add_solve_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<SolveArguments>();
+  CLI::App* command =
+      app.add_subcommand("solve", "Solve every *STEP of a model by full nonlinear finite elements");
+  command->footer(
+      "Writes to DIR: stepN.csv (node,x,y,z,ux,uy,uz,fx,fy,fz; f is the force that the outside must apply at "
+      "the node),\n"
+      "result.vtu for ParaView, summary.json. If a step does not converge: exit code 2, and the last "
+      "converged state in\n"
+      "partial.csv.\n\n"
+      "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
+  command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")->required();
+  command->add_option("-o,--output", arguments->folder, "Folder for the results; made if it is not there")
+      ->required();
+  command->add_flag("--json", arguments->json, "Print the summary as JSON");
+  command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,79 @@
+// The discrete equations of an organ: internal force P(u), stored energy and tangent stiffness K(u) = dP/du,
+// assembled from linear tetrahedra on a sparsity pattern that is fixed once.
+//
+// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the
+// constant shape gradients g_a of an element of volume V,
+//   F = 1 + sum_a u_a g_a^T,   P_a = V P(F) g_a,   K_ab = V g_a . dP/dF . g_b.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <array>
+#include <vector>
+
+#include "offline/material/compressible_neo_hookean.hpp"
+#include "offline/mesh/model.hpp"
+
+namespace palpate {
+
+// What one pass over the elements found. `min_jacobian` is the smallest det F; at or below 0 an element is
+// inverted and the forces beside it mean nothing.
+struct ElementState {
+  double min_jacobian = 1;
+  int worst_element = 0;  // index in Model::elements
+};
+
+class Assembly {
+ public:
+  // `eliminated` (num_dofs entries): degrees of freedom that no solve will ever free; they leave the
+  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`.
+  Assembly(const Model& model, const std::vector<char>& eliminated);
+
+  const Model& model() const { return *model_; }
+  int num_dofs() const { return model_->num_dofs(); }
+  int num_equations() const { return static_cast<int>(equation_dofs_.size()); }
+  const std::vector<int>& equation_dofs() const { return equation_dofs_; }  // equation -> dof
+  const std::vector<int>& dof_equations() const { return dof_equations_; }  // dof -> equation, or -1
+
+  // P(u), all num_dofs entries: the force the outside must apply at every node to hold `displacement`.
+  ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force) const;
+
+  // Stored energy and the element state; the energy is +infinity where an element is inverted.
+  double stored_energy(const Eigen::VectorXd& displacement, ElementState& state) const;
+
+  // Lower triangle of K(u) over the equations, compressed columns, rows ascending. All calls share the
+  // pattern. With `project`, the tangent of every element is first made positive semi-definite (negative
+  // eigenvalues of dP/dF set to zero), which keeps Newton's direction one of descent where the true tangent
+  // is indefinite.
+  using SparseLower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+  void tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const;
+
+  // K(u) v for full-length vectors, without assembling: shape (num_dofs, columns).
+  Eigen::MatrixXd tangent_times(const Eigen::VectorXd& displacement, const Eigen::MatrixXd& vectors) const;
+
+  // The largest reference coordinate range: the length scale for round-off floors.
+  double model_size() const { return model_size_; }
+
+ private:
+  using Gradients = Eigen::Matrix<double, 3, 4>;  // column a: dN_a/dX
+  struct Rest {
+    Gradients gradients;
+    double volume = 0;
+  };
+
+  Eigen::Matrix3d deformation_gradient(int element, const Eigen::VectorXd& displacement) const;
+  const CompressibleNeoHookean& law(int element) const;
+
+  const Model* model_;
+  std::vector<Rest> rest_;
+  std::vector<int> dof_equations_;
+  std::vector<int> equation_dofs_;
+  SparseLower pattern_;
+  // For each element its 78 lower-triangle entries (a >= b over its 12 dofs, column by column) as positions
+  // in the value array, or -1 where a dof is eliminated.
+  static constexpr int kEntries = 78;
+  std::vector<std::array<int, kEntries>> scatter_;
+  double model_size_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,83 @@
+#include "offline/fem/cholesky.hpp"
+
+#include <algorithm>
+#include <new>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+cholmod_sparse view(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& matrix) {
+  cholmod_sparse sparse = {};
+  sparse.nrow = static_cast<size_t>(matrix.rows());
+  sparse.ncol = static_cast<size_t>(matrix.cols());
+  sparse.nzmax = static_cast<size_t>(matrix.nonZeros());
+  sparse.p = const_cast<int*>(matrix.outerIndexPtr());
+  sparse.i = const_cast<int*>(matrix.innerIndexPtr());
+  sparse.x = const_cast<double*>(matrix.valuePtr());
+  sparse.stype = -1;  // lower triangle of a symmetric matrix
+  sparse.itype = CHOLMOD_INT;
+  sparse.xtype = CHOLMOD_REAL;
+  sparse.dtype = CHOLMOD_DOUBLE;
+  sparse.sorted = 1;
+  sparse.packed = 1;
+  return sparse;
+}
+
+}  // namespace
+
+Cholesky::Cholesky(const SparseLower& pattern) {
+  cholmod_start(&common_);
+  common_.print = 0;
+  common_.supernodal = CHOLMOD_SUPERNODAL;
+  common_.nmethods = 1;
+  common_.method[0].ordering = CHOLMOD_METIS;
+  cholmod_sparse sparse = view(pattern);
+  factor_ = cholmod_analyze(&sparse, &common_);
+  if (factor_ == nullptr) {
+    cholmod_finish(&common_);
+    throw std::bad_alloc();
+  }
+}
+
+Cholesky::~Cholesky() {
+  cholmod_free_dense(&solution_, &common_);
+  cholmod_free_dense(&forward_, &common_);
+  cholmod_free_dense(&permuted_, &common_);
+  cholmod_free_factor(&factor_, &common_);
+  cholmod_finish(&common_);
+}
+
+bool Cholesky::factorize(const SparseLower& matrix) {
+  cholmod_sparse sparse = view(matrix);
+  common_.status = CHOLMOD_OK;
+  cholmod_factorize(&sparse, factor_, &common_);
+  if (common_.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+  return common_.status == CHOLMOD_OK && factor_->minor == factor_->n;
+}
+
+void Cholesky::solve(Eigen::MatrixXd& right_hand_sides) {
+  solve_dense(right_hand_sides.data(), static_cast<int>(right_hand_sides.cols()));
+}
+
+void Cholesky::solve(Eigen::VectorXd& right_hand_side) {
+  solve_dense(right_hand_side.data(), 1);
+}
+
+void Cholesky::solve_dense(double* values, int columns) {
+  if (columns == 0 || factor_->n == 0) return;
+  cholmod_dense dense = {};
+  dense.nrow = factor_->n;
+  dense.ncol = static_cast<size_t>(columns);
+  dense.nzmax = dense.nrow * dense.ncol;
+  dense.d = dense.nrow;
+  dense.x = values;
+  dense.xtype = CHOLMOD_REAL;
+  dense.dtype = CHOLMOD_DOUBLE;
+  const int done = cholmod_solve2(CHOLMOD_A, factor_, &dense, nullptr, &solution_, nullptr, &forward_,
+                                  &permuted_, &common_);
+  if (done == 0) throw std::bad_alloc();
+  std::copy_n(static_cast<const double*>(solution_->x), dense.nzmax, values);
+}
+
+}  // namespace palpate

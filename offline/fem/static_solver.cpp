@@ -1,0 +1,319 @@
+#include "offline/fem/static_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+// Armijo's constant: the energy must fall by this part of what the slope promises. Any small number serves.
+constexpr double kSufficientDecrease = 1e-4;
+// A residual that shrinks to this part of itself is progress whatever the energy's rounding says.
+constexpr double kResidualDecrease = 0.9;
+constexpr int kMaxBacktracks = 12;
+// An increment that converged within this many iterations is followed by one half as large again.
+constexpr int kEasyIterations = 6;
+
+Assembly::SparseLower rest_stiffness(const Assembly& assembly) {
+  Assembly::SparseLower stiffness;
+  assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, stiffness);
+  return stiffness;
+}
+
+}  // namespace
+
+LoadCase LoadCase::rest(const Model& model) {
+  LoadCase load;
+  load.held.assign(static_cast<size_t>(model.num_dofs()), 0);
+  for (const PrescribedDisplacement& fixed : model.fixed)
+    load.held[static_cast<size_t>(3 * fixed.node + fixed.axis)] = 1;
+  load.displacement.setZero(model.num_dofs());
+  load.force.setZero(model.num_dofs());
+  return load;
+}
+
+StaticSolver::StaticSolver(const Assembly& assembly)
+    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)), cholesky_(stiffness_) {
+  // Round-off of P: displacements are known to about eps times the size of the model, and stiffness turns
+  // that into a force. Below it no iteration can go.
+  double stiffest = 0;
+  for (Eigen::Index i = 0; i < stiffness_.nonZeros(); ++i)
+    stiffest = std::max(stiffest, std::abs(stiffness_.valuePtr()[i]));
+  rounding_force_ = 0.1 * std::numeric_limits<double>::epsilon() * stiffest * assembly.model_size();
+}
+
+double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const {
+  double held = 0;
+  double applied = 0;
+  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
+    if (load.held[static_cast<size_t>(dof)]) {
+      held += internal[dof] * internal[dof];
+    } else {
+      applied += load.force[dof] * load.force[dof];
+    }
+  }
+  return std::sqrt(held) + std::sqrt(applied);
+}
+
+void StaticSolver::residual(const LoadCase& load, const Eigen::VectorXd& internal,
+                            Eigen::VectorXd& out) const {
+  out = load.force - internal;
+  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
+    if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
+      out[dof] = 0;
+  }
+}
+
+bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  assembly_->tangent(displacement, project, stiffness_);
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  factored_held_.resize(dofs.size());
+  for (size_t equation = 0; equation < dofs.size(); ++equation) {
+    factored_held_[equation] = load.held[static_cast<size_t>(dofs[equation])];
+  }
+  // A held dof becomes the equation x = 0: its row and column are cleared, its diagonal stays as the scale.
+  for (int column = 0; column < stiffness_.outerSize(); ++column) {
+    const bool column_held = factored_held_[static_cast<size_t>(column)] != 0;
+    for (Assembly::SparseLower::InnerIterator it(stiffness_, column); it; ++it) {
+      if (it.row() != column && (column_held || factored_held_[static_cast<size_t>(it.row())]))
+        it.valueRef() = 0;
+    }
+  }
+  factor_valid_ = cholesky_.factorize(stiffness_);
+  return factor_valid_;
+}
+
+bool StaticSolver::factor_fits(const LoadCase& load) const {
+  if (!factor_valid_) return false;
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  for (size_t equation = 0; equation < dofs.size(); ++equation) {
+    if (factored_held_[equation] != load.held[static_cast<size_t>(dofs[equation])]) return false;
+  }
+  return true;
+}
+
+void StaticSolver::back_solve(Eigen::MatrixXd& columns) {
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  Eigen::MatrixXd packed(static_cast<Eigen::Index>(dofs.size()), columns.cols());
+  for (size_t equation = 0; equation < dofs.size(); ++equation) {
+    const Eigen::Index row = static_cast<Eigen::Index>(equation);
+    if (factored_held_[equation]) {
+      packed.row(row).setZero();
+    } else {
+      packed.row(row) = columns.row(dofs[equation]);
+    }
+  }
+  cholesky_.solve(packed);
+  columns.setZero();
+  for (size_t equation = 0; equation < dofs.size(); ++equation) {
+    columns.row(dofs[equation]) = packed.row(static_cast<Eigen::Index>(equation));
+  }
+}
+
+bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
+                          Eigen::VectorXd& displacement, const SolverSettings& settings, SolveReport& report,
+                          const std::function<void(const IterationRecord&)>& progress) {
+  Eigen::VectorXd internal;
+  Eigen::VectorXd residual_force;
+  ElementState state = assembly_->internal_force(displacement, internal);
+  if (!(state.min_jacobian > 0)) return false;
+  residual(load, internal, residual_force);
+  double norm = residual_force.norm();
+  double energy = assembly_->stored_energy(displacement, state) - load.force.dot(displacement);
+  bool reuse =
+      factor_fits(load);  // of the predictor, or of a neighbour: one back-solve tells whether it serves
+  bool projected = false;
+
+  for (int iteration = 1;; ++iteration) {
+    const double scale = std::max(force_scale(load, internal), std::numeric_limits<double>::min());
+    if (!std::isfinite(norm)) return false;
+    if (norm <= settings.residual_tolerance * scale || norm <= rounding_force_) {
+      report.residual = norm / scale;
+      report.min_jacobian = state.min_jacobian;
+      report.worst_element = state.worst_element;
+      return true;
+    }
+    if (iteration > settings.max_iterations) return false;
+
+    if (!reuse) {
+      projected = false;
+      ++report.factorizations;
+      if (!factorize_at(load, displacement, false)) {
+        projected = true;
+        ++report.factorizations;
+        if (!factorize_at(load, displacement, true)) return false;
+      }
+    }
+    Eigen::MatrixXd direction = residual_force;
+    back_solve(direction);
+    const double slope = -residual_force.dot(direction.col(0));  // dPi/ds
+
+    IterationRecord record;
+    record.increment = increment;
+    record.load_factor = load_factor;
+    record.iteration = iteration;
+    record.projected = projected;
+    const double norm_before = norm;
+    double step = 1.0;
+    for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
+      const Eigen::VectorXd trial = displacement + step * direction.col(0);
+      const double trial_energy = assembly_->stored_energy(trial, state) - load.force.dot(trial);
+      if (!(trial_energy < std::numeric_limits<double>::infinity())) continue;
+      state = assembly_->internal_force(trial, internal);
+      residual(load, internal, residual_force);
+      const double trial_norm = residual_force.norm();
+      if (trial_energy <= energy + kSufficientDecrease * step * slope ||
+          trial_norm <= kResidualDecrease * norm_before) {
+        displacement = trial;
+        energy = trial_energy;
+        norm = trial_norm;
+        record.step = step;
+        break;
+      }
+    }
+    ++report.iterations;
+    if (record.step == 0.0) {
+      // No trial was accepted: put the state back, and if the factor was an old one, try again with a fresh
+      // one.
+      state = assembly_->internal_force(displacement, internal);
+      residual(load, internal, residual_force);
+    }
+    record.residual = norm / std::max(force_scale(load, internal), std::numeric_limits<double>::min());
+    record.min_jacobian = state.min_jacobian;
+    report.history.push_back(record);
+    if (progress) progress(record);
+    if (record.step == 0.0) {
+      if (!reuse) return false;
+      reuse = false;
+      continue;
+    }
+    reuse = !projected && record.step == 1.0 && norm <= settings.reuse_contraction * norm_before;
+  }
+}
+
+SolveReport StaticSolver::correct(const LoadCase& load, Eigen::VectorXd& displacement,
+                                  const SolverSettings& settings) {
+  SolveReport report;
+  Eigen::VectorXd trial = displacement;
+  report.increments = 1;
+  report.converged = newton(load, 1.0, 1, trial, settings, report, {});
+  if (report.converged) {
+    report.load_factor = 1.0;
+    displacement = trial;
+  }
+  return report;
+}
+
+SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::VectorXd& displacement,
+                               const SolverSettings& settings,
+                               const std::function<void(const IterationRecord&)>& progress) {
+  SolveReport report;
+  const int num_dofs = assembly_->num_dofs();
+  // Where the ramp starts: what is held there, and the force that the outside applies at the dofs `to` leaves
+  // free.
+  Eigen::VectorXd start_force;
+  ElementState state = assembly_->internal_force(displacement, start_force);
+  const Eigen::VectorXd start_displacement = displacement;
+  for (int dof = 0; dof < num_dofs; ++dof) {
+    if (!from.held[static_cast<size_t>(dof)]) start_force[dof] = from.force[dof];
+  }
+  report.min_jacobian = state.min_jacobian;
+  report.worst_element = state.worst_element;
+
+  const auto load_at = [&](double factor) {
+    LoadCase load;
+    load.held = to.held;
+    load.displacement = start_displacement + factor * (to.displacement - start_displacement);
+    load.force = start_force + factor * (to.force - start_force);
+    for (int dof = 0; dof < num_dofs; ++dof) {
+      if (to.held[static_cast<size_t>(dof)]) load.force[dof] = 0;
+    }
+    return load;
+  };
+
+  double reached = 0;
+  double increment = std::min(1.0, settings.first_increment);
+  while (reached < 1.0) {
+    if (report.increments >= settings.max_increments) return report;
+    ++report.increments;
+    // A last increment that would leave a sliver is made whole.
+    const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
+    const LoadCase load = load_at(target);
+
+    // Predictor: the held dofs move and the free ones follow along the tangent at the state before, so that
+    // the elements beside a held node are not crushed by its jump.
+    Eigen::VectorXd trial = displacement;
+    Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(num_dofs, 1);
+    for (int dof = 0; dof < num_dofs; ++dof) {
+      if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
+    }
+    bool converged = false;
+    bool factored = true;
+    if (jump.cwiseAbs().maxCoeff() > 0) {
+      ++report.factorizations;
+      factored = factorize_at(load, displacement, false);
+      if (!factored) {
+        ++report.factorizations;
+        factored = factorize_at(load, displacement, true);
+      }
+      if (factored) {
+        Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
+        back_solve(follow);
+        trial += (jump + follow).col(0);
+      }
+    }
+    const int iterations_before = report.iterations;
+    if (factored) converged = newton(load, target, report.increments, trial, settings, report, progress);
+    if (converged) {
+      displacement = trial;
+      for (int dof = 0; dof < num_dofs; ++dof) {
+        if (load.held[static_cast<size_t>(dof)])
+          displacement[dof] = load.displacement[dof];  // exact at the end
+      }
+      reached = target;
+      report.load_factor = reached;
+      if (report.iterations - iterations_before <= kEasyIterations) increment *= 1.5;
+      increment = std::min(increment, 1.0 - reached);
+    } else {
+      increment = 0.5 * (target - reached);
+      if (increment < settings.smallest_increment) return report;
+    }
+  }
+  report.converged = true;
+  return report;
+}
+
+bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                    const Eigen::MatrixXd& directions, Eigen::MatrixXd& response) {
+  constexpr double kTolerance = 1e-10;
+  constexpr double kContraction = 0.3;  // slower than this, a fresh factor is cheaper
+  // Iterative refinement: the factor at hand belongs to a state nearby, so (1 - K_0^-1 K) is small.
+  bool exact = false;
+  if (!factor_fits(load)) {
+    if (!factorize_at(load, displacement, false)) return false;
+    exact = true;
+  }
+  response = directions;
+  double first = 0;
+  double before = std::numeric_limits<double>::infinity();
+  for (int sweep = 0; sweep < 40; ++sweep) {
+    Eigen::MatrixXd correction = -assembly_->tangent_times(displacement, response);
+    back_solve(correction);
+    const double norm = correction.norm();
+    if (!std::isfinite(norm)) return false;
+    if (sweep == 0) first = std::max(norm, directions.norm());
+    if (!exact && norm > kContraction * before) {
+      if (!factorize_at(load, displacement, false)) return false;
+      exact = true;
+      before = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    response += correction;
+    if (norm <= kTolerance * first) return true;
+    before = norm;
+  }
+  return false;
+}
+
+}  // namespace palpate

@@ -1,0 +1,128 @@
+// Static equilibrium of a nonlinear organ: Newton-Raphson with load increments and backtracking.
+//
+// Solves Phi(u) = f_ext - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the degrees of freedom that are not held.
+// The path from rest decides which equilibrium is meant where there are several, so loads and held
+// displacements ramp.
+//
+// One iteration: K(u) du = f_ext - P(u) by one Cholesky factor, then backtracking u + s du, s = 1, 1/2, ... A
+// trial is accepted only if det F > 0 in every element (eq. (1)'s stress is finite for det F < 0, so an
+// iteration may converge to an inverted state unless it is forbidden to pass one), and if the total potential
+// energy falls enough or the residual does. Either alone fails: the residual must be allowed to rise while a
+// slender body turns, and the energy cannot be told from its rounding near the solution. Where K is not
+// positive definite, the step is taken with the element tangents projected to positive semi-definite ones:
+// still a descent direction of the energy.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "offline/fem/assembly.hpp"
+#include "offline/fem/cholesky.hpp"
+
+namespace palpate {
+
+// What the outside does: held degrees of freedom with their displacements, forces on the others. All num_dofs
+// long.
+struct LoadCase {
+  std::vector<char> held;
+  Eigen::VectorXd displacement;  // read where held; length unit
+  Eigen::VectorXd force;         // read where not held; force unit
+
+  // Nothing loaded, `model.fixed` held at zero.
+  static LoadCase rest(const Model& model);
+};
+
+struct SolverSettings {
+  // Converged when |f_ext - P| over the free dofs is below this fraction of |P| over the held ones plus
+  // |f_ext| (all 2-norms). 1e-10 leaves reactions right to about 10 digits; Newton's last iteration usually
+  // goes well below it.
+  double residual_tolerance = 1e-10;
+  int max_iterations = 30;  // per increment, before the increment is cut
+  int max_increments = 100;
+  double first_increment = 1.0;  // fraction of the ramp
+  double smallest_increment = 1e-5;
+  // The factor of the previous iteration is used again while an iteration shrinks the residual at least to
+  // this fraction (modified Newton: a back-solve costs 20 times less than a factor). 0 = factor in every
+  // iteration.
+  double reuse_contraction = 0.2;
+};
+
+// One line of the residual table.
+struct IterationRecord {
+  int increment = 0;
+  double load_factor = 0;  // of the state that is sought
+  int iteration = 0;
+  double residual = 0;  // relative, as in SolverSettings::residual_tolerance
+  double step = 0;      // accepted s; 0 = none was
+  double min_jacobian = 1;
+  bool projected = false;  // took the positive semi-definite tangent
+};
+
+struct SolveReport {
+  bool converged = false;
+  double load_factor = 0;  // reached: 1 when converged
+  int increments = 0;
+  int iterations = 0;
+  int factorizations = 0;
+  double residual = 0;      // relative, at the last converged state
+  double min_jacobian = 1;  // smallest det F there
+  int worst_element = 0;    // index of that element
+  std::vector<IterationRecord> history;
+};
+
+class StaticSolver {
+ public:
+  // `assembly` must outlive the solver and eliminate only dofs that every load case holds at zero.
+  explicit StaticSolver(const Assembly& assembly);
+
+  // Ramps linearly from `from`, whose equilibrium is `displacement`, to `to`. Dofs that only one of the two
+  // holds: one that `to` newly holds moves from where it is; one that it releases is let go with its reaction
+  // ramping to the force of `to`. On failure `displacement` is the last converged state and
+  // `report.load_factor` where it lies. `progress` (may be empty) is called after every iteration.
+  SolveReport ramp(const LoadCase& from, const LoadCase& to, Eigen::VectorXd& displacement,
+                   const SolverSettings& settings,
+                   const std::function<void(const IterationRecord&)>& progress = {});
+
+  // Newton from a guess that already has the held displacements of `load`: for warm starts near the answer.
+  // On failure `displacement` is unchanged.
+  SolveReport correct(const LoadCase& load, Eigen::VectorXd& displacement, const SolverSettings& settings);
+
+  // du for given changes of the held dofs at an equilibrium: columns of `directions` (num_dofs rows, nonzero
+  // at held dofs only) -> full-length columns with those values there and the free dofs following, K_ff du_f
+  // = -K_fc du_c. The linearised DD function; exact to 1e-10. Needs K positive definite there; false where it
+  // is not.
+  [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                      const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
+
+  // Factors K at `displacement` with the held dofs of `load` taken out. False where it is not positive
+  // definite.
+  [[nodiscard]] bool factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
+
+  // Solves K_ff x_f = b_f with the factor at hand; rows at held dofs are ignored and come back zero.
+  void back_solve(Eigen::MatrixXd& columns);
+
+  // The next solve starts with a factor of its own: its path then does not depend on what was solved before.
+  void forget_factor() { factor_valid_ = false; }
+
+  const Assembly& assembly() const { return *assembly_; }
+  const Cholesky& factor() const { return cholesky_; }
+
+ private:
+  bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
+              const SolverSettings& settings, SolveReport& report,
+              const std::function<void(const IterationRecord&)>& progress);
+  bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
+  double force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const;
+  void residual(const LoadCase& load, const Eigen::VectorXd& internal, Eigen::VectorXd& out) const;
+
+  const Assembly* assembly_;
+  Assembly::SparseLower stiffness_;
+  Cholesky cholesky_;
+  std::vector<char> factored_held_;  // per equation, of the factor at hand
+  bool factor_valid_ = false;
+  double rounding_force_ = 0;  // force below which a residual is rounding: see the constructor
+};
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+#include "offline/mesh/element_faces.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace palpate {
+namespace {
+
+// Seen from outside a tetrahedron of positive volume, counter-clockwise; face i lies opposite node i.
+constexpr std::array<std::array<std::size_t, 3>, 4> kOutwardFaces = {
+    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+bool is_even(const std::array<int, 3>& nodes) {
+  const int inversions = (nodes[0] > nodes[1]) + (nodes[0] > nodes[2]) + (nodes[1] > nodes[2]);
+  return inversions % 2 == 0;
+}
+
+}  // namespace
+
+std::vector<ElementFace> sorted_faces(const Model& model) {
+  // A counting sort by the smallest node leaves short runs to sort by the other two.
+  std::vector<std::size_t> start(model.positions.size() + 1, 0);
+  std::vector<ElementFace> unsorted;
+  unsorted.reserve(4 * model.elements.size());
+  for (std::size_t element = 0; element < model.elements.size(); ++element) {
+    const std::array<int, 4>& nodes = model.elements[element].nodes;
+    for (const auto& corners : kOutwardFaces) {
+      ElementFace face;
+      face.outward = {nodes[corners[0]], nodes[corners[1]], nodes[corners[2]]};
+      face.sorted = face.outward;
+      std::sort(face.sorted.begin(), face.sorted.end());
+      face.element = static_cast<int>(element);
+      face.even = is_even(face.outward);
+      ++start[static_cast<std::size_t>(face.sorted[0]) + 1];
+      unsorted.push_back(face);
+    }
+  }
+  for (std::size_t node = 1; node < start.size(); ++node) start[node] += start[node - 1];
+  std::vector<ElementFace> faces(unsorted.size());
+  std::vector<std::size_t> next(start.begin(), start.end() - 1);
+  for (const ElementFace& face : unsorted) faces[next[static_cast<std::size_t>(face.sorted[0])]++] = face;
+  const auto less = [](const ElementFace& a, const ElementFace& b) {
+    return std::tie(a.sorted, a.element) < std::tie(b.sorted, b.element);
+  };
+  for (std::size_t node = 0; node + 1 < start.size(); ++node) {
+    std::sort(faces.begin() + static_cast<std::ptrdiff_t>(start[node]),
+              faces.begin() + static_cast<std::ptrdiff_t>(start[node + 1]), less);
+  }
+  return faces;
+}
+
+}  // namespace palpate

@@ -1,0 +1,124 @@
+// What an .inp file says, before its labels are looked up: Abaqus lets an element name nodes that come later
+// in the file, so keywords only note what they read, and inp_resolve.hpp turns the draft into a Model.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "offline/mesh/source_place.hpp"
+
+namespace palpate {
+
+// The labels first, first + step, ... up to last: one entry of a set.
+struct LabelRange {
+  int first = 0;
+  int last = 0;
+  int step = 1;
+  Place place;
+};
+
+struct DraftSet {
+  std::string name;  // normalised
+  std::vector<LabelRange> ranges;
+};
+
+// The node sets of a model, or its element sets, in the order in which they were first named.
+class DraftSets {
+ public:
+  // Index of the set, made when it is new.
+  int add(const std::string& name) {
+    const auto [found, is_new] = index_.try_emplace(name, static_cast<int>(sets_.size()));
+    if (is_new) sets_.push_back({name, {}});
+    return found->second;
+  }
+  // Index of the set, or -1.
+  int find(const std::string& name) const {
+    const auto found = index_.find(name);
+    return found == index_.end() ? -1 : found->second;
+  }
+  DraftSet& operator[](int set) { return sets_[static_cast<std::size_t>(set)]; }
+  const std::vector<DraftSet>& all() const { return sets_; }
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const DraftSet& set : sets_) names.push_back(set.name);
+    return names;
+  }
+
+ private:
+  std::vector<DraftSet> sets_;
+  std::map<std::string, int> index_;
+};
+
+struct DraftNode {
+  int label = 0;
+  Place place;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+struct DraftElement {
+  int label = 0;
+  Place place;
+  std::array<int, 4> node_labels = {};
+};
+
+struct DraftMaterial {
+  Material material;
+  bool has_law = false;
+  Place place;
+};
+
+struct DraftSection {
+  int element_set = 0;
+  std::string material;
+  Place place;
+};
+
+// A node by its label, or every node of a set.
+struct DraftTarget {
+  int label = 0;
+  int set = -1;  // used when it is not -1
+};
+
+struct DraftDisplacement {
+  DraftTarget target;
+  int first_axis = 0;
+  int last_axis = 0;
+  double value = 0;
+  Place place;
+};
+
+struct DraftForce {
+  DraftTarget target;
+  int axis = 0;
+  double value = 0;
+  Place place;
+};
+
+struct DraftStep {
+  Step step;  // increments only
+  bool has_static = false;
+  bool ended = false;
+  std::vector<DraftDisplacement> prescribed;
+  std::vector<DraftForce> forces;
+  Place place;
+};
+
+struct Draft {
+  std::string heading;
+  std::vector<DraftNode> nodes;
+  std::vector<DraftElement> elements;
+  DraftSets node_sets;
+  DraftSets element_sets;
+  std::vector<DraftMaterial> materials;
+  std::vector<DraftSection> sections;
+  std::vector<DraftDisplacement> fixed;
+  std::vector<DraftStep> steps;
+  std::vector<std::string> warnings;
+
+  bool in_step() const { return !steps.empty() && !steps.back().ended; }
+};
+
+}  // namespace palpate

@@ -1,0 +1,89 @@
+#include "offline/mesh/inp_fields.hpp"
+
+#include <algorithm>
+
+#include "offline/mesh/nearest_name.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+
+FieldReader::FieldReader(const InpLexer& lexer, const DataLine& line, std::size_t least, std::size_t most,
+                         const std::string& layout)
+    : lexer_(lexer), line_(line) {
+  std::size_t count = line.fields.size();
+  while (count > most && line.fields[count - 1].empty()) --count;
+  if (count < least || count > most) {
+    lexer.fail(line.place, "expected " + layout + ", found " + std::to_string(count) +
+                               (count == 1 ? " field" : " fields"));
+  }
+}
+
+std::string_view FieldReader::text(std::size_t field) const {
+  return field < line_.fields.size() ? line_.fields[field] : std::string_view();
+}
+
+double FieldReader::number(std::size_t field) const {
+  return number(field, 0.0);
+}
+
+double FieldReader::number(std::size_t field, double fallback) const {
+  if (is_empty(field)) return fallback;
+  const std::optional<double> value = parse_number(text(field));
+  if (!value) lexer_.fail(line_.place, "'" + printable(text(field)) + "' is not a finite number; correct it");
+  return *value;
+}
+
+int FieldReader::integer(std::size_t field, const char* meaning) const {
+  const std::optional<int> value = parse_integer(text(field));
+  if (!value) {
+    lexer_.fail(line_.place,
+                "'" + printable(text(field)) + "' is not a " + meaning + "; write a whole number");
+  }
+  return *value;
+}
+
+int FieldReader::label(std::size_t field, const char* meaning) const {
+  const int value = integer(field, meaning);
+  if (value <= 0) {
+    lexer_.fail(line_.place, std::to_string(value) + " is not a " + meaning + "; labels begin at 1");
+  }
+  return value;
+}
+
+int FieldReader::axis(std::size_t field) const {
+  const int dof = integer(field, "degree of freedom");
+  if (dof < 1 || dof > 3) {
+    lexer_.fail(line_.place, "degree of freedom " + std::to_string(dof) +
+                                 " does not exist in a solid; write 1 (x), 2 (y) or 3 (z)");
+  }
+  return dof - 1;
+}
+
+DraftTarget FieldReader::node_or_set(std::size_t field, const Draft& draft) const {
+  DraftTarget target;
+  if (is_name(text(field))) {
+    target.set = known_set(lexer_, draft.node_sets, "node set", text(field), line_.place);
+  } else {
+    target.label = label(field, "node label");
+  }
+  return target;
+}
+
+bool is_name(std::string_view field) {
+  if (field.empty()) return false;
+  const char c = field.front();
+  return !((c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.');
+}
+
+int known_set(const InpLexer& lexer, const DraftSets& sets, const char* kind, std::string_view name,
+              Place place) {
+  const std::string normalised = normalised_name(name);
+  const int set = sets.find(normalised);
+  if (set < 0) {
+    lexer.fail(place, std::string(kind) + " " + printable(normalised) + " is not defined above this line" +
+                          did_you_mean(normalised, sets.names()));
+  }
+  return set;
+}
+
+}  // namespace palpate

@@ -1,0 +1,196 @@
+#include "offline/mesh/inp_mesh_keywords.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+// The set that NSET= or ELSET= of a *NODE or *ELEMENT line names, or -1.
+int set_of(const InpLexer& lexer, const KeywordLine& keyword, const char* parameter, DraftSets& sets) {
+  if (keyword.find(parameter) == nullptr) return -1;
+  return sets.add(normalised_name(lexer.required_value(keyword, parameter)));
+}
+
+// Adds what `other` holds at this line. Sorted and unique afterwards, so that sets built from sets built from
+// sets do not hold an entry many times over.
+void include_set(DraftSets& sets, int set, int other) {
+  if (other == set) return;
+  const auto key = [](const LabelRange& range) { return std::tuple(range.first, range.last, range.step); };
+  std::vector<LabelRange>& ranges = sets[set].ranges;
+  const std::vector<LabelRange>& added = sets[other].ranges;
+  ranges.insert(ranges.end(), added.begin(), added.end());
+  std::stable_sort(ranges.begin(), ranges.end(),
+                   [&](const LabelRange& a, const LabelRange& b) { return key(a) < key(b); });
+  const auto same = [&](const LabelRange& a, const LabelRange& b) { return key(a) == key(b); };
+  ranges.erase(std::unique(ranges.begin(), ranges.end(), same), ranges.end());
+}
+
+void read_generated(const InpLexer& lexer, const DataLine& line, DraftSet& set) {
+  const FieldReader fields(lexer, line, 2, 3, "first label, last label, step");
+  LabelRange range;
+  range.first = fields.label(0, "label");
+  range.last = fields.label(1, "label");
+  range.step = fields.is_empty(2) ? 1 : fields.integer(2, "step between labels");
+  range.place = line.place;
+  if (range.last < range.first || range.step <= 0 || (range.last - range.first) % range.step != 0) {
+    lexer.fail(line.place, "labels from " + std::to_string(range.first) + " by steps of " +
+                               std::to_string(range.step) + " do not arrive at " +
+                               std::to_string(range.last) + "; correct first, last or step");
+  }
+  set.ranges.push_back(range);
+}
+
+void read_listed(const InpLexer& lexer, const DataLine& line, const char* kind, DraftSets& sets, int set) {
+  const FieldReader fields(lexer, line, 1, line.fields.size(), "labels or set names");
+  for (std::size_t i = 0; i < line.fields.size(); ++i) {
+    if (fields.is_empty(i)) continue;
+    if (is_name(fields.text(i))) {
+      include_set(sets, set, known_set(lexer, sets, kind, fields.text(i), line.place));
+    } else {
+      const int label = fields.label(i, "label");
+      sets[set].ranges.push_back({label, label, 1, line.place});
+    }
+  }
+}
+
+void read_set(InpLexer& lexer, const KeywordLine& keyword, const char* parameter, const char* kind,
+              DraftSets& sets) {
+  lexer.allow_parameters(keyword, {parameter, "GENERATE"});
+  const int set = sets.add(normalised_name(lexer.required_value(keyword, parameter)));
+  const bool generate = keyword.find("GENERATE") != nullptr;
+  while (const DataLine* line = lexer.next_data()) {
+    if (generate) {
+      read_generated(lexer, *line, sets[set]);
+    } else {
+      read_listed(lexer, *line, kind, sets, set);
+    }
+  }
+}
+
+}  // namespace
+
+void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {"NSET"});
+  const int set = set_of(lexer, keyword, "NSET", draft.node_sets);
+  while (const DataLine* line = lexer.next_data()) {
+    const FieldReader fields(lexer, *line, 4, 4, "a node label and three coordinates");
+    DraftNode node;
+    node.label = fields.label(0, "node label");
+    node.position = {fields.number(1), fields.number(2), fields.number(3)};
+    node.place = line->place;
+    draft.nodes.push_back(node);
+    if (set >= 0) draft.node_sets[set].ranges.push_back({node.label, node.label, 1, node.place});
+  }
+}
+
+void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {"TYPE", "ELSET"});
+  const std::string type = normalised_name(lexer.required_value(keyword, "TYPE"));
+  if (type != "C3D4") {
+    lexer.fail(keyword.place, "elements of type " + printable(type) +
+                                  " are not supported; mesh the body with four-node tetrahedra, TYPE=C3D4");
+  }
+  const int set = set_of(lexer, keyword, "ELSET", draft.element_sets);
+  // Abaqus lets an element go on in the next line when its own ends in a comma.
+  std::array<int, 5> numbers = {};
+  std::size_t count = 0;
+  DraftElement element;
+  const char* layout = "an element label and four node labels";
+  while (const DataLine* line = lexer.next_data()) {
+    if (count == 0) element.place = line->place;
+    const FieldReader fields(lexer, *line, 1, 5 - count, count == 0 ? layout : "the rest of an element");
+    const std::size_t in_line = std::min(line->fields.size(), 5 - count);
+    const bool goes_on = fields.is_empty(in_line - 1);
+    const std::size_t used = goes_on ? in_line - 1 : in_line;
+    for (std::size_t i = 0; i < used; ++i) {
+      numbers[count] = fields.label(i, count == 0 ? "element label" : "node label");
+      ++count;
+    }
+    if (count < 5 && goes_on) continue;
+    if (count < 5) {
+      lexer.fail(line->place, std::string("expected ") + layout + ", found " + std::to_string(count) +
+                                  (count == 1 ? " field" : " fields"));
+    }
+    element.label = numbers[0];
+    element.node_labels = {numbers[1], numbers[2], numbers[3], numbers[4]};
+    draft.elements.push_back(element);
+    if (set >= 0) draft.element_sets[set].ranges.push_back({element.label, element.label, 1, element.place});
+    count = 0;
+  }
+  if (count > 0) lexer.fail(element.place, std::string("expected ") + layout + ", the element is cut short");
+}
+
+void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  read_set(lexer, keyword, "NSET", "node set", draft.node_sets);
+}
+
+void read_element_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  read_set(lexer, keyword, "ELSET", "element set", draft.element_sets);
+}
+
+void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {"NAME"});
+  DraftMaterial material;
+  material.material.name = normalised_name(lexer.required_value(keyword, "NAME"));
+  material.place = keyword.place;
+  for (const DraftMaterial& other : draft.materials) {
+    if (other.material.name == material.material.name) {
+      lexer.fail(keyword.place, "material " + printable(other.material.name) +
+                                    " is already defined in line " + std::to_string(other.place.line) +
+                                    "; give this one another name");
+    }
+  }
+  draft.materials.push_back(material);
+}
+
+void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  const char* remedy = "write *HYPERELASTIC, COMPRESSIBLE NEO HOOKE and a data line mu, lambda";
+  for (const Parameter& parameter : keyword.parameters) {
+    if (parameter.name != "COMPRESSIBLENEOHOOKE") {
+      lexer.fail(keyword.place, keyword.shown + ", " + parameter.shown + " is not supported; " + remedy);
+    }
+  }
+  if (keyword.parameters.empty()) lexer.fail(keyword.place, keyword.shown + " names no law; " + remedy);
+  DraftMaterial& material = draft.materials.back();
+  if (material.has_law) {
+    lexer.fail(keyword.place,
+               "material " + printable(material.material.name) + " already has a law; keep one");
+  }
+  const DataLine* line = lexer.next_data();
+  if (line == nullptr) lexer.fail(keyword.place, keyword.shown + " needs a data line mu, lambda; add it");
+  const FieldReader fields(lexer, *line, 2, 2, "mu, lambda");
+  const double mu = fields.number(0);
+  const double lambda = fields.number(1);
+  if (mu <= 0) lexer.fail(line->place, "the shear modulus mu must be above 0; correct it");
+  // At small strain the bulk modulus is lambda + 2 mu / 3.
+  if (3 * lambda + 2 * mu <= 0) {
+    lexer.fail(line->place,
+               "lambda must be above -2/3 mu, or the body gains volume under pressure; correct it");
+  }
+  material.material.law = {mu, lambda};
+  material.has_law = true;
+}
+
+void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {"ELSET", "MATERIAL"});
+  DraftSection section;
+  section.element_set = known_set(lexer, draft.element_sets, "element set",
+                                  lexer.required_value(keyword, "ELSET"), keyword.place);
+  section.material = normalised_name(lexer.required_value(keyword, "MATERIAL"));
+  section.place = keyword.place;
+  draft.sections.push_back(section);
+  if (const DataLine* line = lexer.next_data()) {
+    // Abaqus/CAE writes an empty line or the attribute 1 here, which says nothing about a solid.
+    const FieldReader fields(lexer, *line, 1, 1, "nothing or 1");
+    if (fields.number(0, 1.0) != 1.0) {
+      lexer.fail(line->place,
+                 "section attribute " + printable(line->text) + " is not supported; remove the line");
+    }
+  }
+}
+
+}  // namespace palpate

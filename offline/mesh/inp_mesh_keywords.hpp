@@ -1,0 +1,20 @@
+// The keywords that describe the body: *NODE, *ELEMENT, *NSET, *ELSET, *MATERIAL, *HYPERELASTIC, *SOLID
+// SECTION.
+#pragma once
+
+#include "offline/mesh/inp_draft.hpp"
+#include "offline/mesh/inp_lexer.hpp"
+
+namespace palpate {
+
+// Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
+// mistake.
+void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_element_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);  // of the last *MATERIAL
+void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+
+}  // namespace palpate

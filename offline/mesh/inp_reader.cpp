@@ -1,0 +1,150 @@
+#include "offline/mesh/inp_reader.hpp"
+
+#include <array>
+
+#include "offline/mesh/inp_draft.hpp"
+#include "offline/mesh/inp_lexer.hpp"
+#include "offline/mesh/inp_mesh_keywords.hpp"
+#include "offline/mesh/inp_resolve.hpp"
+#include "offline/mesh/inp_step_keywords.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/nearest_name.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+enum class Where { before_steps, in_step, anywhere };
+
+struct KeywordRule {
+  const char* name;   // normalised
+  const char* shown;  // as people write it
+  Where where;
+  void (*read)(InpLexer&, const KeywordLine&, Draft&);
+};
+
+void read_heading(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {});
+  while (const DataLine* line = lexer.next_data()) {
+    if (!draft.heading.empty()) draft.heading += '\n';
+    draft.heading += line->text;
+  }
+}
+
+// Output requests change nothing in the model: `solve` always writes the whole field.
+void pass_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  for (const char* set : {"NSET", "ELSET"}) {
+    const Parameter* parameter = keyword.find(set);
+    if (parameter == nullptr || !parameter->value) continue;
+    const bool nodes = set[0] == 'N';
+    const DraftSets& sets = nodes ? draft.node_sets : draft.element_sets;
+    if (sets.find(normalised_name(*parameter->value)) < 0) {
+      lexer.fail(keyword.place, std::string(nodes ? "node set " : "element set ") +
+                                    printable(normalised_name(*parameter->value)) +
+                                    " is not defined above this line" +
+                                    did_you_mean(normalised_name(*parameter->value), sets.names()));
+    }
+  }
+  while (lexer.next_data() != nullptr) {
+  }
+  const InputError warning(lexer.files().at(keyword.place),
+                           keyword.shown + " is passed over: results are written for every node");
+  draft.warnings.emplace_back(warning.what());
+}
+
+constexpr std::array kRules = {
+    KeywordRule{"HEADING", "*HEADING", Where::before_steps, read_heading},
+    KeywordRule{"NODE", "*NODE", Where::before_steps, read_nodes},
+    KeywordRule{"ELEMENT", "*ELEMENT", Where::before_steps, read_elements},
+    KeywordRule{"NSET", "*NSET", Where::before_steps, read_node_set},
+    KeywordRule{"ELSET", "*ELSET", Where::before_steps, read_element_set},
+    KeywordRule{"MATERIAL", "*MATERIAL", Where::before_steps, read_material},
+    KeywordRule{"HYPERELASTIC", "*HYPERELASTIC", Where::before_steps, read_hyperelastic},
+    KeywordRule{"SOLIDSECTION", "*SOLID SECTION", Where::before_steps, read_solid_section},
+    KeywordRule{"BOUNDARY", "*BOUNDARY", Where::anywhere, read_boundary},
+    KeywordRule{"STEP", "*STEP", Where::anywhere, read_step},
+    KeywordRule{"STATIC", "*STATIC", Where::in_step, read_static},
+    KeywordRule{"CLOAD", "*CLOAD", Where::in_step, read_cload},
+    KeywordRule{"NODEPRINT", "*NODE PRINT", Where::in_step, pass_output_request},
+    KeywordRule{"NODEFILE", "*NODE FILE", Where::in_step, pass_output_request},
+    KeywordRule{"ELFILE", "*EL FILE", Where::in_step, pass_output_request},
+    KeywordRule{"ENDSTEP", "*END STEP", Where::in_step, read_end_step},
+};
+
+// What to do about keywords that models exported from other programs often hold.
+struct Remedy {
+  const char* name;
+  const char* text;
+};
+constexpr std::array kRemedies = {
+    Remedy{"DENSITY", "remove it: a static solve does not use mass"},
+    Remedy{"ELASTIC", "write *HYPERELASTIC, COMPRESSIBLE NEO HOOKE and a data line mu, lambda"},
+    Remedy{"PART", "export the model as a flat input file, without parts and instances"},
+    Remedy{"ASSEMBLY", "export the model as a flat input file, without parts and instances"},
+    Remedy{"INSTANCE", "export the model as a flat input file, without parts and instances"},
+    Remedy{"DLOAD", "remove it, or write the forces at the nodes with *CLOAD"},
+    Remedy{"DSLOAD", "remove it, or write the forces at the nodes with *CLOAD"},
+    Remedy{"AMPLITUDE", "remove it: loads ramp linearly within a step"},
+    Remedy{"DYNAMIC", "write *STATIC"},
+};
+
+[[noreturn]] void refuse_keyword(const InpLexer& lexer, const KeywordLine& keyword) {
+  for (const Remedy& remedy : kRemedies) {
+    if (keyword.name == remedy.name) {
+      lexer.fail(keyword.place, keyword.shown + " is not supported; " + remedy.text);
+    }
+  }
+  std::vector<std::string> known = {"*INCLUDE"};
+  for (const KeywordRule& rule : kRules) known.emplace_back(rule.shown);
+  const std::string suggestion = did_you_mean(keyword.shown, known);
+  lexer.fail(keyword.place,
+             keyword.shown + " is not supported" + (suggestion.empty() ? "; remove it" : suggestion));
+}
+
+const KeywordRule& rule_of(const InpLexer& lexer, const KeywordLine& keyword) {
+  for (const KeywordRule& rule : kRules) {
+    if (keyword.name == rule.name) return rule;
+  }
+  refuse_keyword(lexer, keyword);
+}
+
+void check_where(const InpLexer& lexer, const KeywordLine& keyword, const KeywordRule& rule,
+                 const Draft& draft) {
+  if (rule.where == Where::in_step && !draft.in_step()) {
+    lexer.fail(keyword.place, keyword.shown + " stands outside a step; move it between *STEP and *END STEP");
+  }
+  if (rule.where == Where::before_steps && !draft.steps.empty()) {
+    lexer.fail(keyword.place, keyword.shown + " stands after *STEP; move it before the first step");
+  }
+}
+
+}  // namespace
+
+Model read_inp(const std::filesystem::path& file) {
+  InpLexer lexer(file);
+  Draft draft;
+  if (const DataLine* line = lexer.next_data()) {
+    lexer.fail(line->place, "data before the first keyword: '" + printable(line->text) +
+                                "'; an .inp file begins with a keyword such as *NODE");
+  }
+  std::string previous;
+  while (const KeywordLine* keyword = lexer.next_keyword()) {
+    const KeywordRule& rule = rule_of(lexer, *keyword);
+    check_where(lexer, *keyword, rule, draft);
+    if (keyword->name == "HYPERELASTIC" && previous != "MATERIAL" && previous != "HYPERELASTIC") {
+      lexer.fail(keyword->place, "*HYPERELASTIC belongs to no material; move it below *MATERIAL");
+    }
+    previous = keyword->name;
+    rule.read(lexer, *keyword, draft);
+    if (const DataLine* line = lexer.next_data()) {
+      lexer.fail(line->place, "unexpected data after " + std::string(rule.shown) + ": '" +
+                                  printable(line->text) + "'; remove it");
+    }
+  }
+  if (draft.in_step()) {
+    lexer.fail(draft.steps.back().place, "the file ends inside this step; add *END STEP");
+  }
+  return resolve(draft, lexer.files(), file.string());
+}
+
+}  // namespace palpate

@@ -1,0 +1,256 @@
+#include "offline/mesh/inp_resolve.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/model_check.hpp"
+#include "offline/mesh/nearest_name.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+std::string location(const SourceLine& line) {
+  return line.file + ":" + std::to_string(line.line);
+}
+
+// (label, index), sorted; a label twice is refused at its second place.
+template <typename Item>
+std::vector<std::pair<int, int>> index_labels(const std::vector<Item>& items, const SourceFiles& files,
+                                              const char* kind) {
+  std::vector<std::pair<int, int>> index;
+  index.reserve(items.size());
+  for (const Item& item : items) index.emplace_back(item.label, static_cast<int>(index.size()));
+  std::sort(index.begin(), index.end());
+  for (std::size_t i = 1; i < index.size(); ++i) {
+    if (index[i].first != index[i - 1].first) continue;
+    const Item& first = items[static_cast<std::size_t>(index[i - 1].second)];
+    const Item& second = items[static_cast<std::size_t>(index[i].second)];
+    throw InputError(files.at(second.place), std::string(kind) + " " + std::to_string(second.label) +
+                                                 " is already defined at " + location(files.at(first.place)) +
+                                                 "; give one of them another label");
+  }
+  return index;
+}
+
+// Index of the item with this label, or -1.
+int find_label(const std::vector<std::pair<int, int>>& index, int label) {
+  const auto found = std::lower_bound(index.begin(), index.end(), std::pair(label, 0));
+  return found != index.end() && found->first == label ? found->second : -1;
+}
+
+using AxisValue = std::map<std::pair<int, int>, double>;  // (node, axis) -> value
+
+class Resolver {
+ public:
+  Resolver(const Draft& draft, const SourceFiles& files, const std::string& file)
+      : draft_(draft), files_(files) {
+    model_.file = file;
+    model_.files = files_.names();
+    model_.heading = draft.heading;
+    model_.warnings = draft.warnings;
+  }
+
+  Model run() {
+    resolve_nodes();
+    resolve_elements();
+    resolve_materials();
+    resolve_sections();
+    resolve_fixed();
+    for (const DraftStep& step : draft_.steps) resolve_step(step);
+    check_model(model_, origin_);
+    return std::move(model_);
+  }
+
+ private:
+  [[noreturn]] void fail(Place place, const std::string& message) const {
+    throw InputError(files_.at(place), message);
+  }
+
+  int node(int label, Place place, const std::string& who) const {
+    const int found = model_.find_node(label);
+    if (found < 0) {
+      fail(place,
+           who + " names node " + std::to_string(label) + ", which is not defined; define it with *NODE");
+    }
+    return found;
+  }
+
+  void resolve_nodes() {
+    model_.label_index = index_labels(draft_.nodes, files_, "node");
+    for (const DraftNode& node : draft_.nodes) {
+      model_.labels.push_back(node.label);
+      model_.positions.push_back(node.position);
+    }
+    for (const DraftSet& set : draft_.node_sets.all()) {
+      model_.node_sets[set.name] = members(set, model_.label_index, "node set ", "node", "*NODE");
+    }
+  }
+
+  void resolve_elements() {
+    const auto index = index_labels(draft_.elements, files_, "element");
+    used_.assign(model_.positions.size(), 0);
+    for (const DraftElement& draft : draft_.elements) {
+      Tetrahedron element;
+      element.label = draft.label;
+      for (std::size_t i = 0; i < 4; ++i) {
+        element.nodes[i] = model_.find_node(draft.node_labels[i]);
+        if (element.nodes[i] < 0)
+          node(draft.node_labels[i], draft.place, "element " + std::to_string(draft.label));
+      }
+      for (const int corner : element.nodes) used_[static_cast<std::size_t>(corner)] = 1;
+      model_.elements.push_back(element);
+      origin_.elements.push_back(draft.place);
+    }
+    origin_.files = files_;
+    for (const DraftSet& set : draft_.element_sets.all()) {
+      model_.element_sets[set.name] = members(set, index, "element set ", "element", "*ELEMENT");
+    }
+  }
+
+  // A range ends at its first undefined label, so that a range over more labels than there are memory cannot
+  // be asked for.
+  std::vector<int> members(const DraftSet& set, const std::vector<std::pair<int, int>>& index,
+                           const char* kind, const char* item, const char* keyword) const {
+    std::vector<int> found;
+    for (const LabelRange& range : set.ranges) {
+      const std::int64_t last = range.last;
+      for (std::int64_t label = range.first; label <= last; label += range.step) {
+        const int member = find_label(index, static_cast<int>(label));
+        if (member < 0) {
+          fail(range.place, kind + printable(set.name) + " names " + item + " " + std::to_string(label) +
+                                ", which is not defined; define it with " + keyword);
+        }
+        found.push_back(member);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  void resolve_materials() {
+    for (const DraftMaterial& material : draft_.materials) {
+      if (!material.has_law) {
+        fail(material.place, "material " + printable(material.material.name) +
+                                 " has no law; add *HYPERELASTIC, COMPRESSIBLE NEO HOOKE below it");
+      }
+      model_.materials.push_back(material.material);
+    }
+  }
+
+  int material(const DraftSection& section) const {
+    std::vector<std::string> names;
+    for (const Material& material : model_.materials) {
+      if (material.name == section.material) return static_cast<int>(names.size());
+      names.push_back(material.name);
+    }
+    fail(section.place,
+         "material " + printable(section.material) + " is not defined" +
+             (nearest_name(section.material, names).empty() ? "; define it with *MATERIAL"
+                                                            : did_you_mean(section.material, names)));
+  }
+
+  void resolve_sections() {
+    std::vector<int> section_of(model_.elements.size(), -1);
+    int number = 0;
+    for (const DraftSection& section : draft_.sections) {
+      const int section_material = material(section);
+      const auto set = static_cast<std::size_t>(section.element_set);
+      for (const int element : model_.element_sets.at(draft_.element_sets.all()[set].name)) {
+        int& taken = section_of[static_cast<std::size_t>(element)];
+        Tetrahedron& tetrahedron = model_.elements[static_cast<std::size_t>(element)];
+        if (taken >= 0) {
+          const Place other = draft_.sections[static_cast<std::size_t>(taken)].place;
+          fail(section.place, "element " + std::to_string(tetrahedron.label) +
+                                  " is already in the section of " + location(files_.at(other)) +
+                                  "; take it out of one of them");
+        }
+        taken = number;
+        tetrahedron.material = section_material;
+      }
+      ++number;
+    }
+    const auto missing = std::find(section_of.begin(), section_of.end(), -1);
+    if (missing != section_of.end()) {
+      const auto element = static_cast<std::size_t>(missing - section_of.begin());
+      fail(origin_.elements[element],
+           "element " + std::to_string(model_.elements[element].label) +
+               " has no material; add *SOLID SECTION for an element set that holds it");
+    }
+  }
+
+  std::vector<int> targets(const DraftTarget& target, Place place, const char* keyword) const {
+    if (target.set < 0) return {node(target.label, place, keyword)};
+    return model_.node_sets.at(draft_.node_sets.all()[static_cast<std::size_t>(target.set)].name);
+  }
+
+  AxisValue displacements(const std::vector<DraftDisplacement>& drafts) const {
+    AxisValue values;
+    for (const DraftDisplacement& draft : drafts) {
+      for (const int node : targets(draft.target, draft.place, "*BOUNDARY")) {
+        for (int axis = draft.first_axis; axis <= draft.last_axis; ++axis) {
+          const auto [known, is_new] = values.try_emplace({node, axis}, draft.value);
+          if (!is_new && known->second != draft.value) {
+            fail(draft.place, "conflicting displacements of node " +
+                                  std::to_string(model_.labels[static_cast<std::size_t>(node)]) + " along " +
+                                  "xyz"[axis] + " in one step; keep one");
+          }
+        }
+      }
+    }
+    return values;
+  }
+
+  template <typename Item>
+  static std::vector<Item> flat(const AxisValue& values) {
+    std::vector<Item> items;
+    for (const auto& [where, value] : values) items.push_back({where.first, where.second, value});
+    return items;
+  }
+
+  void resolve_fixed() {
+    prescribed_ = displacements(draft_.fixed);
+    model_.fixed = flat<PrescribedDisplacement>(prescribed_);
+  }
+
+  void resolve_step(const DraftStep& draft) {
+    for (const auto& [where, value] : displacements(draft.prescribed)) prescribed_[where] = value;
+    // As in CalculiX, forces at one node and axis add up within a step and replace those of the step before.
+    AxisValue forces;
+    for (const DraftForce& force : draft.forces) {
+      for (const int loaded : targets(force.target, force.place, "*CLOAD")) {
+        if (used_[static_cast<std::size_t>(loaded)] == 0) {
+          fail(force.place, "*CLOAD acts on node " +
+                                std::to_string(model_.labels[static_cast<std::size_t>(loaded)]) +
+                                ", which belongs to no element; load another");
+        }
+        forces[{loaded, force.axis}] += force.value;
+      }
+    }
+    for (const auto& [where, value] : forces) forces_[where] = value;
+    Step step = draft.step;
+    step.source = files_.at(draft.place);
+    step.prescribed = flat<PrescribedDisplacement>(prescribed_);
+    step.forces = flat<NodalForce>(forces_);
+    model_.steps.push_back(std::move(step));
+  }
+
+  const Draft& draft_;
+  const SourceFiles& files_;
+  Model model_;
+  ModelOrigin origin_;
+  std::vector<char> used_;  // whether an element has the node
+  AxisValue prescribed_;
+  AxisValue forces_;
+};
+
+}  // namespace
+
+Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file) {
+  return Resolver(draft, files, file).run();
+}
+
+}  // namespace palpate

@@ -1,0 +1,155 @@
+#include "offline/mesh/inp_step_keywords.hpp"
+
+#include <algorithm>
+
+#include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+// OP=MOD is Abaqus' default: what earlier steps prescribed stays. It is the only one known here.
+void require_op_mod(const InpLexer& lexer, const KeywordLine& keyword) {
+  lexer.allow_parameters(keyword, {"OP"});
+  if (keyword.find("OP") == nullptr) return;
+  const std::string value = normalised_name(lexer.required_value(keyword, "OP"));
+  if (value != "MOD") {
+    lexer.fail(keyword.place, keyword.shown + ", OP=" + printable(value) +
+                                  " is not supported; use OP=MOD and write the values that change");
+  }
+}
+
+// ENCASTRE and PINNED hold all that a solid's node has: three displacements.
+bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view field) {
+  if (!is_name(field)) return false;
+  const std::string type = normalised_name(field);
+  if (type == "ENCASTRE" || type == "PINNED") return true;
+  lexer.fail(line.place, "boundary type " + printable(type) +
+                             " is not supported; write the degrees of freedom, such as 1, 3");
+}
+
+void require(const InpLexer& lexer, const DataLine& line, bool good, const std::string& message) {
+  if (!good) lexer.fail(line.place, message);
+}
+
+}  // namespace
+
+void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  require_op_mod(lexer, keyword);
+  const bool in_step = draft.in_step();
+  if (!in_step && !draft.steps.empty()) {
+    lexer.fail(keyword.place, "*BOUNDARY stands between two steps; move it into a step or before the first");
+  }
+  std::vector<DraftDisplacement>& displacements = in_step ? draft.steps.back().prescribed : draft.fixed;
+  while (const DataLine* line = lexer.next_data()) {
+    const FieldReader fields(lexer, *line, 2, 4, "node or set, first dof, last dof, value");
+    DraftDisplacement displacement;
+    displacement.target = fields.node_or_set(0, draft);
+    displacement.place = line->place;
+    if (is_named_type(lexer, *line, fields.text(1))) {
+      displacement.last_axis = 2;
+      if (!fields.is_empty(2) || !fields.is_empty(3)) {
+        lexer.fail(line->place, "nothing may follow " + normalised_name(fields.text(1)) + "; remove it");
+      }
+    } else {
+      displacement.first_axis = fields.axis(1);
+      displacement.last_axis = fields.is_empty(2) ? displacement.first_axis : fields.axis(2);
+      displacement.value = fields.number(3);
+    }
+    if (displacement.last_axis < displacement.first_axis) {
+      lexer.fail(line->place, "the last degree of freedom is before the first; exchange them");
+    }
+    if (!in_step && displacement.value != 0) {
+      lexer.fail(line->place, "a displacement other than 0 before the first *STEP; move it into a step");
+    }
+    displacements.push_back(displacement);
+  }
+}
+
+void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  // NAME is what Abaqus/CAE calls the step: it changes nothing.
+  lexer.allow_parameters(keyword, {"NLGEOM", "INC", "NAME"});
+  if (draft.in_step()) {
+    lexer.fail(keyword.place, "*STEP inside the step of line " +
+                                  std::to_string(draft.steps.back().place.line) +
+                                  "; end that one with *END STEP");
+  }
+  const Parameter* nlgeom = keyword.find("NLGEOM");
+  const std::string value = nlgeom == nullptr ? "NO" : normalised_name(nlgeom->value.value_or("YES"));
+  if (value != "YES") {
+    lexer.fail(keyword.place,
+               "*STEP without NLGEOM asks for small displacements, which are not supported; "
+               "write *STEP, NLGEOM: this material is nonlinear");
+  }
+  DraftStep step;
+  step.place = keyword.place;
+  if (keyword.find("INC") != nullptr) {
+    const std::string increments = lexer.required_value(keyword, "INC");
+    const std::optional<int> count = parse_integer(increments);
+    if (!count || *count < 1) {
+      lexer.fail(keyword.place,
+                 "INC=" + printable(increments) + " is no number of increments; write 1 or more");
+    }
+    step.step.max_increments = *count;
+  }
+  // The lines below *STEP are its title.
+  while (lexer.next_data() != nullptr) {
+  }
+  draft.steps.push_back(std::move(step));
+}
+
+void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  for (const Parameter& parameter : keyword.parameters) {
+    lexer.fail(keyword.place,
+               "*STATIC, " + parameter.shown + " is not supported; write *STATIC, which steps automatically");
+  }
+  DraftStep& step = draft.steps.back();
+  if (step.has_static) lexer.fail(keyword.place, "*STATIC is given twice in this step; keep one");
+  step.has_static = true;
+  const DataLine* line = lexer.next_data();
+  if (line == nullptr) return;
+  const FieldReader fields(lexer, *line, 1, 4, "initial increment, period, smallest, largest increment");
+  // Empty and zero mean the default in Abaqus: a period of 1, the whole of it at once, 1e-5 of it at least.
+  const auto given = [&](std::size_t field, double fallback) {
+    const double value = fields.number(field);
+    require(lexer, *line, value >= 0, "increments and periods cannot be negative; correct them");
+    return value == 0 ? fallback : value;
+  };
+  const double period = given(1, 1.0);
+  const double initial = given(0, period);
+  const double smallest = given(2, std::min(initial, 1e-5 * period));
+  const double largest = given(3, period);
+  require(lexer, *line, initial <= period, "the initial increment is longer than the period; shorten it");
+  require(lexer, *line, smallest <= initial,
+          "the smallest increment is longer than the initial one; shorten it");
+  require(lexer, *line, largest >= smallest,
+          "the largest increment is shorter than the smallest; lengthen it");
+  step.step.largest_increment = std::min(largest / period, 1.0);
+  step.step.first_increment = std::min(initial / period, step.step.largest_increment);
+  step.step.smallest_increment = smallest / period;
+}
+
+void read_cload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  require_op_mod(lexer, keyword);
+  while (const DataLine* line = lexer.next_data()) {
+    const FieldReader fields(lexer, *line, 2, 3, "node or set, dof, force");
+    DraftForce force;
+    force.target = fields.node_or_set(0, draft);
+    force.axis = fields.axis(1);
+    force.value = fields.number(2);
+    force.place = line->place;
+    draft.steps.back().forces.push_back(force);
+  }
+}
+
+void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {});
+  DraftStep& step = draft.steps.back();
+  if (!step.has_static) {
+    lexer.fail(keyword.place, "the step of line " + std::to_string(step.place.line) +
+                                  " has no procedure; write *STATIC after *STEP");
+  }
+  step.ended = true;
+}
+
+}  // namespace palpate

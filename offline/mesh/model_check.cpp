@@ -1,0 +1,126 @@
+#include "offline/mesh/model_check.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "offline/mesh/element_faces.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/rigid_motion.hpp"
+
+namespace palpate {
+namespace {
+
+// Volume over the cube of the longest edge below which an element is flat (a regular one has 0.118).
+// Coordinates are often written with seven digits: an element meant to be flat then keeps about 1e-7 of
+// thickness per edge, and one ten times flatter still has no shape left to compute with.
+constexpr double kFlat = 1e-8;
+
+const Eigen::Vector3d& position(const Model& model, int node) {
+  return model.positions[static_cast<std::size_t>(node)];
+}
+
+int label(const Model& model, int node) {
+  return model.labels[static_cast<std::size_t>(node)];
+}
+
+double longest_edge(const Model& model, const Tetrahedron& element) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Eigen::Vector3d edge = position(model, element.nodes[i]) - position(model, element.nodes[j]);
+      longest = std::max(longest, edge.norm());
+    }
+  }
+  return longest;
+}
+
+void check_volumes(const Model& model, const ModelOrigin& origin) {
+  for (std::size_t i = 0; i < model.elements.size(); ++i) {
+    const Tetrahedron& element = model.elements[i];
+    const auto fail = [&](const std::string& message) {
+      throw InputError(origin.files.at(origin.elements[i]),
+                       fmt::format("element {} {}", element.label, message));
+    };
+    std::array<int, 4> sorted = element.nodes;
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    if (twice != sorted.end()) fail(fmt::format("names node {} twice; correct it", label(model, *twice)));
+    const double volume = signed_volume(model, element);
+    const double edge = longest_edge(model, element);
+    // Written so that an overflow of the cube, or of a coordinate difference, is refused too.
+    if (!(std::abs(volume) > kFlat * edge * edge * edge)) {
+      fail(fmt::format("is flat (volume {:.3g}, longest edge {:.3g}); remesh there", volume, edge));
+    }
+    if (volume < 0) fail(fmt::format("is inverted (volume {:.3g}); reorder its nodes", volume));
+  }
+}
+
+void check_faces(const Model& model, const ModelOrigin& origin) {
+  const std::vector<ElementFace> faces = sorted_faces(model);
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    const ElementFace& first = faces[i - 1];
+    const ElementFace& second = faces[i];
+    if (first.sorted != second.sorted) continue;
+    const auto element = [&](const ElementFace& face) {
+      return model.elements[static_cast<std::size_t>(face.element)].label;
+    };
+    const auto shown = fmt::format("the face of nodes {}, {}, {}", label(model, first.sorted[0]),
+                                   label(model, first.sorted[1]), label(model, first.sorted[2]));
+    if (i + 1 < faces.size() && faces[i + 1].sorted == second.sorted) {
+      const ElementFace& third = faces[i + 1];
+      throw InputError(origin.files.at(origin.elements[static_cast<std::size_t>(third.element)]),
+                       fmt::format("non-manifold mesh: elements {}, {} and {} share {}; remove one of them",
+                                   element(first), element(second), element(third), shown));
+    }
+    if (first.even == second.even) {
+      throw InputError(
+          origin.files.at(origin.elements[static_cast<std::size_t>(second.element)]),
+          fmt::format("elements {} and {} overlap: both lie on the same side of {}; remove one of them",
+                      element(first), element(second), shown));
+    }
+  }
+}
+
+void warn_unused_nodes(Model& model) {
+  const std::vector<int> part = connected_parts(model);
+  const auto unused = std::count(part.begin(), part.end(), -1);
+  if (unused == 0) return;
+  const auto first = std::find(part.begin(), part.end(), -1) - part.begin();
+  model.warnings.push_back(
+      fmt::format("{}: {} {} to no element and stay where they are; the first is node {}", model.file, unused,
+                  unused == 1 ? "node belongs" : "nodes belong", label(model, static_cast<int>(first))));
+}
+
+}  // namespace
+
+double signed_volume(const Model& model, const Tetrahedron& element) {
+  const Eigen::Vector3d& origin = position(model, element.nodes[0]);
+  const Eigen::Vector3d a = position(model, element.nodes[1]) - origin;
+  const Eigen::Vector3d b = position(model, element.nodes[2]) - origin;
+  const Eigen::Vector3d c = position(model, element.nodes[3]) - origin;
+  return a.dot(b.cross(c)) / 6;
+}
+
+void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held) {
+  const std::vector<LoosePart> loose = loose_parts(model, held);
+  if (loose.empty()) return;
+  throw InputError({model.file, 0},
+                   fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
+                               label(model, loose.front().node), loose.front().motion));
+}
+
+void check_model(Model& model, const ModelOrigin& origin) {
+  if (model.elements.empty()) {
+    throw InputError({model.file, 0}, "the model has no elements; add *ELEMENT, TYPE=C3D4");
+  }
+  check_volumes(model, origin);
+  check_faces(model, origin);
+  // Later steps only add to what the first one prescribes.
+  check_held(model, model.steps.empty() ? model.fixed : model.steps.front().prescribed);
+  warn_unused_nodes(model);
+}
+
+}  // namespace palpate

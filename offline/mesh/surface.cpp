@@ -1,0 +1,112 @@
+#include "offline/mesh/surface.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <queue>
+#include <unordered_map>
+#include <utility>
+
+#include "offline/mesh/element_faces.hpp"
+
+namespace palpate {
+namespace {
+
+// Path lengths are sums of rounded edges: on a regular grid a node at exactly the radius would be in or out
+// by chance.
+constexpr double kRadiusTolerance = 1e-9;
+
+std::size_t at(int index) {
+  return static_cast<std::size_t>(index);
+}
+
+double distance(const Model& model, int a, int b) {
+  return (model.positions[at(a)] - model.positions[at(b)]).norm();
+}
+
+// The distinct edges in both directions, sorted.
+std::vector<std::pair<int, int>> directed_edges(const Surface& surface) {
+  std::vector<std::pair<int, int>> edges;
+  edges.reserve(6 * surface.triangles.size());
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int a = triangle[i];
+      const int b = triangle[(i + 1) % 3];
+      edges.emplace_back(a, b);
+      edges.emplace_back(b, a);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+}  // namespace
+
+Surface extract_surface(const Model& model) {
+  Surface surface;
+  const std::vector<ElementFace> faces = sorted_faces(model);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const bool shared_before = i > 0 && faces[i - 1].sorted == faces[i].sorted;
+    const bool shared_behind = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
+    if (!shared_before && !shared_behind) surface.triangles.push_back(faces[i].outward);
+  }
+  const std::vector<std::pair<int, int>> edges = directed_edges(surface);
+  surface.neighbour_start.assign(model.positions.size() + 1, 0);
+  double sum = 0;
+  for (const auto& [from, to] : edges) {
+    ++surface.neighbour_start[at(from) + 1];
+    surface.neighbours.push_back(to);
+    surface.neighbour_distance.push_back(distance(model, from, to));
+    sum += surface.neighbour_distance.back();
+  }
+  if (!edges.empty()) surface.mean_edge = sum / static_cast<double>(edges.size());
+  for (std::size_t node = 0; node < model.positions.size(); ++node) {
+    if (surface.neighbour_start[node + 1] > 0) surface.nodes.push_back(static_cast<int>(node));
+    surface.neighbour_start[node + 1] += surface.neighbour_start[node];
+  }
+  return surface;
+}
+
+std::vector<int> nodes_within(const Surface& surface, int centre, double radius) {
+  const double limit = radius * (1 + kRadiusTolerance);
+  std::unordered_map<int, double> shortest = {{centre, 0.0}};
+  using Reached = std::pair<double, int>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
+  queue.emplace(0.0, centre);
+  while (!queue.empty()) {
+    const auto [length, node] = queue.top();
+    queue.pop();
+    if (length > shortest.at(node)) continue;
+    for (int i = surface.neighbour_start[at(node)]; i < surface.neighbour_start[at(node) + 1]; ++i) {
+      const double through = length + surface.neighbour_distance[at(i)];
+      if (through > limit) continue;
+      const auto [known, is_new] = shortest.try_emplace(surface.neighbours[at(i)], through);
+      if (!is_new && known->second <= through) continue;
+      known->second = through;
+      queue.emplace(through, surface.neighbours[at(i)]);
+    }
+  }
+  std::vector<int> nodes;
+  nodes.reserve(shortest.size());
+  for (const auto& [node, length] : shortest) nodes.push_back(node);
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+std::vector<Eigen::Vector3d> outward_normals(const Model& model, const Surface& surface) {
+  std::vector<Eigen::Vector3d> normals(model.positions.size(), Eigen::Vector3d::Zero());
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    const Eigen::Vector3d& origin = model.positions[at(triangle[0])];
+    const Eigen::Vector3d a = model.positions[at(triangle[1])] - origin;
+    const Eigen::Vector3d b = model.positions[at(triangle[2])] - origin;
+    const Eigen::Vector3d twice_area = a.cross(b);
+    for (const int node : triangle) normals[at(node)] += twice_area;
+  }
+  for (Eigen::Vector3d& normal : normals) {
+    const double length = normal.norm();
+    if (length > 0) normal /= length;
+  }
+  return normals;
+}
+
+}  // namespace palpate

@@ -1,0 +1,16 @@
+// A file that appears under its name only when it is whole: written beside its place, then renamed onto it.
+// A reader that watches the path, or a run that is killed half way, never meets half a file.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+namespace palpate {
+
+// Calls `write` with the path of a temporary file in the folder of `path`, then renames that file onto
+// `path`. If `write` throws or the rename fails, the temporary file is removed and what stood at `path`
+// before is kept. Throws std::runtime_error "PATH: REASON" where the rename fails.
+void write_finished_file(const std::filesystem::path& path,
+                         const std::function<void(const std::filesystem::path&)>& write);
+
+}  // namespace palpate

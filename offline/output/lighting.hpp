@@ -1,0 +1,46 @@
+// Light that reaches a point of the scene: many distant lamps, each of which casts shadows.
+//
+// A dome of faint lamps stands for the sky and gives ambient occlusion (fissures and dents darken, because
+// they see little of the dome); a tight bunch is the key light with its soft shadow; a second bunch from
+// behind draws the rim. One depth image a lamp answers "does this lamp see the point?", so the cost is lamps
+// * points.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "offline/output/colour_map.hpp"
+
+namespace palpate {
+
+struct Camera;
+
+struct Lamp {
+  Eigen::Vector3d towards;  // unit vector from the scene to the lamp
+  Colour light;             // linear
+  bool is_key = false;
+};
+
+// The studio: key light over the viewer's left shoulder, all lamps turned with the camera. A white matt
+// surface that faces half way between viewer and key light receives a little more than 1.
+std::vector<Lamp> studio_lamps(const Camera& camera);
+Eigen::Vector3d key_direction(const Camera& camera);  // unit vector from the scene towards the key light
+
+struct LitPoint {
+  Eigen::Vector3d position;
+  Eigen::Vector3d normal;       // for shading, unit, on the viewer's side
+  Eigen::Vector3d face_normal;  // of the flat triangle, unit, on the viewer's side
+};
+
+struct ReceivedLight {
+  Colour diffuse = {0, 0, 0};  // linear, weighted with the cosine to each lamp
+  double key_visibility = 0;   // share of the key light's lamps that the point sees, 0 to 1
+};
+
+std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::span<const Lamp> lamps,
+                                         std::span<const Eigen::Vector3d> points,
+                                         std::span<const std::array<int, 3>> triangles);
+
+}  // namespace palpate

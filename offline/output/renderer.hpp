@@ -1,0 +1,34 @@
+// Draws lit triangle meshes: visibility at 4 x 4 samples a pixel, shading once a pixel and triangle.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "offline/output/camera.hpp"
+#include "offline/output/colour_map.hpp"
+
+namespace palpate {
+
+struct LitSurface {
+  std::vector<Eigen::Vector3d> points;        // length unit
+  std::vector<std::array<int, 3>> triangles;  // counter-clockwise from outside
+  std::vector<double> values;  // one a point; interpolated, then turned into a colour: a coarse mesh
+  std::function<Colour(double)> colour;  // never shows colours that are not on the map. Linear
+  double gloss = 0;                      // strength of the highlight of the key light
+  double mesh_lines = 0;                 // darkness of the lines along triangle edges, 0 to 1
+};
+
+// Linear red, green, blue, each times coverage, and coverage.
+struct LinearImage {
+  int width = 0;
+  int height = 0;
+  std::vector<std::array<double, 4>> pixels;
+};
+
+// Nothing lit: an image of zero coverage. Same input, same bits.
+LinearImage render(std::span<const LitSurface> surfaces, const Camera& camera, int width, int height);
+
+}  // namespace palpate

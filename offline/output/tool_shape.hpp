@@ -1,0 +1,36 @@
+// What a tool looks like in a picture: a ball that touches the tissue and an arrow along its motion.
+//
+//     push:   ====>O|tissue          pull:   <====O|tissue       both are drawn outside, where they can be
+//     seen
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "offline/output/renderer.hpp"
+
+namespace palpate {
+
+// Where a tool has ended up.
+struct PlacedTool {
+  Eigen::Vector3d contact;      // the touched point after the motion, length unit
+  Eigen::Vector3d outward;      // unit, away from the tissue: against a push, along a pull
+  Eigen::Vector3d direction;    // unit, of the motion; zero where the tool has not moved
+  double ball_radius = 0;       // length unit
+  Eigen::Vector3d ball_centre;  // the ball's surface touches `contact`
+  double arrow_length = 0;      // length unit; the same for every tool, as an arrow tells the direction only
+};
+
+// The tool that touches `position` on the surface at rest and has moved by `displacement`. A displacement
+// with a part against the outward normal of the nearest surface point is a push. `scale` is the radius of the
+// scene: a ball of radius 0, or too small to be seen, is drawn larger.
+PlacedTool place_tool(const Eigen::Vector3d& position, const Eigen::Vector3d& displacement, double radius,
+                      std::span<const Eigen::Vector3d> rest, std::span<const std::array<int, 3>> triangles,
+                      double scale);
+
+// Ball and arrow as a surface to draw, in `colour` (linear).
+LitSurface tool_surface(const PlacedTool& tool, const Colour& colour);
+
+}  // namespace palpate

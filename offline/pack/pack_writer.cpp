@@ -1,0 +1,266 @@
+#include "offline/pack/pack_writer.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <new>
+#include <stdexcept>
+
+#include "offline/pack/frame_cost.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_checksum.hpp"
+#include "schemas/pack_generated.h"
+#include "schemas/pack_layout.hpp"
+
+namespace palpate {
+namespace {
+
+// The bulk arrays, one behind the other, each on a multiple of 64.
+class SegmentStore {
+ public:
+  // Position and size of the array; the offset counts from the start of the first segment.
+  template <typename T>
+  pack::Segment add(const std::vector<T>& values) {
+    const size_t offset = body_.size();
+    const size_t bytes = values.size() * sizeof(T);
+    body_.resize(pack::round_up(offset + bytes, pack::kAlignment), 0);
+    if (bytes > 0) std::memcpy(body_.data() + offset, values.data(), bytes);
+    return {offset, bytes};
+  }
+  const std::vector<unsigned char>& body() const { return body_; }
+
+ private:
+  std::vector<unsigned char> body_;
+};
+
+struct GeometrySegments {
+  pack::Segment labels, positions, triangles;
+};
+struct SiteSegments {
+  pack::Segment contact_nodes, site_nodes, patch_starts, patch_nodes;
+};
+struct LinearSegments {
+  pack::Segment contact_compliance, field_compliance;
+};
+struct PolynomialSegments {
+  pack::Segment radii, energy, field;
+};
+
+std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
+  return {values.begin(), values.end()};
+}
+
+uint32_t field_stride(const ContactSites& sites) {
+  return pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size())) * pack::kPanelRows;
+}
+
+GeometrySegments add_geometry(const Model& model, const ContactSites& sites, SegmentStore& store) {
+  std::vector<int32_t> labels;
+  std::vector<double> positions;
+  for (const int node : sites.packed_nodes) {
+    labels.push_back(model.labels[static_cast<size_t>(node)]);
+    const Eigen::Vector3d& x = model.positions[static_cast<size_t>(node)];
+    positions.insert(positions.end(), {x[0], x[1], x[2]});
+  }
+  std::vector<uint32_t> triangles;
+  for (const std::array<int, 3>& triangle : sites.triangles) {
+    for (const int corner : triangle) triangles.push_back(static_cast<uint32_t>(corner));
+  }
+  return {store.add(labels), store.add(positions), store.add(triangles)};
+}
+
+SiteSegments add_sites(const ContactSites& sites, SegmentStore& store) {
+  std::vector<uint32_t> site_nodes;
+  std::vector<uint32_t> starts = {0};
+  std::vector<uint32_t> members;
+  for (const ContactSite& site : sites.sites) {
+    site_nodes.push_back(static_cast<uint32_t>(site.packed_node));
+    for (const int member : site.patch) members.push_back(static_cast<uint32_t>(member));
+    starts.push_back(static_cast<uint32_t>(members.size()));
+  }
+  return {store.add(as_unsigned(sites.contact_nodes)), store.add(site_nodes), store.add(starts),
+          store.add(members)};
+}
+
+LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
+  const std::vector<double> contact(linear.contact_compliance.data(),
+                                    linear.contact_compliance.data() + linear.contact_compliance.size());
+  const size_t stride = field_stride(sites);
+  const auto rows = static_cast<size_t>(linear.field_compliance.rows());
+  std::vector<float> field(stride * static_cast<size_t>(linear.field_compliance.cols()), 0.0f);
+  for (Eigen::Index j = 0; j < linear.field_compliance.cols(); ++j) {
+    std::transform(linear.field_compliance.col(j).begin(),
+                   linear.field_compliance.col(j).begin() + static_cast<std::ptrdiff_t>(rows),
+                   field.begin() + static_cast<std::ptrdiff_t>(stride * static_cast<size_t>(j)),
+                   [](double value) { return static_cast<float>(value); });
+  }
+  return {store.add(contact), store.add(field)};
+}
+
+PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
+                                   SegmentStore& store) {
+  std::vector<double> radii;
+  std::vector<double> energy;
+  std::vector<float> field;
+  const size_t panels = pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size()));
+  for (const SiteResult& result : results) {
+    const SitePolynomial& polynomial = result.polynomial;
+    radii.push_back(polynomial.radius);
+    energy.insert(energy.end(), polynomial.energy.begin(), polynomial.energy.end());
+    for (size_t panel = 0; panel < panels; ++panel) {
+      for (Eigen::Index term = 0; term < polynomial.field.cols(); ++term) {
+        for (size_t i = 0; i < pack::kPanelRows; ++i) {
+          const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
+          field.push_back(row < polynomial.field.rows() ? polynomial.field(row, term) : 0.0f);
+        }
+      }
+    }
+  }
+  return {store.add(radii), store.add(energy), store.add(field)};
+}
+
+flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::FlatBufferBuilder& builder) {
+  return pack::CreateErrorBin(builder, bin.from, bin.to, static_cast<uint32_t>(bin.samples),
+                              bin.displacement.median, bin.displacement.p95, bin.displacement.max,
+                              bin.force.median, bin.force.p95, bin.force.max);
+}
+
+pack::ResponseModel schema_model(SurveyedModel model) {
+  return model == SurveyedModel::linear_dd ? pack::ResponseModel::linear_dd
+                                           : pack::ResponseModel::polynomial_dd;
+}
+
+}  // namespace
+
+InputFile describe_input(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  return {file.filename().string(), fmt::format("{:016x}{:016x}", hash.high64, hash.low64)};
+}
+
+AlignedBytes::AlignedBytes(size_t size)
+    : data_(static_cast<unsigned char*>(::operator new(size, std::align_val_t(pack::kAlignment)))),
+      size_(size) {
+  std::memset(data_.get(), 0, size);
+}
+
+void AlignedBytes::Release::operator()(unsigned char* data) const {
+  ::operator delete(data, std::align_val_t(pack::kAlignment));
+}
+
+AlignedBytes write_pack(const PackContent& content) {
+  SegmentStore store;
+  const GeometrySegments geometry = add_geometry(content.model, content.sites, store);
+  const SiteSegments sites = add_sites(content.sites, store);
+  LinearSegments linear;
+  PolynomialSegments polynomial;
+  if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
+  if (content.polynomials != nullptr)
+    polynomial = add_polynomials(*content.polynomials, content.sites, store);
+
+  // The size of the tables does not depend on the offsets in them: written once to learn it, then with true
+  // offsets.
+  const auto write_tables = [&](uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
+    const auto at = [base](const pack::Segment& segment) {
+      return pack::Segment(base + segment.offset(), segment.bytes());
+    };
+    std::vector<flatbuffers::Offset<pack::InputFile>> inputs;
+    for (const InputFile& input : content.inputs) {
+      inputs.push_back(pack::CreateInputFileDirect(builder, input.name.c_str(), input.hash.c_str()));
+    }
+    flatbuffers::Offset<pack::Units> units;
+    if (!content.scene.length_unit.empty()) {
+      units = pack::CreateUnitsDirect(builder, content.scene.length_unit.c_str(),
+                                      content.scene.force_unit.c_str(), content.scene.metres_per_length_unit,
+                                      content.scene.newtons_per_force_unit);
+    }
+    const pack::Segment labels = at(geometry.labels);
+    const pack::Segment positions = at(geometry.positions);
+    const pack::Segment triangles = at(geometry.triangles);
+    const auto geometry_table = pack::CreateGeometry(
+        builder, static_cast<uint32_t>(content.sites.packed_nodes.size()), &labels, &positions,
+        static_cast<uint32_t>(content.sites.triangles.size()), &triangles, content.sites.mean_surface_edge,
+        static_cast<uint32_t>(content.model.num_nodes()),
+        static_cast<uint32_t>(content.model.elements.size()));
+    const pack::Segment contact_nodes = at(sites.contact_nodes);
+    const pack::Segment site_nodes = at(sites.site_nodes);
+    const pack::Segment patch_starts = at(sites.patch_starts);
+    const pack::Segment patch_nodes = at(sites.patch_nodes);
+    const auto sites_table = pack::CreateContactSites(
+        builder, static_cast<uint32_t>(content.sites.contact_nodes.size()), &contact_nodes,
+        static_cast<uint32_t>(content.sites.sites.size()), &site_nodes, &patch_starts, &patch_nodes,
+        content.scene.tip_radius, content.scene.max_displacement,
+        static_cast<uint32_t>(content.scene.max_contacts), content.scene.directions == Directions::inward);
+    flatbuffers::Offset<pack::LinearDd> linear_table;
+    if (content.linear != nullptr) {
+      const pack::Segment contact_compliance = at(linear.contact_compliance);
+      const pack::Segment field_compliance = at(linear.field_compliance);
+      linear_table =
+          pack::CreateLinearDd(builder, &contact_compliance, &field_compliance, field_stride(content.sites));
+    }
+    flatbuffers::Offset<pack::PolynomialDd> polynomial_table;
+    if (content.polynomials != nullptr) {
+      const pack::Segment radii = at(polynomial.radii);
+      const pack::Segment energy = at(polynomial.energy);
+      const pack::Segment field = at(polynomial.field);
+      polynomial_table =
+          pack::CreatePolynomialDd(builder, static_cast<uint32_t>(content.degree), &radii, &energy, &field);
+    }
+    std::vector<flatbuffers::Offset<pack::ErrorSurvey>> surveys;
+    for (const ModelSurvey& survey : content.surveys) {
+      std::vector<flatbuffers::Offset<pack::ErrorBin>> bins;
+      for (const SurveyBin& bin : survey.table.bins) bins.push_back(table_of(bin, builder));
+      const auto overall = table_of(survey.table.overall, builder);
+      surveys.push_back(pack::CreateErrorSurveyDirect(builder, schema_model(survey.model), &bins, overall));
+    }
+    std::vector<flatbuffers::Offset<pack::FrameCost>> costs;
+    for (const FrameCost& cost : count_frame_costs(content)) {
+      costs.push_back(pack::CreateFrameCost(builder, schema_model(cost.model), cost.force_operations,
+                                            cost.force_bytes, cost.field_operations, cost.field_bytes));
+    }
+    pack::FinishPackBuffer(
+        builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
+                                        linear_table, polynomial_table, &surveys, &costs));
+  };
+  flatbuffers::FlatBufferBuilder sizing;
+  write_tables(0, sizing);
+  const uint64_t base = pack::round_up(sizeof(pack::PackHeader) + sizing.GetSize(), pack::kAlignment);
+  flatbuffers::FlatBufferBuilder tables;
+  write_tables(base, tables);
+
+  AlignedBytes file(base + store.body().size());
+  unsigned char* bytes = file.bytes().data();
+  pack::PackHeader header = {};
+  std::memcpy(header.magic, pack::kMagic, sizeof header.magic);
+  header.format_version = pack::kFormatVersion;
+  header.header_bytes = sizeof header;
+  header.tables_offset = sizeof header;
+  header.tables_bytes = tables.GetSize();
+  header.file_bytes = file.bytes().size();
+  std::memcpy(bytes, &header, sizeof header);
+  std::memcpy(bytes + sizeof header, tables.GetBufferPointer(), tables.GetSize());
+  std::memcpy(bytes + base, store.body().data(), store.body().size());
+  header.checksum = pack::checksum_of(bytes, file.bytes().size());
+  std::memcpy(bytes, &header, sizeof header);
+  return file;
+}
+
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
+                           bool polynomial, int degree) {
+  const double rows =
+      pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
+  const double contact_dofs = 3.0 * static_cast<double>(contact_nodes);
+  double bytes = 40.0 * static_cast<double>(packed_nodes) + 4096.0;
+  if (linear) bytes += contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
+  if (polynomial)
+    bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *
+             sizeof(float);
+  return bytes;
+}
+
+}  // namespace palpate

@@ -1,0 +1,65 @@
+// Lays what the precompute stages found out as a pack: the bytes that schemas/ describes.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "offline/precompute/linear_dd.hpp"
+#include "offline/precompute/site_survey.hpp"
+
+namespace palpate {
+
+// A file that the pack was made from, and the XXH3-128 of its bytes in hexadecimal.
+struct InputFile {
+  std::string name;
+  std::string hash;
+};
+
+// Throws std::runtime_error when the file cannot be read.
+InputFile describe_input(const std::filesystem::path& file);
+
+// Errors measured with one response model.
+enum class SurveyedModel { linear_dd, polynomial_dd };
+struct ModelSurvey {
+  SurveyedModel model;
+  SurveyTable table;
+};
+
+// Everything that goes into a pack; the references must outlive the call that reads them.
+struct PackContent {
+  const Model& model;
+  const Scene& scene;
+  const ContactSites& sites;
+  const LinearDd* linear = nullptr;  // null: not carried
+  const std::vector<SiteResult>* polynomials = nullptr;
+  int degree = 0;  // of `polynomials`
+  std::vector<InputFile> inputs;
+  std::vector<ModelSurvey> surveys;
+};
+
+// Bytes on a 64-byte boundary, so that a pack in memory can be opened in place.
+class AlignedBytes {
+ public:
+  explicit AlignedBytes(size_t size);
+  std::span<unsigned char> bytes() { return {data_.get(), size_}; }
+  std::span<const unsigned char> bytes() const { return {data_.get(), size_}; }
+
+ private:
+  struct Release {
+    void operator()(unsigned char* data) const;
+  };
+  std::unique_ptr<unsigned char, Release> data_;
+  size_t size_;
+};
+
+// Same content, same bytes. Cost: about twice the pack in memory.
+AlignedBytes write_pack(const PackContent& content);
+
+// Bytes that write_pack would make, to a percent, from counts alone.
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
+                           bool polynomial, int degree);
+
+}  // namespace palpate

@@ -1,0 +1,65 @@
+#include "offline/precompute/error_survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kForceFloor =
+    0.05;  // of the survey's largest force: a light touch is not divided by nearly nothing
+
+ErrorFigures figures(const std::vector<double>& errors) {
+  return {quantile(errors, 0.5), quantile(errors, 0.95), quantile(errors, 1.0)};
+}
+
+}  // namespace
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const double place = q * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<size_t>(place);
+  const size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
+                          const Responder& model) {
+  double largest_force = 0;
+  for (const SurveySample& sample : samples)
+    largest_force = std::max(largest_force, sample.truth.force.norm());
+
+  std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
+  std::array<std::vector<double>, kSurveyBins + 1> force_errors;
+  for (const SurveySample& sample : samples) {
+    const Answer answer = model(sample.site, sample.truth.displacement);
+    const double size = sample.truth.displacement.norm();
+    const auto num_nodes = sample.truth.field.size() / 3;
+    const double displacement_error =
+        (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() / size;
+    const double force_error = (answer.force - sample.truth.force).norm() /
+                               std::max(sample.truth.force.norm(), kForceFloor * largest_force);
+    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
+                               kSurveyBins - 1);
+    for (const int target : {bin, kSurveyBins}) {
+      displacement_errors[static_cast<size_t>(target)].push_back(displacement_error);
+      force_errors[static_cast<size_t>(target)].push_back(force_error);
+    }
+  }
+
+  SurveyTable table;
+  for (int i = 0; i <= kSurveyBins; ++i) {
+    SurveyBin& bin = i < kSurveyBins ? table.bins[static_cast<size_t>(i)] : table.overall;
+    if (i < kSurveyBins) {
+      bin.from = static_cast<double>(i) / kSurveyBins;
+      bin.to = static_cast<double>(i + 1) / kSurveyBins;
+    }
+    bin.samples = static_cast<int>(displacement_errors[static_cast<size_t>(i)].size());
+    bin.displacement = figures(displacement_errors[static_cast<size_t>(i)]);
+    bin.force = figures(force_errors[static_cast<size_t>(i)]);
+  }
+  return table;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+#include "offline/precompute/linear_dd.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <stdexcept>
+
+namespace palpate {
+
+LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
+                           const std::function<void(int, int)>& progress) {
+  constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
+  StaticSolver solver(assembly);
+  if (!solver.factorize_at(LoadCase::rest(assembly.model()), Eigen::VectorXd::Zero(assembly.num_dofs()),
+                           false)) {
+    throw std::runtime_error(
+        "the stiffness at rest is not positive definite: is every part of the organ held?");
+  }
+  const auto num_contact_dofs = static_cast<Eigen::Index>(3 * sites.contact_nodes.size());
+  const auto num_packed = static_cast<Eigen::Index>(sites.packed_nodes.size());
+  LinearDd linear;
+  linear.contact_compliance.resize(num_contact_dofs, num_contact_dofs);
+  linear.field_compliance.resize(3 * num_packed, num_contact_dofs);
+  for (Eigen::Index first = 0; first < num_contact_dofs; first += kBlock) {
+    const Eigen::Index width = std::min(kBlock, num_contact_dofs - first);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(assembly.num_dofs(), width);
+    for (Eigen::Index j = 0; j < width; ++j) {
+      const auto dof = static_cast<int>(first + j);
+      columns(3 * sites.model_node(dof / 3) + dof % 3, j) = 1.0;
+    }
+    solver.back_solve(columns);
+    for (Eigen::Index i = 0; i < num_packed; ++i) {
+      linear.field_compliance.block(3 * i, first, 3, width) =
+          columns.middleRows<3>(3 * sites.packed_nodes[static_cast<size_t>(i)]);
+    }
+    if (progress) progress(static_cast<int>(first + width), static_cast<int>(num_contact_dofs));
+  }
+  for (size_t c = 0; c < sites.contact_nodes.size(); ++c) {
+    linear.contact_compliance.middleRows<3>(static_cast<Eigen::Index>(3 * c)) =
+        linear.field_compliance.middleRows<3>(3 * sites.contact_nodes[c]);
+  }
+  // K is symmetric, so what is left of asymmetry is rounding.
+  linear.contact_compliance =
+      0.5 * (linear.contact_compliance + linear.contact_compliance.transpose()).eval();
+  return linear;
+}
+
+SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site) {
+  const auto size = static_cast<Eigen::Index>(3 * site.patch.size());
+  std::vector<Eigen::Index> dofs;
+  for (const int member : site.patch) {
+    for (int axis = 0; axis < 3; ++axis) dofs.push_back(3 * member + axis);
+  }
+  Eigen::MatrixXd rigid(size, 3);  // E: the patch moves as one
+  for (Eigen::Index i = 0; i < size; i += 3) rigid.middleRows<3>(i).setIdentity();
+  const Eigen::MatrixXd forces = linear.contact_compliance(dofs, dofs).llt().solve(rigid);
+  SiteLinearResponse response;
+  response.stiffness = rigid.transpose() * forces;
+  response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
+  response.field = linear.field_compliance(Eigen::all, dofs) * forces;
+  return response;
+}
+
+}  // namespace palpate

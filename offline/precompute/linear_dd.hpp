@@ -1,0 +1,34 @@
+// linear_dd (EPFE): the blocks of the inverse stiffness at rest that a pack carries.
+//
+// Source: Zhong et al. 2005 eqs. (16)-(19). K is the tangent at rest with the fixed nodes taken out; of K^-1
+// only the columns of the contact nodes are formed, by blocked back-solves with one sparse factor, and of
+// those only the rows of packed nodes are kept.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "offline/fem/static_solver.hpp"
+#include "offline/precompute/contact_sites.hpp"
+
+namespace palpate {
+
+struct LinearDd {
+  Eigen::MatrixXd contact_compliance;  // A: (3 contact nodes)^2, symmetric
+  Eigen::MatrixXd field_compliance;    // 3 packed nodes x 3 contact nodes
+};
+
+// Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done, total
+// columns.
+LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
+                           const std::function<void(int, int)>& progress = {});
+
+// The exact linear answer of one site: field 3 packed nodes x 3 and stiffness 3 x 3 per unit tool
+// displacement.
+struct SiteLinearResponse {
+  Eigen::MatrixXd field;
+  Eigen::Matrix3d stiffness;
+};
+SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site);
+
+}  // namespace palpate

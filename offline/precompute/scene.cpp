@@ -1,0 +1,237 @@
+#include "offline/precompute/scene.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "offline/mesh/inp_reader.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/model_check.hpp"
+#include "offline/mesh/nearest_name.hpp"
+#include "offline/mesh/surface.hpp"
+#include "offline/mesh/text_number.hpp"
+#include "offline/precompute/scene_table.hpp"
+
+namespace palpate {
+namespace {
+
+// More tools at once than any device has; each adds rows to the small solve of every frame.
+constexpr int kMostContacts = 64;
+
+constexpr const char* kSites = "a node set, an array of node labels, or \"surface\"";
+
+void read_units(const SceneTable& units, Scene& scene) {
+  units.allow({"length", "force"});
+  const std::vector<std::string> lengths = {"m", "km", "cm", "mm", "um"};
+  const std::vector<double> metres = {1, 1e3, 1e-2, 1e-3, 1e-6};
+  const std::vector<std::string> forces = {"N", "kN", "mN", "uN"};
+  const std::vector<double> newtons = {1, 1e3, 1e-3, 1e-6};
+  const std::optional<std::size_t> length = units.choice("length", lengths);
+  const std::optional<std::size_t> force = units.choice("force", forces);
+  if (length.has_value() != force.has_value()) {
+    const char* given = length ? "length" : "force";
+    const char* missing = length ? "force" : "length";
+    units.fail(given,
+               units.path(given) + " is given without " + units.path(missing) + "; give both or neither");
+  }
+  if (!length) return;
+  scene.length_unit = lengths[*length];
+  scene.metres_per_length_unit = metres[*length];
+  scene.force_unit = forces[*force];
+  scene.newtons_per_force_unit = newtons[*force];
+}
+
+void read_contact(const SceneTable& contact, Scene& scene) {
+  contact.allow({"sites", "max_displacement", "directions", "tip_radius", "max_contacts"});
+  const std::optional<double> displacement = contact.number_above_zero("max_displacement");
+  if (!displacement) {
+    contact.fail("max_displacement",
+                 "contact.max_displacement is missing; add how far a tool may push, such as "
+                 "max_displacement = 6.0");
+  }
+  scene.max_displacement = *displacement;
+  if (contact.choice("directions", {"all", "inward"}) == 1) scene.directions = Directions::inward;
+  scene.tip_radius = contact.number_from_zero("tip_radius").value_or(scene.tip_radius);
+  scene.max_contacts = contact.integer("max_contacts", 1, kMostContacts).value_or(scene.max_contacts);
+}
+
+void read_models(const SceneTable& models, Scene& scene) {
+  models.allow({"linear", "polynomial", "zone"});
+  scene.linear = models.boolean_or_auto("linear").value_or(true);
+  scene.polynomial = models.boolean_or_auto("polynomial").value_or(true);
+  if (models.boolean_or_auto("zone").value_or(false)) {
+    models.fail("zone", "models.zone is not supported by this version; remove it");
+  }
+  if (!scene.linear && !scene.polynomial) {
+    models.fail("linear",
+                "models.linear and models.polynomial are both false: nothing is left to answer with; "
+                "carry one of them");
+  }
+}
+
+void read_precision(const SceneTable& output) {
+  const std::optional<std::string> precision = output.string("precision");
+  if (!precision || *precision == "auto" || *precision == "f32") return;
+  output.fail("precision", "output.precision = \"" + printable(*precision) +
+                               "\" is not supported by this version; write \"auto\" or \"f32\"");
+}
+
+// The node set as it is named in the scene: as the model file writes it, in upper or lower case.
+const std::vector<int>& node_set(const SceneTable& table, std::string_view key, const std::string& name,
+                                 const Model& model) {
+  auto found = model.node_sets.find(name);
+  if (found == model.node_sets.end()) found = model.node_sets.find(normalised_name(name));
+  if (found == model.node_sets.end()) {
+    std::vector<std::string> names;
+    for (const auto& [known, nodes] : model.node_sets) names.push_back(known);
+    table.fail(key, table.path(key) + ": node set " + printable(name) + " is not in " + model.file +
+                        did_you_mean(name, names));
+  }
+  if (found->second.empty()) {
+    table.fail(key, table.path(key) + ": node set " + printable(name) + " is empty; add nodes to it");
+  }
+  return found->second;
+}
+
+// What of the model a scene builds on.
+struct Body {
+  const Model& model;
+  Surface surface;
+  std::vector<char> on_surface;
+  std::vector<char> fixed;  // a node with any fixed degree of freedom: it cannot follow a tool
+
+  explicit Body(const Model& checked)
+      : model(checked),
+        surface(extract_surface(checked)),
+        on_surface(checked.positions.size(), 0),
+        fixed(checked.positions.size(), 0) {
+    for (const int node : surface.nodes) on_surface[static_cast<std::size_t>(node)] = 1;
+    for (const PrescribedDisplacement& dof : checked.fixed) fixed[static_cast<std::size_t>(dof.node)] = 1;
+  }
+
+  bool is_on_surface(int node) const { return on_surface[static_cast<std::size_t>(node)] != 0; }
+  bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }
+};
+
+std::vector<int> labelled_nodes(const SceneTable& contact, const Model& model) {
+  std::vector<int> nodes;
+  for (const int label : contact.integers("sites", kSites).value_or(std::vector<int>())) {
+    const int node = model.find_node(label);
+    if (node < 0) {
+      contact.fail("sites", "contact.sites: node " + std::to_string(label) + " is not in " + model.file +
+                                "; correct it");
+    }
+    nodes.push_back(node);
+  }
+  if (nodes.empty()) contact.fail("sites", "contact.sites is empty; name a node");
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+std::vector<int> read_sites(const SceneTable& contact, const Body& body) {
+  if (!contact.has("sites")) {
+    contact.fail("sites", std::string("contact.sites is missing; add ") + kSites);
+  }
+  std::vector<int> sites;
+  if (contact.is_string("sites") && contact.string("sites") == "surface") {
+    for (const int node : body.surface.nodes) {
+      if (!body.is_fixed(node)) sites.push_back(node);
+    }
+    if (sites.empty()) contact.fail("sites", "contact.sites: every surface node is fixed; release some");
+    return sites;
+  }
+  sites = contact.is_string("sites")
+              ? node_set(contact, "sites", contact.string("sites").value_or(""), body.model)
+              : labelled_nodes(contact, body.model);
+  for (const int node : sites) {
+    const std::string shown =
+        "contact.sites: node " + std::to_string(body.model.labels[static_cast<std::size_t>(node)]);
+    if (!body.is_on_surface(node)) {
+      contact.fail("sites", shown + " is not on the surface, where no tool reaches it; take it out");
+    }
+    if (body.is_fixed(node)) {
+      contact.fail("sites", shown + " is fixed by *BOUNDARY, so no tool can move it; take it out");
+    }
+  }
+  return sites;
+}
+
+std::vector<int> read_output_nodes(const SceneTable& output, const Scene& scene, const Body& body) {
+  std::set<int> nodes;
+  const std::string shown = output.string("nodes").value_or("surface");
+  if (shown == "surface") {
+    nodes.insert(body.surface.nodes.begin(), body.surface.nodes.end());
+  } else if (shown == "all") {
+    for (const Tetrahedron& element : body.model.elements)
+      nodes.insert(element.nodes.begin(), element.nodes.end());
+  } else {
+    const std::vector<int>& set = node_set(output, "nodes", shown, body.model);
+    nodes.insert(set.begin(), set.end());
+  }
+  for (const int site : scene.sites) {
+    for (const int node : nodes_within(body.surface, site, scene.tip_radius)) {
+      if (!body.is_fixed(node)) nodes.insert(node);
+    }
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+Model read_model(const SceneTable& top, Scene& scene) {
+  const std::optional<std::string> name = top.string("model");
+  if (!name || name->empty()) top.fail("model", "model is missing; add model = \"organ.inp\"");
+  scene.model_file = *name;
+  if (scene.model_file.is_relative()) scene.model_file = scene.file.parent_path() / scene.model_file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(scene.model_file, error)) {
+    top.fail("model", "model " + printable(scene.model_file.string()) + " is not a file; correct its name");
+  }
+  if (normalised_name(scene.model_file.extension().string()) != ".INP") {
+    top.fail("model", "model " + printable(*name) + " is not an .inp file; convert it");
+  }
+  Model model = read_inp(scene.model_file);
+  if (!model.steps.empty()) {
+    const SourceLine& step = model.steps.front().source;
+    check_held(model, model.fixed);
+    model.warnings.push_back(step.file + ":" + std::to_string(step.line) +
+                             ": a build ignores *STEP: only what is held before it counts");
+  }
+  return model;
+}
+
+}  // namespace
+
+LoadedScene read_scene(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml(file.string());
+  const SceneTable top(parsed, "", file.string());
+  LoadedScene loaded;
+  Scene& scene = loaded.scene;
+  scene.file = file;
+  if (top.has("gravity")) top.fail("gravity", "[gravity] is not supported by this version; remove it");
+  top.allow({"model", "units", "contact", "output", "accuracy", "budget", "models"});
+
+  // Everything that the scene alone decides comes before the model, which may take longer to read.
+  read_units(top.table("units"), scene);
+  if (!top.has("contact"))
+    top.fail("contact", "[contact] is missing; add it with sites and max_displacement");
+  const SceneTable contact = top.table("contact");
+  read_contact(contact, scene);
+  const SceneTable output = top.table("output");
+  output.allow({"nodes", "precision"});
+  read_precision(output);
+  const SceneTable accuracy = top.table("accuracy");
+  accuracy.allow({"target"});
+  scene.accuracy_target = accuracy.number_above_zero("target").value_or(scene.accuracy_target);
+  const SceneTable budget = top.table("budget");
+  budget.allow({"frame_us"});
+  scene.frame_budget_us = budget.number_above_zero("frame_us").value_or(scene.frame_budget_us);
+  read_models(top.table("models"), scene);
+
+  loaded.model = read_model(top, scene);
+  const Body body(loaded.model);
+  scene.sites = read_sites(contact, body);
+  scene.output_nodes = read_output_nodes(output, scene, body);
+  return loaded;
+}
+
+}  // namespace palpate

@@ -1,0 +1,47 @@
+// The scene file: which part of an organ a tool may touch, how far, and how well it must be answered.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "offline/mesh/model.hpp"
+
+namespace palpate {
+
+enum class Directions { all, inward };
+
+struct Scene {
+  std::filesystem::path file;
+  std::filesystem::path model_file;  // resolved against the folder of `file`
+  std::string length_unit;           // "" = not stated, then the runtime speaks model units
+  std::string force_unit;
+  double metres_per_length_unit = 1;  // 1 when not stated
+  double newtons_per_force_unit = 1;
+
+  std::vector<int> sites;       // node indices in the model: touchable surface nodes, sorted, not fixed
+  double max_displacement = 0;  // length unit
+  Directions directions = Directions::all;
+  double tip_radius = 0;  // length unit
+  int max_contacts = 1;
+
+  std::vector<int> output_nodes;  // node indices the scene shows, sorted; always holds every node of a patch
+  double accuracy_target = 0.01;  // of the survey's p95 displacement error
+  double frame_budget_us = 100;
+  bool linear = true;      // carry linear_dd
+  bool polynomial = true;  // carry polynomial_dd
+};
+
+// A scene and the model it names, both checked against each other.
+struct LoadedScene {
+  Scene scene;
+  Model model;
+};
+
+// Reads SCENE.toml (DESIGN section "Scene file") and its model. Unknown keys, wrong types, missing sets, a
+// site on a fixed node or off the surface: InputError naming file and line.
+LoadedScene read_scene(const std::filesystem::path& file);
+
+}  // namespace palpate

@@ -1,0 +1,172 @@
+#include "offline/precompute/scene_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/nearest_name.hpp"
+#include "offline/mesh/text_file.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) list += i + 1 == names.size() ? " or " : ", ";
+    list += names[i];
+  }
+  return list;
+}
+
+// A value as it is written in the file, cut to what a message can hold.
+std::string shown(const toml::node& node) {
+  if (node.is_string()) return '"' + printable(node.as_string()->get()) + '"';
+  if (node.is_table()) return "a table";
+  if (node.is_array()) return "an array";
+  std::ostringstream text;
+  node.visit([&](const auto& value) { text << value; });
+  return printable(text.str());
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& file) {
+  std::string text;
+  const std::string unreadable = read_text_file(file, text);
+  if (!unreadable.empty()) throw InputError({file, 0}, unreadable);
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw InputError({file, static_cast<int>(error.source().begin.line)},
+                     "not valid TOML: " + std::string(error.description()));
+  }
+}
+
+void SceneTable::allow(std::initializer_list<std::string_view> known) const {
+  const std::vector<std::string> names(known.begin(), known.end());
+  for (const auto& [key, value] : *table_) {
+    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    const std::string suggestion = did_you_mean(key.str(), names);
+    throw InputError({file_, static_cast<int>(key.source().begin.line)},
+                     printable(path(key.str())) + " is not known" +
+                         (suggestion.empty() ? "; write " + listed(names) : suggestion));
+  }
+}
+
+SceneTable SceneTable::table(std::string_view key) const {
+  static const toml::table empty;
+  const toml::node* node = find(key);
+  if (node == nullptr) return {empty, path(key), file_};
+  if (!node->is_table()) fail_type(key, "a table, written [" + path(key) + "]");
+  return {*node->as_table(), path(key), file_};
+}
+
+std::optional<std::string> SceneTable::string(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_string()) fail_type(key, "a text in double quotes");
+  return node->as_string()->get();
+}
+
+std::optional<double> SceneTable::finite_number(std::string_view key, const std::string& expected) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  double value = 0;
+  if (const auto* integer = node->as_integer()) {
+    value = static_cast<double>(integer->get());
+  } else if (const auto* number = node->as_floating_point()) {
+    value = number->get();
+  } else {
+    fail_type(key, expected);
+  }
+  if (!std::isfinite(value)) fail_type(key, expected);
+  return value;
+}
+
+std::optional<double> SceneTable::number_above_zero(std::string_view key) const {
+  const char* expected = "a number above 0";
+  const std::optional<double> value = finite_number(key, expected);
+  if (value && *value <= 0) fail_type(key, expected);
+  return value;
+}
+
+std::optional<double> SceneTable::number_from_zero(std::string_view key) const {
+  const char* expected = "a number, 0 or above";
+  const std::optional<double> value = finite_number(key, expected);
+  if (value && *value < 0) fail_type(key, expected);
+  return value;
+}
+
+std::optional<int> SceneTable::integer(std::string_view key, int least, int most) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const auto* integer = node->as_integer();
+  if (integer == nullptr || integer->get() < least || integer->get() > most) {
+    fail_type(key, "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  }
+  return static_cast<int>(integer->get());
+}
+
+std::optional<bool> SceneTable::boolean_or_auto(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (const auto* boolean = node->as_boolean()) return boolean->get();
+  if (node->is_string() && node->as_string()->get() == "auto") return std::nullopt;
+  fail_type(key, "true, false or \"auto\"");
+}
+
+std::optional<std::vector<int>> SceneTable::integers(std::string_view key, const char* expected) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  if (array == nullptr) fail_type(key, expected);
+  std::vector<int> values;
+  for (const toml::node& item : *array) {
+    const auto* integer = item.as_integer();
+    if (integer == nullptr || integer->get() < 1 || integer->get() > std::numeric_limits<int>::max()) {
+      throw InputError({file_, static_cast<int>(item.source().begin.line)},
+                       path(key) + " must be " + expected + ", and " + shown(item) + " is none; correct it");
+    }
+    values.push_back(static_cast<int>(integer->get()));
+  }
+  return values;
+}
+
+std::optional<std::size_t> SceneTable::choice(std::string_view key,
+                                              const std::vector<std::string>& choices) const {
+  const std::optional<std::string> value = string(key);
+  if (!value) return std::nullopt;
+  const auto found = std::find(choices.begin(), choices.end(), *value);
+  if (found == choices.end()) fail_type(key, listed(choices));
+  return static_cast<std::size_t>(found - choices.begin());
+}
+
+bool SceneTable::is_string(std::string_view key) const {
+  const toml::node* node = find(key);
+  return node != nullptr && node->is_string();
+}
+
+std::string SceneTable::path(std::string_view key) const {
+  return name_.empty() ? std::string(key) : name_ + "." + std::string(key);
+}
+
+void SceneTable::fail(std::string_view key, const std::string& message) const {
+  const toml::node* node = find(key);
+  int line = static_cast<int>(table_->source().begin.line);
+  if (node != nullptr) {
+    line = static_cast<int>(table_->find(key)->first.source().begin.line);
+  } else if (name_.empty()) {
+    line = 0;  // missing from the file as a whole
+  }
+  throw InputError({file_, line}, message);
+}
+
+void SceneTable::fail_type(std::string_view key, const std::string& expected) const {
+  fail(key, path(key) + " must be " + expected + ", not " + shown(*find(key)) + "; correct it");
+}
+
+}  // namespace palpate

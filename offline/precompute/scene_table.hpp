@@ -1,0 +1,61 @@
+// Typed access to a table of a TOML file, with the file and line in every complaint.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+// Reads and parses a TOML file. InputError when it cannot be read or is no TOML.
+toml::table parse_toml(const std::string& file);
+
+// A table of the file; `name` is "" for the top of it.
+class SceneTable {
+ public:
+  SceneTable(const toml::table& table, std::string name, std::string file)
+      : table_(&table), name_(std::move(name)), file_(std::move(file)) {}
+
+  // Refuses the keys that are not among these.
+  void allow(std::initializer_list<std::string_view> known) const;
+
+  bool has(std::string_view key) const { return table_->contains(key); }
+
+  // The table under `key`, or an empty one.
+  SceneTable table(std::string_view key) const;
+
+  // The values; nullopt when the key is not there, InputError when it is of another type or outside its
+  // range.
+  std::optional<std::string> string(std::string_view key) const;
+  std::optional<double> number_above_zero(std::string_view key) const;
+  std::optional<double> number_from_zero(std::string_view key) const;
+  std::optional<int> integer(std::string_view key, int least, int most) const;
+  std::optional<bool> boolean_or_auto(std::string_view key) const;  // nullopt for "auto" too
+  std::optional<std::vector<int>> integers(std::string_view key, const char* expected) const;
+
+  // The string as an index in `choices`; InputError names them.
+  std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& choices) const;
+
+  bool is_string(std::string_view key) const;
+
+  // "contact.sites".
+  std::string path(std::string_view key) const;
+
+  // Throws InputError at the line of `key`, or of the table when the key is not there: "file:line: message".
+  [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+
+ private:
+  const toml::node* find(std::string_view key) const { return table_->get(key); }
+  [[noreturn]] void fail_type(std::string_view key, const std::string& expected) const;
+  std::optional<double> finite_number(std::string_view key, const std::string& expected) const;
+
+  const toml::table* table_;
+  std::string name_;
+  std::string file_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,105 @@
+#include "offline/precompute/site_survey.hpp"
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+namespace palpate {
+namespace {
+
+constexpr double kShrink = 0.7;         // of the ball, when the solver cannot reach its edge
+constexpr double kSmallestBall = 0.25;  // of the scene's largest displacement
+
+SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
+                       const LinearDd& linear, const SamplingPlan& plan,
+                       const std::vector<Eigen::Vector3d>& sample_points) {
+  const ContactSite& site = sites.sites[index];
+  const bool half = scene.directions == Directions::inward;
+  const Eigen::Matrix3d frame = half ? frame_about(site.inward) : Eigen::Matrix3d::Identity();
+  const int label = solver.assembly().model().labels[static_cast<size_t>(site.node)];
+  SiteSampler sampler(solver, sites, site);
+  SiteResult result;
+  double radius = scene.max_displacement;
+
+  if (scene.polynomial) {
+    std::vector<Sample> samples;
+    for (size_t i = 0; i < sample_points.size();) {
+      Sample sample;
+      if (sampler.solve(radius * frame * sample_points[i], true, sample)) {
+        result.min_jacobian = std::min(result.min_jacobian, sample.min_jacobian);
+        samples.push_back(std::move(sample));
+        ++i;
+        continue;
+      }
+      radius *= kShrink;
+      if (radius < kSmallestBall * scene.max_displacement) {
+        throw std::runtime_error("no equilibrium found for a push of " + std::to_string(radius) +
+                                 " at node " + std::to_string(label) +
+                                 "; reduce max_displacement, or give the tool a tip_radius");
+      }
+      samples.clear();
+      result.min_jacobian = 1;
+      i = 0;
+    }
+    result.polynomial = fit_polynomial(samples, linear_response(linear, site), radius, plan.degree);
+  }
+  // The label seeds the survey, so that adding a site leaves the others' surveys as they were.
+  for (const Eigen::Vector3d& point :
+       choose_survey_points(plan.survey_samples, half, static_cast<std::uint64_t>(label))) {
+    SurveySample sample;
+    sample.site = index;
+    if (sampler.solve(radius * frame * point, false, sample.truth))
+      result.survey.push_back(std::move(sample));
+  }
+  result.counts = sampler.counts();
+  return result;
+}
+
+}  // namespace
+
+std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                                     const LinearDd& linear, const SamplingPlan& plan,
+                                     const std::function<void(int, int)>& progress) {
+  // Chosen for one degree more than is fitted, so that what the fit leaves out does not pass for what it
+  // holds.
+  const std::vector<Eigen::Vector3d> sample_points =
+      choose_sample_points(plan.degree + 1, plan.samples, scene.directions == Directions::inward);
+  std::vector<SiteResult> results(sites.sites.size());
+  std::atomic<size_t> next = 0;
+  std::mutex report;
+  int done = 0;
+  std::exception_ptr failure;
+  size_t failed_site = sites.sites.size();
+
+  // Each thread has its own factor; a site is solved by one thread from start to end, so that the schedule
+  // cannot change a digit.
+  const auto work = [&] {
+    StaticSolver solver(assembly);
+    for (size_t site = next++; site < sites.sites.size(); site = next++) {
+      try {
+        results[site] = sample_site(solver, scene, sites, site, linear, plan, sample_points);
+      } catch (...) {
+        const std::lock_guard lock(report);
+        if (site < failed_site) {
+          failed_site = site;
+          failure = std::current_exception();
+        }
+        next = sites.sites.size();
+        return;
+      }
+      const std::lock_guard lock(report);
+      ++done;
+      if (progress) progress(done, static_cast<int>(sites.sites.size()));
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 1; i < plan.jobs; ++i) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+  return results;
+}
+
+}  // namespace palpate

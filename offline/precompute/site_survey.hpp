@@ -1,0 +1,33 @@
+// Samples, fits and measures every site of a scene, on several threads.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "offline/precompute/error_survey.hpp"
+#include "offline/precompute/polynomial_dd.hpp"
+
+namespace palpate {
+
+struct SamplingPlan {
+  int degree = 3;
+  int samples = 12;  // solves with tangent a site; each is 4 equations for the 16 nonlinear terms of degree 3
+  int survey_samples = 8;  // held-out solves a site, two in each quarter of the range
+  int jobs = 1;            // threads; the result does not depend on it
+};
+
+struct SiteResult {
+  SitePolynomial polynomial;  // radius 0 when none was asked for
+  std::vector<SurveySample> survey;
+  double min_jacobian = 1;  // smallest det F over the samples
+  SolveCounts counts;
+};
+
+// `linear` serves the pinned linear part. A site where the solver cannot reach the largest displacement is
+// sampled in a smaller ball, down to a quarter of it; below that std::runtime_error names the node.
+// `progress` gets sites done, total, never from two threads at once.
+std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                                     const LinearDd& linear, const SamplingPlan& plan,
+                                     const std::function<void(int, int)>& progress = {});
+
+}  // namespace palpate

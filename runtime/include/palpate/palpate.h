@@ -1,0 +1,224 @@
+/* Palpate runtime: soft tissue that answers a touch at haptic rate.
+ *
+ *   pal_pack_open    maps an asset pack and checks it once; constant afterwards, shared by any number of
+ * sessions pal_session_*    all the state of one simulation, in memory that the caller gives pal_haptic_frame
+ * contacts in, forces and stiffness out; the fast one pal_visual_frame displacements of the nodes that the
+ * scene shows, of the last haptic frame
+ *
+ *        organ.pack (read-only mapping)            caller's memory
+ *      +-------------------------------+      +---------------------+
+ *      | tables | segments ...         |<-----| session: factor,    |<- contacts, each frame
+ *      +-------------------------------+      | coefficients, state |-> forces, stiffness, flags
+ *                                             +---------------------+-> displacements, when asked
+ *
+ * Units. SI (metres, newtons) where the scene states what its numbers mean, else the model's own units:
+ * pal_pack_info::metres_per_length_unit tells. Axes and origin are the model's.
+ *
+ * Threads. A pack may be used from any thread at once. A session belongs to one thread at a time.
+ *
+ * Errors. Every call that can fail returns a pal_status, and then has changed nothing: outputs are untouched.
+ * What is physically doubtful about an answer is not an error but a flag beside the answer. Nothing here
+ * allocates, throws, locks or prints; only pal_pack_open and pal_pack_close enter the operating system.
+ *
+ * NULL pointers are refused with PAL_STATUS_NULL_ARGUMENT unless a comment allows them.
+ */
+#ifndef PALPATE_PALPATE_H
+#define PALPATE_PALPATE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#define PAL_NOEXCEPT noexcept
+#define PAL_NODISCARD [[nodiscard]]
+#else
+#define PAL_NOEXCEPT
+#define PAL_NODISCARD
+#endif
+
+/* Values are pinned; new ones are added at the end of their group of ten. */
+typedef enum pal_status {
+  PAL_STATUS_OK = 0,
+  /* the call */
+  PAL_STATUS_NULL_ARGUMENT = 10,
+  PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not one that this library knows */
+  PAL_STATUS_BAD_ARGUMENT = 12,    /* a value outside its documented range */
+  PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in */
+  PAL_STATUS_NO_SUCH_SITE = 14,
+  PAL_STATUS_NO_SUCH_NODE = 15,
+  PAL_STATUS_NO_SUCH_MODEL = 16, /* the pack does not carry the response model asked for */
+  /* memory */
+  PAL_STATUS_ARENA_TOO_SMALL = 20,
+  PAL_STATUS_ARENA_MISALIGNED = 21,
+  PAL_STATUS_CAPACITY_EXCEEDED = 22, /* more contacts or fixed nodes than the session's config allows */
+  /* the file */
+  PAL_STATUS_FILE_NOT_FOUND = 30,
+  PAL_STATUS_FILE_NOT_READABLE = 31,
+  /* the pack */
+  PAL_STATUS_NOT_A_PACK = 40,
+  PAL_STATUS_WRONG_VERSION = 41, /* a pack of another format version: build it again */
+  PAL_STATUS_TRUNCATED = 42,
+  PAL_STATUS_CORRUPT_TABLES = 43,  /* the FlatBuffer does not verify */
+  PAL_STATUS_CORRUPT_CONTENT = 44, /* tables that contradict each other or hold impossible values */
+  PAL_STATUS_BAD_CHECKSUM = 45
+} pal_status;
+
+/* One English sentence without a full stop; never NULL. Real-time safe: yes. */
+const char* pal_status_text(pal_status status) PAL_NOEXCEPT;
+
+typedef enum pal_model {
+  PAL_MODEL_AUTO = 0,      /* the most accurate one in the pack that can answer the contacts at hand */
+  PAL_MODEL_LINEAR = 1,    /* linear_dd: any contacts, nodes fixed while running */
+  PAL_MODEL_POLYNOMIAL = 2 /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
+} pal_model;
+
+/* What is doubtful about an answer. */
+enum {
+  PAL_FLAG_EXTRAPOLATED =
+      1 << 0,                /* displacement beyond what was sampled: energy and field are continued along the
+                                ray by their second and first order expansion at the boundary */
+  PAL_FLAG_CLAMPED = 1 << 1, /* displacement beyond four times that (linear_dd: a million times the scene's
+                                largest): the answer is for the shortened one */
+  PAL_FLAG_LINEAR_FALLBACK =
+      1 << 2, /* the nonlinear model cannot answer several contacts or fixed nodes; linear_dd did */
+  PAL_FLAG_OVERLAPPING = 1 << 3, /* two contacts hold the same node: it follows their mean */
+  PAL_FLAG_ILL_CONDITIONED =
+      1 << 4 /* contact nodes so close that the compliance is singular to rounding; regularised */
+};
+
+/* ---------------------------------------------------------------- pack -- */
+
+typedef struct pal_pack pal_pack; /* opaque; lives in storage of the caller */
+
+enum { PAL_PACK_STORAGE_BYTES = 512 };
+
+/* Maps the file read-only and checks it: header, FlatBuffer verifier, meaning of every table and segment,
+ * checksum over the whole file. `storage`: PAL_PACK_STORAGE_BYTES bytes aligned to 16, the caller's until
+ * pal_pack_close. Cost: one pass over the file at memory speed. Real-time safe: no. */
+PAL_NODISCARD pal_status pal_pack_open(const char* path, void* storage, size_t storage_bytes,
+                                       pal_pack** pack) PAL_NOEXCEPT;
+
+/* The same on bytes in memory, aligned to 64, which must outlive the pack and not change. Real-time safe: no.
+ */
+PAL_NODISCARD pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, void* storage,
+                                              size_t storage_bytes, pal_pack** pack) PAL_NOEXCEPT;
+
+/* Unmaps. No session on the pack may be used afterwards. NULL is allowed. Real-time safe: no. */
+void pal_pack_close(pal_pack* pack) PAL_NOEXCEPT;
+
+typedef struct pal_pack_info {
+  uint32_t struct_size;
+  uint32_t num_nodes; /* packed nodes: the rows of pal_visual_frame */
+  uint32_t num_triangles;
+  uint32_t num_sites;         /* where a tool can take hold */
+  uint32_t num_contact_nodes; /* nodes that can be held or fixed */
+  uint32_t max_patch_nodes;   /* of any site */
+  uint32_t max_contacts;      /* that the scene asks for */
+  uint32_t has_linear;        /* 1 = the pack carries the model */
+  uint32_t has_polynomial;
+  uint32_t polynomial_degree;    /* of the displacement field; 0 without the model */
+  uint32_t has_units;            /* 1 = this API speaks metres and newtons */
+  double metres_per_length_unit; /* 1 without units */
+  double newtons_per_force_unit;
+  double max_displacement; /* that the scene asks for: m, or length unit */
+  double tip_radius;
+  double mean_surface_edge;
+} pal_pack_info;
+
+/* Set info->struct_size = sizeof(pal_pack_info) first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* info) PAL_NOEXCEPT;
+
+/* The packed geometry, in place: valid until pal_pack_close. Positions are in model length units. */
+typedef struct pal_geometry {
+  uint32_t struct_size;
+  uint32_t num_nodes;
+  uint32_t num_triangles;
+  const int32_t* labels;     /* [num_nodes] labels of the model file, ascending */
+  const double* positions;   /* [num_nodes][3] */
+  const uint32_t* triangles; /* [num_triangles][3] counter-clockwise from outside */
+} pal_geometry;
+
+/* Set geometry->struct_size first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_get_geometry(const pal_pack* pack, pal_geometry* geometry) PAL_NOEXCEPT;
+
+/* Site at the node with this label of the model file. Cost: a binary search. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_find_site(const pal_pack* pack, int32_t node_label,
+                                            uint32_t* site) PAL_NOEXCEPT;
+
+/* Contact node (for pal_session_set_fixed) with this label. Cost: a binary search. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_find_contact_node(const pal_pack* pack, int32_t node_label,
+                                                    uint32_t* contact_node) PAL_NOEXCEPT;
+
+/* Packed node at the centre of a site. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_get_site_node(const pal_pack* pack, uint32_t site,
+                                                uint32_t* node) PAL_NOEXCEPT;
+
+/* The bytes of the pack, for tools that read the tables themselves. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_get_bytes(const pal_pack* pack, const void** bytes,
+                                            size_t* num_bytes) PAL_NOEXCEPT;
+
+/* ------------------------------------------------------------- session -- */
+
+typedef struct pal_session pal_session; /* opaque; lives in the caller's arena */
+
+typedef struct pal_session_config {
+  uint32_t struct_size;
+  uint32_t max_contacts; /* held at once: 1 .. 64 */
+  uint32_t max_fixed;    /* nodes fixed while running: 0 .. 1024 */
+  pal_model model;
+} pal_session_config;
+
+/* One contact for each the scene asks for, no fixed nodes, PAL_MODEL_AUTO. `pack` may be NULL: then one
+ * contact. */
+pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT;
+
+/* Exact number of arena bytes that a session needs. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,
+                                                    size_t* bytes) PAL_NOEXCEPT;
+
+/* Makes a session at the start of `arena`, aligned to 64. The arena is the caller's again when the session is
+ * no longer used: there is nothing to free. Cost: clears the arena. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
+                                          size_t arena_bytes, pal_session** session) PAL_NOEXCEPT;
+
+/* Fixes exactly these contact nodes from the next frame on (zero displacement), in addition to the model's
+ * own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs. (20), (21). A node that a contact holds at
+ * the same time follows the fixing. Cost: the next haptic frame factors anew. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
+                                               uint32_t count) PAL_NOEXCEPT;
+
+/* A tool that holds the patch of a site and moves it as one. */
+typedef struct pal_contact {
+  uint32_t site;
+  double displacement[3]; /* of the patch from rest: m, or length unit */
+} pal_contact;
+
+typedef struct pal_contact_result {
+  double force[3]; /* that the tool must apply to the tissue: N, or force unit. A device plays its negative */
+  double stiffness[3][3]; /* d force / d displacement of this contact, the others held; symmetric */
+  pal_model model;        /* that answered */
+  uint32_t flags;         /* PAL_FLAG_... */
+  double
+      displacement_error; /* estimate: largest error of any shown node, as a fraction of |displacement|; the
+                             p95 of the survey at this |displacement|, or 1 where nothing was measured */
+  double force_error;     /* estimate: |error of force| / |force|; the same */
+} pal_contact_result;
+
+/* Forces and stiffness for the contacts held now (count 0: the tissue is at rest). `results`: count entries,
+ * may be NULL. Cost, worst case: polynomial_dd about 0.3 us. linear_dd with the contacts of the frame before,
+ * 9 k^2 multiply-adds for k held nodes; with a new set, a (3 k)^3 / 3 factor more. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
+                                          pal_contact_result* results) PAL_NOEXCEPT;
+
+/* Displacements of all packed nodes under the contacts of the last haptic frame: node i's three floats are
+ * written at (char*)displacements + i * stride_bytes, stride_bytes >= 12. m, or length unit. Cost: one pass
+ * over the coefficients in use. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, float* displacements,
+                                          size_t stride_bytes) PAL_NOEXCEPT;
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* PALPATE_PALPATE_H */

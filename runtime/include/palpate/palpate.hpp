@@ -1,0 +1,80 @@
+// C++ face of palpate.h: the same calls as member functions, closing the pack when it goes out of scope. No
+// behaviour of its own, no exceptions, no allocation.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include <span>
+
+namespace palpate {
+
+class Pack {
+ public:
+  Pack() = default;
+  ~Pack() { pal_pack_close(pack_); }
+  Pack(const Pack&) = delete;
+  Pack& operator=(const Pack&) = delete;
+
+  [[nodiscard]] pal_status open(const char* path) noexcept {
+    pal_pack_close(pack_);
+    pack_ = nullptr;
+    return pal_pack_open(path, storage_, sizeof storage_, &pack_);
+  }
+  [[nodiscard]] pal_status open_memory(const void* bytes, size_t num_bytes) noexcept {
+    pal_pack_close(pack_);
+    pack_ = nullptr;
+    return pal_pack_open_memory(bytes, num_bytes, storage_, sizeof storage_, &pack_);
+  }
+  [[nodiscard]] pal_pack_info info() const noexcept {
+    pal_pack_info info = {};
+    info.struct_size = sizeof info;
+    if (pal_pack_get_info(pack_, &info) != PAL_STATUS_OK) return {};
+    return info;
+  }
+  [[nodiscard]] pal_geometry geometry() const noexcept {
+    pal_geometry geometry = {};
+    geometry.struct_size = sizeof geometry;
+    if (pal_pack_get_geometry(pack_, &geometry) != PAL_STATUS_OK) return {};
+    return geometry;
+  }
+  [[nodiscard]] pal_status find_site(int32_t node_label, uint32_t& site) const noexcept {
+    return pal_pack_find_site(pack_, node_label, &site);
+  }
+  [[nodiscard]] const pal_pack* get() const noexcept { return pack_; }
+
+ private:
+  alignas(16) unsigned char storage_[PAL_PACK_STORAGE_BYTES] = {};
+  pal_pack* pack_ = nullptr;
+};
+
+class Session {
+ public:
+  [[nodiscard]] static pal_status required_bytes(const Pack& pack, const pal_session_config& config,
+                                                 size_t& bytes) noexcept {
+    return pal_session_required_bytes(pack.get(), &config, &bytes);
+  }
+  [[nodiscard]] pal_status init(const Pack& pack, const pal_session_config& config,
+                                std::span<unsigned char> arena) noexcept {
+    return pal_session_init(pack.get(), &config, arena.data(), arena.size(), &session_);
+  }
+  [[nodiscard]] pal_status set_fixed(std::span<const uint32_t> contact_nodes) noexcept {
+    return pal_session_set_fixed(session_, contact_nodes.data(), static_cast<uint32_t>(contact_nodes.size()));
+  }
+  // `results` must be as long as `contacts`.
+  [[nodiscard]] pal_status haptic_frame(std::span<const pal_contact> contacts,
+                                        std::span<pal_contact_result> results) noexcept {
+    if (results.size() != contacts.size()) return PAL_STATUS_BAD_ARGUMENT;
+    return pal_haptic_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()),
+                            results.data());
+  }
+  [[nodiscard]] pal_status visual_frame(float* displacements,
+                                        size_t stride_bytes = 3 * sizeof(float)) noexcept {
+    return pal_visual_frame(session_, displacements, stride_bytes);
+  }
+  [[nodiscard]] pal_session* get() const noexcept { return session_; }
+
+ private:
+  pal_session* session_ = nullptr;
+};
+
+}  // namespace palpate

@@ -1,0 +1,281 @@
+// Opening a pack: map, then check everything once, so that a frame need not.
+//
+// Order: header -> FlatBuffer verifier -> meaning (every segment inside the file and of the size its tables
+// imply, every index in range, every number finite) -> checksum. Nothing is read before the step that makes
+// it safe.
+#include <fcntl.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <errno.h>
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_checksum.hpp"
+#include "schemas/pack_generated.h"
+#include "schemas/pack_layout.hpp"
+
+namespace palpate {
+namespace {
+
+static_assert(sizeof(pal_pack) <= PAL_PACK_STORAGE_BYTES);
+
+// Integer comparison, so that the loop vectorises: a float is not finite when its exponent bits are all set.
+bool all_finite(const float* values, size_t count) {
+  uint32_t largest = 0;
+  for (size_t i = 0; i < count; ++i) {
+    uint32_t bits;
+    memcpy(&bits, values + i, sizeof bits);
+    bits &= 0x7f800000u;
+    largest = bits > largest ? bits : largest;
+  }
+  return largest != 0x7f800000u;
+}
+
+bool is_finite(double value) {
+  uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}
+
+bool all_finite(const double* values, size_t count) {
+  bool finite = true;
+  for (size_t i = 0; i < count; ++i) finite = finite && is_finite(values[i]);
+  return finite;
+}
+
+bool is_positive(double value) {
+  return is_finite(value) && value > 0;
+}
+
+// Each index below `limit`, and strictly rising if asked.
+bool indices_valid(const uint32_t* indices, size_t count, uint32_t limit, bool rising) {
+  for (size_t i = 0; i < count; ++i) {
+    if (indices[i] >= limit) return false;
+    if (rising && i > 0 && indices[i] <= indices[i - 1]) return false;
+  }
+  return true;
+}
+
+// The array of a segment, or nullptr if it is missing, misplaced or not `count` elements long.
+template <typename T>
+const T* array_of(const pal_pack& pack, const pack::Segment* segment, uint64_t first_offset, uint64_t count) {
+  if (segment == nullptr || segment->offset() % pack::kAlignment != 0 || segment->offset() < first_offset ||
+      segment->offset() > pack.num_bytes || segment->bytes() > pack.num_bytes - segment->offset() ||
+      segment->bytes() % sizeof(T) != 0 || segment->bytes() / sizeof(T) != count) {
+    return nullptr;
+  }
+  return reinterpret_cast<const T*>(pack.bytes + segment->offset());
+}
+
+bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pack& pack) {
+  pack.num_nodes = geometry.num_nodes();
+  pack.num_triangles = geometry.num_triangles();
+  pack.mean_surface_edge = geometry.mean_surface_edge();
+  pack.labels = array_of<int32_t>(pack, geometry.labels(), first_offset, pack.num_nodes);
+  pack.positions = array_of<double>(pack, geometry.positions(), first_offset, uint64_t{3} * pack.num_nodes);
+  pack.triangles =
+      array_of<uint32_t>(pack, geometry.triangles(), first_offset, uint64_t{3} * pack.num_triangles);
+  if (pack.num_nodes == 0 || pack.labels == nullptr || pack.positions == nullptr || pack.triangles == nullptr)
+    return false;
+  for (uint32_t i = 1; i < pack.num_nodes; ++i) {
+    if (pack.labels[i] <= pack.labels[i - 1]) return false;
+  }
+  return is_positive(pack.mean_surface_edge) && all_finite(pack.positions, size_t{3} * pack.num_nodes) &&
+         indices_valid(pack.triangles, size_t{3} * pack.num_triangles, pack.num_nodes, false);
+}
+
+bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack& pack) {
+  pack.num_contact_nodes = sites.num_contact_nodes();
+  pack.num_sites = sites.num_sites();
+  pack.max_contacts = sites.max_contacts();
+  pack.tip_radius = sites.tip_radius();
+  pack.max_displacement = sites.max_displacement();
+  if (pack.num_sites == 0 || pack.num_contact_nodes == 0 || pack.max_contacts == 0 ||
+      !is_finite(pack.tip_radius) || pack.tip_radius < 0 || !is_positive(pack.max_displacement)) {
+    return false;
+  }
+  pack.contact_nodes = array_of<uint32_t>(pack, sites.contact_nodes(), first_offset, pack.num_contact_nodes);
+  pack.site_nodes = array_of<uint32_t>(pack, sites.site_nodes(), first_offset, pack.num_sites);
+  pack.patch_starts =
+      array_of<uint32_t>(pack, sites.patch_starts(), first_offset, uint64_t{pack.num_sites} + 1);
+  if (pack.contact_nodes == nullptr || pack.site_nodes == nullptr || pack.patch_starts == nullptr)
+    return false;
+  if (!indices_valid(pack.contact_nodes, pack.num_contact_nodes, pack.num_nodes, true)) return false;
+  if (!indices_valid(pack.site_nodes, pack.num_sites, pack.num_nodes, true)) return false;
+  if (pack.patch_starts[0] != 0) return false;
+  pack.max_patch_nodes = 0;
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    if (pack.patch_starts[site + 1] <= pack.patch_starts[site]) return false;
+    const uint32_t size = pack.patch_starts[site + 1] - pack.patch_starts[site];
+    if (size > pack.num_contact_nodes) return false;
+    if (size > pack.max_patch_nodes) pack.max_patch_nodes = size;
+  }
+  pack.patch_nodes =
+      array_of<uint32_t>(pack, sites.patch_nodes(), first_offset, pack.patch_starts[pack.num_sites]);
+  if (pack.patch_nodes == nullptr) return false;
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    const uint32_t start = pack.patch_starts[site];
+    if (!indices_valid(pack.patch_nodes + start, pack.patch_starts[site + 1] - start, pack.num_contact_nodes,
+                       true))
+      return false;
+  }
+  return true;
+}
+
+bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& pack) {
+  const uint64_t contact_dofs = uint64_t{3} * pack.num_contact_nodes;
+  pack.field_stride = linear.field_stride();
+  if (pack.field_stride != pack::num_panels(pack.num_nodes) * pack::kPanelRows) return false;
+  pack.contact_compliance =
+      array_of<double>(pack, linear.contact_compliance(), first_offset, contact_dofs * contact_dofs);
+  pack.field_compliance =
+      array_of<float>(pack, linear.field_compliance(), first_offset, contact_dofs * pack.field_stride);
+  if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
+  for (uint64_t dof = 0; dof < contact_dofs; ++dof) {
+    if (!is_positive(pack.contact_compliance[dof * contact_dofs + dof])) return false;
+  }
+  return all_finite(pack.contact_compliance, contact_dofs * contact_dofs) &&
+         all_finite(pack.field_compliance, contact_dofs * pack.field_stride);
+}
+
+bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, pal_pack& pack) {
+  pack.degree = polynomial.degree();
+  if (pack.degree < 1 || pack.degree > pack::kMaxDegree) return false;
+  const uint64_t energy_terms = pack::num_monomials(2, pack.degree + 1);
+  const uint64_t field_terms = pack::num_monomials(1, pack.degree);
+  const uint64_t field_values =
+      pack.num_sites * uint64_t{pack::num_panels(pack.num_nodes)} * field_terms * pack::kPanelRows;
+  pack.radii = array_of<double>(pack, polynomial.radii(), first_offset, pack.num_sites);
+  pack.energy = array_of<double>(pack, polynomial.energy(), first_offset, pack.num_sites * energy_terms);
+  pack.field = array_of<float>(pack, polynomial.field(), first_offset, field_values);
+  if (pack.radii == nullptr || pack.energy == nullptr || pack.field == nullptr) return false;
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    if (!is_positive(pack.radii[site])) return false;
+  }
+  return all_finite(pack.energy, pack.num_sites * energy_terms) && all_finite(pack.field, field_values);
+}
+
+bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
+  for (const pack::ErrorSurvey* survey : *tables.surveys()) {
+    const auto model = static_cast<uint32_t>(survey->model());
+    if (model >= kNumModels || survey->bins()->size() == 0 || survey->bins()->size() > kMaxBins) return false;
+    SurveyView& view = pack.surveys[model];
+    double from = 0;
+    for (const pack::ErrorBin* bin : *survey->bins()) {
+      if (!(bin->from() == from) || !is_finite(bin->to()) || !(bin->to() > from) ||
+          !is_finite(bin->displacement_p95()) || !is_finite(bin->force_p95())) {
+        return false;
+      }
+      from = bin->to();
+      view.bins[view.num_bins++] = {bin->to(), bin->displacement_p95(), bin->force_p95()};
+    }
+  }
+  return true;
+}
+
+pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
+  pack::PackHeader header;
+  if (num_bytes < sizeof header) return PAL_STATUS_NOT_A_PACK;
+  memcpy(&header, bytes, sizeof header);
+  if (memcmp(header.magic, pack::kMagic, sizeof header.magic) != 0) return PAL_STATUS_NOT_A_PACK;
+  if (header.format_version != pack::kFormatVersion || header.header_bytes != sizeof header)
+    return PAL_STATUS_WRONG_VERSION;
+  if (header.file_bytes != num_bytes) return PAL_STATUS_TRUNCATED;
+  if (header.tables_offset != sizeof header || header.tables_bytes > num_bytes - sizeof header)
+    return PAL_STATUS_CORRUPT_TABLES;
+
+  const unsigned char* tables_bytes = bytes + header.tables_offset;
+  flatbuffers::Verifier verifier(tables_bytes, header.tables_bytes);
+  if (header.tables_bytes < 16 || !pack::VerifyPackBuffer(verifier)) return PAL_STATUS_CORRUPT_TABLES;
+
+  pack = {};
+  pack.bytes = bytes;
+  pack.num_bytes = num_bytes;
+  const pack::Pack& tables = *pack::GetPack(tables_bytes);
+  const uint64_t first_offset = pack::round_up(header.tables_offset + header.tables_bytes, pack::kAlignment);
+  pack.metres = 1;
+  pack.newtons = 1;
+  if (tables.units() != nullptr) {
+    pack.has_units = true;
+    pack.metres = tables.units()->metres();
+    pack.newtons = tables.units()->newtons();
+    if (!is_positive(pack.metres) || !is_positive(pack.newtons)) return PAL_STATUS_CORRUPT_CONTENT;
+  }
+  if (!read_geometry(*tables.geometry(), first_offset, pack) ||
+      !read_sites(*tables.sites(), first_offset, pack)) {
+    return PAL_STATUS_CORRUPT_CONTENT;
+  }
+  if (tables.linear_dd() != nullptr && !read_linear(*tables.linear_dd(), first_offset, pack))
+    return PAL_STATUS_CORRUPT_CONTENT;
+  if (tables.polynomial_dd() != nullptr && !read_polynomial(*tables.polynomial_dd(), first_offset, pack)) {
+    return PAL_STATUS_CORRUPT_CONTENT;
+  }
+  if (pack.contact_compliance == nullptr && pack.radii == nullptr) return PAL_STATUS_CORRUPT_CONTENT;
+  if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
+
+  if (pack::checksum_of(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;
+  return PAL_STATUS_OK;
+}
+
+pal_status check_storage(const void* storage, size_t storage_bytes) {
+  if (storage_bytes < sizeof(pal_pack)) return PAL_STATUS_ARENA_TOO_SMALL;
+  if (reinterpret_cast<uintptr_t>(storage) % alignof(pal_pack) != 0) return PAL_STATUS_ARENA_MISALIGNED;
+  return PAL_STATUS_OK;
+}
+
+}  // namespace
+}  // namespace palpate
+
+extern "C" pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, void* storage,
+                                           size_t storage_bytes, pal_pack** pack) noexcept {
+  if (bytes == nullptr || storage == nullptr || pack == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (const pal_status status = palpate::check_storage(storage, storage_bytes); status != PAL_STATUS_OK)
+    return status;
+  if (reinterpret_cast<uintptr_t>(bytes) % palpate::pack::kAlignment != 0) return PAL_STATUS_ARENA_MISALIGNED;
+  pal_pack opened = {};
+  const pal_status status = palpate::check(static_cast<const unsigned char*>(bytes), num_bytes, opened);
+  if (status != PAL_STATUS_OK) return status;
+  memcpy(storage, &opened, sizeof opened);
+  *pack = static_cast<pal_pack*>(storage);
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_open(const char* path, void* storage, size_t storage_bytes,
+                                    pal_pack** pack) noexcept {
+  if (path == nullptr || storage == nullptr || pack == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (const pal_status status = palpate::check_storage(storage, storage_bytes); status != PAL_STATUS_OK)
+    return status;
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return errno == ENOENT ? PAL_STATUS_FILE_NOT_FOUND : PAL_STATUS_FILE_NOT_READABLE;
+  struct stat description;
+  if (fstat(file, &description) != 0 || !S_ISREG(description.st_mode)) {
+    close(file);
+    return PAL_STATUS_FILE_NOT_READABLE;
+  }
+  const auto num_bytes = static_cast<size_t>(description.st_size);
+  if (num_bytes == 0) {
+    close(file);
+    return PAL_STATUS_NOT_A_PACK;
+  }
+  void* bytes = mmap(nullptr, num_bytes, PROT_READ, MAP_SHARED, file, 0);
+  close(file);
+  if (bytes == MAP_FAILED) return PAL_STATUS_FILE_NOT_READABLE;
+  const pal_status status = pal_pack_open_memory(bytes, num_bytes, storage, storage_bytes, pack);
+  if (status != PAL_STATUS_OK) {
+    munmap(bytes, num_bytes);
+    return status;
+  }
+  (*pack)->mapped = true;
+  return PAL_STATUS_OK;
+}
+
+extern "C" void pal_pack_close(pal_pack* pack) noexcept {
+  if (pack == nullptr || pack->bytes == nullptr) return;
+  if (pack->mapped) munmap(const_cast<unsigned char*>(pack->bytes), pack->num_bytes);
+  pack->bytes = nullptr;
+}

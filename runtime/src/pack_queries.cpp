@@ -1,0 +1,89 @@
+#include <palpate/palpate.h>
+
+#include "runtime/src/pack_view.hpp"
+
+namespace {
+
+// Position of `node_label` among count entries whose labels rise with the entry, or count.
+template <typename LabelOf>
+uint32_t find_label(uint32_t count, int32_t node_label, LabelOf label_of) {
+  uint32_t low = 0;
+  uint32_t high = count;
+  while (low < high) {
+    const uint32_t middle = low + (high - low) / 2;
+    if (label_of(middle) < node_label) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low < count && label_of(low) == node_label ? low : count;
+}
+
+}  // namespace
+
+extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* info) noexcept {
+  if (pack == nullptr || info == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (info->struct_size != sizeof *info) return PAL_STATUS_BAD_STRUCT_SIZE;
+  info->num_nodes = pack->num_nodes;
+  info->num_triangles = pack->num_triangles;
+  info->num_sites = pack->num_sites;
+  info->num_contact_nodes = pack->num_contact_nodes;
+  info->max_patch_nodes = pack->max_patch_nodes;
+  info->max_contacts = pack->max_contacts;
+  info->has_linear = pack->contact_compliance != nullptr;
+  info->has_polynomial = pack->radii != nullptr;
+  info->polynomial_degree = pack->degree;
+  info->has_units = pack->has_units;
+  info->metres_per_length_unit = pack->metres;
+  info->newtons_per_force_unit = pack->newtons;
+  info->max_displacement = pack->max_displacement * pack->metres;
+  info->tip_radius = pack->tip_radius * pack->metres;
+  info->mean_surface_edge = pack->mean_surface_edge * pack->metres;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_get_geometry(const pal_pack* pack, pal_geometry* geometry) noexcept {
+  if (pack == nullptr || geometry == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (geometry->struct_size != sizeof *geometry) return PAL_STATUS_BAD_STRUCT_SIZE;
+  geometry->num_nodes = pack->num_nodes;
+  geometry->num_triangles = pack->num_triangles;
+  geometry->labels = pack->labels;
+  geometry->positions = pack->positions;
+  geometry->triangles = pack->triangles;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_find_site(const pal_pack* pack, int32_t node_label, uint32_t* site) noexcept {
+  if (pack == nullptr || site == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  const uint32_t found =
+      find_label(pack->num_sites, node_label, [&](uint32_t i) { return pack->labels[pack->site_nodes[i]]; });
+  if (found == pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
+  *site = found;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_find_contact_node(const pal_pack* pack, int32_t node_label,
+                                                 uint32_t* contact_node) noexcept {
+  if (pack == nullptr || contact_node == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  const uint32_t found = find_label(pack->num_contact_nodes, node_label,
+                                    [&](uint32_t i) { return pack->labels[pack->contact_nodes[i]]; });
+  if (found == pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
+  *contact_node = found;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_get_site_node(const pal_pack* pack, uint32_t site, uint32_t* node) noexcept {
+  if (pack == nullptr || node == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (site >= pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
+  *node = pack->site_nodes[site];
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_get_bytes(const pal_pack* pack, const void** bytes,
+                                         size_t* num_bytes) noexcept {
+  if (pack == nullptr || bytes == nullptr || num_bytes == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  *bytes = pack->bytes;
+  *num_bytes = pack->num_bytes;
+  return PAL_STATUS_OK;
+}

@@ -1,0 +1,69 @@
+// What an open pack is inside the runtime: pointers into the checked bytes. Constant once open.
+#pragma once
+
+#include <palpate/palpate.h>
+#include <stddef.h>
+#include <stdint.h>
+
+namespace palpate {
+
+// One bin of an error survey; ErrorBin in schemas/pack.fbs.
+struct ErrorBinView {
+  double to;  // upper end of |d| / max_displacement
+  double displacement_p95;
+  double force_p95;
+};
+
+inline constexpr uint32_t kMaxBins = 4;
+inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema
+
+struct SurveyView {
+  uint32_t num_bins;  // 0 = no survey of this model
+  ErrorBinView bins[kMaxBins];
+};
+
+}  // namespace palpate
+
+struct pal_pack {
+  const unsigned char* bytes;
+  size_t num_bytes;
+  bool mapped;  // by us: to be unmapped
+
+  // Geometry
+  uint32_t num_nodes;
+  uint32_t num_triangles;
+  const int32_t* labels;
+  const double* positions;
+  const uint32_t* triangles;
+  double mean_surface_edge;
+
+  // ContactSites
+  uint32_t num_contact_nodes;
+  uint32_t num_sites;
+  uint32_t max_patch_nodes;
+  uint32_t max_contacts;
+  const uint32_t* contact_nodes;
+  const uint32_t* site_nodes;
+  const uint32_t* patch_starts;
+  const uint32_t* patch_nodes;
+  double tip_radius;
+  double max_displacement;
+
+  // LinearDd; contact_compliance is null without the model
+  const double* contact_compliance;
+  const float* field_compliance;
+  uint32_t field_stride;
+
+  // PolynomialDd; radii is null without the model
+  uint32_t degree;
+  const double* radii;
+  const double* energy;
+  const float* field;
+
+  // Units: factors from model units to those of the API
+  bool has_units;
+  double metres;
+  double newtons;
+
+  palpate::SurveyView surveys[palpate::kNumModels];
+};

@@ -1,0 +1,136 @@
+#include "runtime/src/polynomial_dd.hpp"
+
+#include <math.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "schemas/monomials.hpp"
+
+namespace palpate {
+namespace {
+
+using pack::monomial_index;
+using pack::monomial_start;
+using pack::num_monomials;
+
+constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree + 1);
+static_assert(num_monomials(1, pack::kMaxDegree) <= sizeof(PolynomialState::weights) / sizeof(float));
+
+// Value, gradient and Hessian (xx xy xz yy yz zz) of one homogeneous part of the energy.
+struct Part {
+  double value;
+  double gradient[3];
+  double hessian[6];
+};
+
+// d/dx of x^a y^b z^c is a x^(a-1) y^b z^c, and so on: derivatives are lower monomials.
+Part differentiate(const double* monomials, const double* coefficients, uint32_t degree) {
+  Part part = {};
+  const auto at = [&](uint32_t a, uint32_t b, uint32_t c) { return monomials[monomial_index(a, b, c)]; };
+  uint32_t term = 0;
+  for (uint32_t a = degree + 1; a-- > 0;) {
+    for (uint32_t b = degree - a + 1; b-- > 0; ++term) {
+      const uint32_t c = degree - a - b;
+      const double k = coefficients[term];
+      const double ka = k * a;
+      const double kb = k * b;
+      const double kc = k * c;
+      part.value += k * monomials[monomial_start(degree) + term];
+      if (a > 0) part.gradient[0] += ka * at(a - 1, b, c);
+      if (b > 0) part.gradient[1] += kb * at(a, b - 1, c);
+      if (c > 0) part.gradient[2] += kc * at(a, b, c - 1);
+      if (a > 1) part.hessian[0] += ka * (a - 1) * at(a - 2, b, c);
+      if (a > 0 && b > 0) part.hessian[1] += ka * b * at(a - 1, b - 1, c);
+      if (a > 0 && c > 0) part.hessian[2] += ka * c * at(a - 1, b, c - 1);
+      if (b > 1) part.hessian[3] += kb * (b - 1) * at(a, b - 2, c);
+      if (b > 0 && c > 0) part.hessian[4] += kb * c * at(a, b - 1, c - 1);
+      if (c > 1) part.hessian[5] += kc * (c - 1) * at(a, b, c - 2);
+    }
+  }
+  return part;
+}
+
+// g(s) = q_n(s) / s^n and its first two derivatives; 1, 0, 0 inside the ball.
+struct Continuation {
+  double g, first, second;
+};
+
+Continuation continue_energy(uint32_t degree, double s) {
+  if (s <= 1.0) return {1.0, 0.0, 0.0};
+  const double n = degree;
+  const double t = s - 1.0;
+  const double q = 1.0 + n * t + 0.5 * n * (n - 1.0) * t * t;
+  const double q1 = n + n * (n - 1.0) * t;
+  const double q2 = n * (n - 1.0);
+  double power = 1.0;  // s^-n
+  for (uint32_t i = 0; i < degree; ++i) power /= s;
+  return {q * power, (q1 - n * q / s) * power, (q2 - 2.0 * n * q1 / s + n * (n + 1.0) * q / (s * s)) * power};
+}
+
+}  // namespace
+
+void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
+                         double length_scale, PolynomialState& state) {
+  const double radius = pack.radii[site];
+  double x[3] = {displacement[0] / radius, displacement[1] / radius, displacement[2] / radius};
+  double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  state.site = site;
+  state.flags = 0;
+  if (s > 1.0) state.flags |= PAL_FLAG_EXTRAPOLATED;
+  if (s > kLargestExtrapolation) {
+    state.flags |= PAL_FLAG_CLAMPED;
+    for (double& component : x) component *= kLargestExtrapolation / s;
+    s = kLargestExtrapolation;
+  }
+
+  double monomials[kMostMonomials];
+  pack::evaluate_monomials(x, pack.degree + 1, monomials);
+
+  // Sum over the parts of g E_n; with t = x / s:  grad = g grad E + E g' t,
+  // Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+  double gradient[3] = {};
+  double hessian[6] = {};
+  const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
+  const double* coefficients = pack.energy + size_t{site} * num_monomials(2, pack.degree + 1);
+  for (uint32_t degree = 2; degree <= pack.degree + 1; ++degree) {
+    const Part part = differentiate(monomials, coefficients, degree);
+    coefficients += num_monomials(degree);
+    const Continuation continuation = continue_energy(degree, s);
+    for (int i = 0, ij = 0; i < 3; ++i) {
+      gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
+      for (int j = i; j < 3; ++j, ++ij) {
+        hessian[ij] += continuation.g * part.hessian[ij];
+        if (s > 1.0) {
+          hessian[ij] += continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
+                         part.value * (continuation.second * t[i] * t[j] +
+                                       continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
+        }
+      }
+    }
+  }
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    state.force[i] = gradient[i] / radius;
+    for (int j = i; j < 3; ++j, ++ij) {
+      state.stiffness[3 * i + j] = state.stiffness[3 * j + i] = hessian[ij] / (radius * radius);
+    }
+  }
+
+  uint32_t term = 0;
+  double power = 1.0;  // s^-n beyond the ball
+  for (uint32_t degree = 1; degree <= pack.degree; ++degree) {
+    if (s > 1.0) power /= s;
+    const double scale = length_scale * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
+    for (uint32_t i = 0; i < num_monomials(degree); ++i) {
+      state.weights[term++] = static_cast<float>(scale * monomials[monomial_start(degree) + i]);
+    }
+  }
+}
+
+void add_polynomial_field(const pal_pack& pack, const PolynomialState& state, uint32_t panel,
+                          AddColumns add_columns, float* sum) {
+  const uint32_t terms = num_monomials(1, pack.degree);
+  const size_t panels = pack::num_panels(pack.num_nodes);
+  const float* coefficients = pack.field + (size_t{state.site} * panels + panel) * terms * pack::kPanelRows;
+  add_columns(coefficients, pack::kPanelRows, state.weights, terms, sum);
+}
+
+}  // namespace palpate

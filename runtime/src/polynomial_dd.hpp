@@ -1,0 +1,45 @@
+// polynomial_dd (PIAM): energy and displacement field of one contact site as polynomials in the tool
+// displacement.
+//
+// Source: Zhong et al. 2005 eqs. (22)-(24), with two departures. The force is not recomputed from the
+// elements around the contact (eq. (4) amplifies the error of fitted displacements) but is the gradient of a
+// fitted energy: conservative by construction, so that a device cannot be fed energy around a closed path.
+// And the linear part is not fitted but the exact linear DD.
+//
+// With x = d / r, s = |x|, and U the sum of homogeneous parts E_n(x) of degree n, the answer inside the
+// sampled ball is
+//   energy  sum_n E_n(x)          field  sum_n u_n(x).
+// Beyond it (s > 1) each part, s^n along a ray, is continued by its expansion at s = 1:
+//   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: force and stiffness are
+//   continuous) field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
+// that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/field_kernel.hpp"
+
+namespace palpate {
+
+// Beyond this many radii the displacement itself is shortened.
+inline constexpr double kLargestExtrapolation = 4.0;
+
+// Of one frame; the field weights serve every visual frame until the next.
+struct PolynomialState {
+  uint32_t site;
+  uint32_t flags;       // PAL_FLAG_EXTRAPOLATED, PAL_FLAG_CLAMPED
+  double force[3];      // model units
+  double stiffness[9];  // row-major
+  float weights[128];   // monomials of degree 1 .. degree, times the continuation and the length scale
+};
+
+// Force and stiffness at a site of the pack for a finite displacement, model units. `length_scale` goes into
+// the field weights. Cost at degree 3: 31 energy terms, about 700 multiply-adds.
+void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
+                         double length_scale, PolynomialState& state);
+
+// u of the nodes of one panel, added to sum[96].
+void add_polynomial_field(const pal_pack& pack, const PolynomialState& state, uint32_t panel,
+                          AddColumns add_columns, float* sum);
+
+}  // namespace palpate

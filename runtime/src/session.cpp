@@ -1,0 +1,283 @@
+// One simulation: its memory, and its two frames.
+#include <string.h>
+
+#include <math.h>
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/arena.hpp"
+#include "runtime/src/field_kernel.hpp"
+#include "runtime/src/linear_dd.hpp"
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/polynomial_dd.hpp"
+
+struct pal_session {
+  const pal_pack* pack;
+  pal_session_config config;
+  palpate::AddColumns add_columns;
+  pal_model answered;  // which model the last haptic frame used; PAL_MODEL_AUTO = none, the tissue is at rest
+  uint32_t num_fixed;
+  uint32_t* fixed;        // [max_fixed] contact nodes
+  double* displacements;  // [max_contacts][3] model units
+  double* forces;         // [max_contacts][3] model units
+  uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
+  palpate::LinearState linear;
+  palpate::PolynomialState polynomial;
+};
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostContacts = 64;
+constexpr uint32_t kMostFixed = 1024;
+// In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
+constexpr double kAbsurdDisplacement = 1e6;
+// The estimate where nothing was measured: all of it may be wrong.
+constexpr double kUnknownError = 1.0;
+
+pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
+                           LinearState& linear, pal_session& arrays) {
+  pal_session* session = arena.take<pal_session>(1);
+  arrays.fixed = arena.take<uint32_t>(config.max_fixed);
+  arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
+  arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
+  arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
+  if (pack.contact_compliance != nullptr)
+    carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
+  return session;
+}
+
+pal_status check_config(const pal_pack* pack, const pal_session_config* config) {
+  if (pack == nullptr || config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (config->struct_size != sizeof *config) return PAL_STATUS_BAD_STRUCT_SIZE;
+  if (config->max_contacts < 1 || config->max_contacts > kMostContacts || config->max_fixed > kMostFixed) {
+    return PAL_STATUS_BAD_ARGUMENT;
+  }
+  switch (config->model) {
+    case PAL_MODEL_AUTO:
+      return PAL_STATUS_OK;
+    case PAL_MODEL_LINEAR:
+      return pack->contact_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+    case PAL_MODEL_POLYNOMIAL:
+      return pack->radii != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+  }
+  return PAL_STATUS_BAD_ARGUMENT;
+}
+
+// |d|, without overflow on the way.
+double length(const double d[3]) {
+  const double largest = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
+  if (largest == 0) return 0;
+  const double x = d[0] / largest;
+  const double y = d[1] / largest;
+  const double z = d[2] / largest;
+  return largest * sqrt(x * x + y * y + z * z);
+}
+
+// Turns a contact's displacement into model units, shortening an absurd one.
+uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
+  const double size = length(displacement);
+  const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
+  const double scale = size > limit ? limit / size : 1.0;
+  for (int i = 0; i < 3; ++i) out[i] = scale * displacement[i] / pack.metres;
+  return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
+}
+
+// p95 of the survey bin that holds |d|, or kUnknownError.
+void estimate_errors(const pal_pack& pack, pal_model model, const double displacement[3],
+                     pal_contact_result& result) {
+  result.displacement_error = kUnknownError;
+  result.force_error = kUnknownError;
+  const SurveyView& survey = pack.surveys[model == PAL_MODEL_LINEAR ? 0 : 1];
+  const double size = length(displacement) / pack.max_displacement;
+  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
+    // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
+    if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
+      result.displacement_error = survey.bins[bin].displacement_p95;
+      result.force_error = survey.bins[bin].force_p95;
+      return;
+    }
+  }
+}
+
+bool same_sites(const LinearState& linear, const pal_contact* contacts, uint32_t count) {
+  if (!linear.valid || linear.num_contacts != count) return false;
+  for (uint32_t c = 0; c < count; ++c) {
+    if (linear.sites[c] != contacts[c].site) return false;
+  }
+  return true;
+}
+
+void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
+                   pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  LinearState& linear = session.linear;
+  if (!same_sites(linear, contacts, count)) {
+    prepare_linear(pack, contacts, count, session.fixed, session.num_fixed, linear);
+  }
+  evaluate_linear(session.displacements, linear, session.forces);
+  for (uint32_t i = 0; i < 3 * linear.num_held; ++i) {
+    linear.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
+  }
+  session.answered = PAL_MODEL_LINEAR;
+  if (results == nullptr) return;
+  const bool surveyed = count == 1 && session.num_fixed == 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = session.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_LINEAR;
+    result.flags = linear.flags | session.input_flags[c];
+    if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
+      result.flags |= PAL_FLAG_LINEAR_FALLBACK;
+    result.displacement_error = kUnknownError;
+    result.force_error = kUnknownError;
+    if (surveyed) estimate_errors(pack, PAL_MODEL_LINEAR, d, result);
+    if (length(d) > pack.max_displacement * (1.0 + 1e-9)) {
+      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    }
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = session.forces[3 * c + i] * pack.newtons;
+      for (uint32_t j = 0; j < 3; ++j) {
+        result.stiffness[i][j] =
+            linear.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] * (pack.newtons / pack.metres);
+      }
+    }
+  }
+}
+
+void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  const double* d = session.displacements;
+  evaluate_polynomial(pack, contact.site, d, pack.metres, session.polynomial);
+  session.answered = PAL_MODEL_POLYNOMIAL;
+  if (results == nullptr) return;
+  pal_contact_result& result = results[0];
+  result = {};
+  result.model = PAL_MODEL_POLYNOMIAL;
+  result.flags = session.polynomial.flags | session.input_flags[0];
+  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, d, result);
+  if (result.flags != 0) result.displacement_error = result.force_error = kUnknownError;
+  for (int i = 0; i < 3; ++i) {
+    result.force[i] = session.polynomial.force[i] * pack.newtons;
+    for (int j = 0; j < 3; ++j)
+      result.stiffness[i][j] = session.polynomial.stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+extern "C" pal_session_config pal_default_session_config(const pal_pack* pack) noexcept {
+  pal_session_config config = {};
+  config.struct_size = sizeof config;
+  config.max_contacts = pack == nullptr ? 1 : pack->max_contacts;
+  config.max_fixed = 0;
+  config.model = PAL_MODEL_AUTO;
+  return config;
+}
+
+extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,
+                                                 size_t* bytes) noexcept {
+  if (bytes == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (const pal_status status = palpate::check_config(pack, config); status != PAL_STATUS_OK) return status;
+  palpate::Arena counting(nullptr);
+  pal_session arrays = {};
+  palpate::carve_session(*pack, *config, counting, arrays.linear, arrays);
+  *bytes = counting.used();
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
+                                       size_t arena_bytes, pal_session** session) noexcept {
+  if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  size_t required = 0;
+  if (const pal_status status = pal_session_required_bytes(pack, config, &required); status != PAL_STATUS_OK)
+    return status;
+  if (arena_bytes < required) return PAL_STATUS_ARENA_TOO_SMALL;
+  if (reinterpret_cast<uintptr_t>(arena) % palpate::Arena::kAlignment != 0)
+    return PAL_STATUS_ARENA_MISALIGNED;
+  memset(arena, 0, required);  // also touches every page now rather than in a frame
+  palpate::Arena memory(arena);
+  pal_session made = {};
+  pal_session* place = palpate::carve_session(*pack, *config, memory, made.linear, made);
+  made.pack = pack;
+  made.config = *config;
+  made.add_columns = palpate::choose_add_columns();
+  memcpy(static_cast<void*>(place), &made, sizeof made);
+  *session = place;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
+                                            uint32_t count) noexcept {
+  if (session == nullptr || (contact_nodes == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
+  if (count > session->config.max_fixed) return PAL_STATUS_CAPACITY_EXCEEDED;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (contact_nodes[i] >= session->pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
+  }
+  // The polynomials know nothing of nodes fixed later.
+  if (count > 0 &&
+      (session->pack->contact_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
+    return PAL_STATUS_NO_SUCH_MODEL;
+  }
+  for (uint32_t i = 0; i < count; ++i) session->fixed[i] = contact_nodes[i];
+  session->num_fixed = count;
+  session->linear.valid = false;
+  session->answered = PAL_MODEL_AUTO;
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
+                                       pal_contact_result* results) noexcept {
+  if (session == nullptr || (contacts == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
+  const pal_pack& pack = *session->pack;
+  if (count > session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
+  for (uint32_t c = 0; c < count; ++c) {
+    if (contacts[c].site >= pack.num_sites) return PAL_STATUS_NO_SUCH_SITE;
+    for (const double component : contacts[c].displacement) {
+      if (!isfinite(component)) return PAL_STATUS_NOT_FINITE;
+    }
+  }
+  if (count == 0) {
+    session->answered = PAL_MODEL_AUTO;
+    return PAL_STATUS_OK;
+  }
+  const bool polynomial = session->config.model != PAL_MODEL_LINEAR && pack.radii != nullptr && count == 1 &&
+                          session->num_fixed == 0;
+  if (!polynomial && (session->config.model == PAL_MODEL_POLYNOMIAL || pack.contact_compliance == nullptr)) {
+    return PAL_STATUS_NO_SUCH_MODEL;
+  }
+  for (uint32_t c = 0; c < count; ++c) {
+    session->input_flags[c] =
+        palpate::take_displacement(pack, contacts[c].displacement, session->displacements + size_t{3} * c);
+  }
+  if (polynomial) {
+    palpate::answer_polynomial(*session, contacts[0], results);
+  } else {
+    palpate::answer_linear(*session, contacts, count, results);
+  }
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_visual_frame(pal_session* session, float* displacements,
+                                       size_t stride_bytes) noexcept {
+  if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (stride_bytes < 3 * sizeof(float)) return PAL_STATUS_BAD_ARGUMENT;
+  const pal_pack& pack = *session->pack;
+  char* out = reinterpret_cast<char*>(displacements);
+  alignas(64) float panel[palpate::pack::kPanelRows];
+  for (uint32_t p = 0; p < palpate::pack::num_panels(pack.num_nodes); ++p) {
+    memset(panel, 0, sizeof panel);
+    if (session->answered == PAL_MODEL_LINEAR) {
+      palpate::add_linear_field(pack, session->linear, p, session->add_columns, panel);
+    } else if (session->answered == PAL_MODEL_POLYNOMIAL) {
+      palpate::add_polynomial_field(pack, session->polynomial, p, session->add_columns, panel);
+    }
+    const uint32_t first = p * palpate::pack::kPanelNodes;
+    const uint32_t left = pack.num_nodes - first;
+    const uint32_t nodes = left < palpate::pack::kPanelNodes ? left : palpate::pack::kPanelNodes;
+    for (uint32_t i = 0; i < nodes; ++i, out += stride_bytes) memcpy(out, panel + 3 * i, 3 * sizeof(float));
+  }
+  return PAL_STATUS_OK;
+}

@@ -1,0 +1,45 @@
+#include <palpate/palpate.h>
+
+extern "C" const char* pal_status_text(pal_status status) noexcept {
+  switch (status) {
+    case PAL_STATUS_OK:
+      return "no error";
+    case PAL_STATUS_NULL_ARGUMENT:
+      return "a pointer that must not be NULL is NULL";
+    case PAL_STATUS_BAD_STRUCT_SIZE:
+      return "struct_size is not set to the size of the struct";
+    case PAL_STATUS_BAD_ARGUMENT:
+      return "an argument is outside its documented range";
+    case PAL_STATUS_NOT_FINITE:
+      return "an input is not a finite number";
+    case PAL_STATUS_NO_SUCH_SITE:
+      return "the pack has no such contact site";
+    case PAL_STATUS_NO_SUCH_NODE:
+      return "the pack has no such contact node";
+    case PAL_STATUS_NO_SUCH_MODEL:
+      return "the pack does not carry this response model";
+    case PAL_STATUS_ARENA_TOO_SMALL:
+      return "the memory given is smaller than required";
+    case PAL_STATUS_ARENA_MISALIGNED:
+      return "the memory given is not aligned as required";
+    case PAL_STATUS_CAPACITY_EXCEEDED:
+      return "more contacts or fixed nodes than the session was made for";
+    case PAL_STATUS_FILE_NOT_FOUND:
+      return "the file does not exist";
+    case PAL_STATUS_FILE_NOT_READABLE:
+      return "the file cannot be read";
+    case PAL_STATUS_NOT_A_PACK:
+      return "this is not a Palpate pack";
+    case PAL_STATUS_WRONG_VERSION:
+      return "the pack has another format version; build it again with this version";
+    case PAL_STATUS_TRUNCATED:
+      return "the pack is cut short or has bytes added; build or copy it again";
+    case PAL_STATUS_CORRUPT_TABLES:
+      return "the tables of the pack are corrupt; build or copy it again";
+    case PAL_STATUS_CORRUPT_CONTENT:
+      return "the content of the pack contradicts itself; build it again";
+    case PAL_STATUS_BAD_CHECKSUM:
+      return "the checksum of the pack is wrong; build or copy it again";
+  }
+  return "unknown status";
+}

@@ -1,0 +1,63 @@
+// The order of the monomials of three variables in a pack, and their values.
+//
+// Monomials x^a y^b z^c go by total degree n = a + b + c, and within a degree by falling a, then falling b:
+//   1 | x y z | xx xy xz yy yz zz | xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz | ...
+// There are (n + 1)(n + 2)/2 of degree n. Degree n follows from degree n - 1: x times all of it, then y times
+// its last n, then z times its last one.
+//
+// Part of the format, and header-only, so that builder and runtime evaluate the same polynomial.
+#pragma once
+
+#include <stdint.h>
+
+namespace palpate::pack {
+
+constexpr uint32_t num_monomials(uint32_t degree) {
+  return (degree + 1) * (degree + 2) / 2;
+}
+
+// Monomials of degrees first .. last together.
+constexpr uint32_t num_monomials(uint32_t first, uint32_t last) {
+  uint32_t count = 0;
+  for (uint32_t degree = first; degree <= last; ++degree) count += num_monomials(degree);
+  return count;
+}
+
+// Position of the first monomial of a degree when counting from degree 0.
+constexpr uint32_t monomial_start(uint32_t degree) {
+  return degree * (degree + 1) * (degree + 2) / 6;
+}
+
+// Writes the monomials of degrees 0 .. degree at x: num_monomials(0, degree) values.
+template <typename Real>
+void evaluate_monomials(const Real x[3], uint32_t degree, Real* values) {
+  values[0] = Real(1);
+  for (uint32_t n = 1; n <= degree; ++n) {
+    const Real* before = values + monomial_start(n - 1);
+    Real* now = values + monomial_start(n);
+    const uint32_t count = num_monomials(n - 1);
+    uint32_t written = 0;
+    for (uint32_t i = 0; i < count; ++i) now[written++] = x[0] * before[i];
+    for (uint32_t i = count - n; i < count; ++i) now[written++] = x[1] * before[i];
+    now[written] = x[2] * before[count - 1];
+  }
+}
+
+// Calls visit(index, a, b, c) for every monomial of degrees 0 .. degree in order.
+template <typename Visitor>
+void for_each_monomial(uint32_t degree, Visitor&& visit) {
+  uint32_t index = 0;
+  for (uint32_t n = 0; n <= degree; ++n) {
+    for (uint32_t a = n + 1; a-- > 0;) {
+      for (uint32_t b = n - a + 1; b-- > 0;) visit(index++, a, b, n - a - b);
+    }
+  }
+}
+
+// Position of x^a y^b z^c when counting from degree 0.
+constexpr uint32_t monomial_index(uint32_t a, uint32_t b, uint32_t c) {
+  const uint32_t rest = b + c;  // monomials of the same degree with a higher power of x: rest (rest + 1)/2
+  return monomial_start(a + b + c) + rest * (rest + 1) / 2 + c;
+}
+
+}  // namespace palpate::pack

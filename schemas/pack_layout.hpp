@@ -1,0 +1,45 @@
+// The bytes of a pack file around its FlatBuffer: what writer and reader must agree on and the schema cannot
+// say.
+//
+//   0      PackHeader, 64 bytes
+//   64     FlatBuffer tables (pack.fbs), padded with zeros to a multiple of 64
+//   ...    segments, each starting on a multiple of 64, padded with zeros
+//
+// Part of the format: changing anything here changes kFormatVersion.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+namespace palpate::pack {
+
+inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
+inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
+inline constexpr uint32_t kFormatVersion = 1;
+inline constexpr uint32_t kPanelNodes = 32;
+inline constexpr uint32_t kPanelRows =
+    3 * kPanelNodes;                       // dofs whose coefficients lie together in a field panel
+inline constexpr uint32_t kMaxDegree = 7;  // of a displacement polynomial
+
+struct PackHeader {
+  char magic[8];
+  uint32_t format_version;
+  uint32_t header_bytes;   // 64
+  uint64_t tables_offset;  // 64
+  uint64_t tables_bytes;   // of the FlatBuffer, without padding
+  uint64_t file_bytes;
+  uint64_t
+      checksum;  // XXH3-64 of all bytes after the header, seeded with XXH3-64 of the header with this field 0
+  uint8_t reserved[16];  // zero
+};
+static_assert(sizeof(PackHeader) == kAlignment);
+
+constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
+  return (bytes + multiple - 1) / multiple * multiple;
+}
+
+constexpr uint32_t num_panels(uint32_t num_nodes) {
+  return (num_nodes + kPanelNodes - 1) / kPanelNodes;
+}
+
+}  // namespace palpate::pack

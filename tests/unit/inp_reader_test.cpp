@@ -1,0 +1,293 @@
+// What good model files mean, and that no file at all does worse than being refused.
+#include "offline/mesh/inp_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+
+#include "offline/mesh/input_error.hpp"
+#include "tests/support/block_mesh.hpp"
+#include "tests/support/inp_fixture.hpp"
+
+namespace palpate {
+namespace {
+
+using test::kBody;
+using test::kEnd;
+using test::kStep;
+using test::with_line;
+
+class InpReader : public test::InpFile {};
+
+TEST_F(InpReader, ReadsABody) {
+  const Model model = read("*HEADING\nTwo tetrahedra\nmade by hand\n" + kBody);
+  EXPECT_EQ(model.heading, "Two tetrahedra\nmade by hand");
+  EXPECT_EQ(without_folder(model.file), "organ.inp");
+  EXPECT_EQ(model.labels, (std::vector<int>{1, 2, 3, 4, 5}));
+  EXPECT_EQ(model.positions[4], Eigen::Vector3d(1, 1, 1));
+  ASSERT_EQ(model.elements.size(), 2U);
+  EXPECT_EQ(model.elements[1].label, 2);
+  EXPECT_EQ(model.elements[1].nodes, (std::array<int, 4>{1, 4, 2, 3}));
+  ASSERT_EQ(model.materials.size(), 1U);
+  EXPECT_EQ(model.materials[0].name, "TISSUE");
+  EXPECT_EQ(model.materials[0].law.mu, 0.48);
+  EXPECT_EQ(model.materials[0].law.lambda, 0.2);
+  EXPECT_EQ(model.node_sets.at("BASE"), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(model.element_sets.at("BODY"), (std::vector<int>{0, 1}));
+  ASSERT_EQ(model.fixed.size(), 9U);
+  EXPECT_EQ(model.fixed[5].node, 1);
+  EXPECT_EQ(model.fixed[5].axis, 2);
+  EXPECT_TRUE(model.steps.empty());
+  EXPECT_TRUE(model.warnings.empty());
+  EXPECT_EQ(model.find_node(5), 4);
+  EXPECT_EQ(model.find_node(6), -1);
+}
+
+TEST_F(InpReader, TakesAbaqusSpelling) {
+  const Model model = read(
+      "\xEF\xBB\xBF** made by a program\r\n"
+      "*Heading\r\n"
+      "*element,\r\n"
+      "** between the parts of a keyword line\r\n"
+      "   type = c3d4 , elset = Body\r\n"
+      " 10, 1, 2,\r\n"
+      "   3, 4\r\n"
+      " 20,2,5,3,4,\r\n"
+      "\r\n"
+      "*Node , nset=\"All nodes\"\r\n"
+      "1, , 0., -0.\r\n"
+      "2, 1.0D0, 0\t, +0.0\r\n"
+      "3, 0, 1e0, 0,\r\n"
+      "4, 0,, +1.d+0\r\n"
+      "5, 10.E-1, 1, 1\r\n"
+      "*nset, nset=odd, generate\r\n"
+      "1, 5, 2\r\n"
+      "*NSET, NSET=Base\r\n"
+      "odd, 2\r\n"
+      "*NSET, NSET=base\r\n"
+      "\"All nodes\",\r\n"
+      "*elset, elset=first, generate\r\n"
+      "10, 10\r\n"
+      "*elset, elset=second\r\n"
+      "20\r\n"
+      "*SolidSection, elset=first, material=soft\r\n"
+      "1.\r\n"
+      "*solid  section, material=STIFF, elset=second\r\n"
+      ",\r\n"
+      "*material, name=Soft\r\n"
+      "*hyperelastic, compressible neo hooke\r\n"
+      "1, 4\r\n"
+      "*material, name=Stiff\r\n"
+      "*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\r\n"
+      "+2., -1.0E+0\r\n"
+      "*boundary, op=mod\r\n"
+      "odd, 1, 3, 0.\r\n"
+      "2, pinned\r\n"
+      "4, ENCASTRE\r\n"
+      "4, 3\r\n"
+      "4, 2,\r\n");
+  EXPECT_EQ(model.positions[0], Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(model.positions[3], Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(model.positions[4], Eigen::Vector3d(1, 1, 1));
+  EXPECT_EQ(model.node_sets.at("All nodes").size(), 5U);
+  EXPECT_EQ(model.node_sets.at("ODD"), (std::vector<int>{0, 2, 4}));
+  EXPECT_EQ(model.node_sets.at("BASE"), (std::vector<int>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(model.elements[0].label, 10);
+  EXPECT_EQ(model.elements[0].material, 0);
+  EXPECT_EQ(model.elements[1].material, 1);
+  EXPECT_EQ(model.materials[1].law.lambda, -1.0);
+  EXPECT_EQ(model.fixed.size(), 15U);
+}
+
+TEST_F(InpReader, FollowsIncludes) {
+  dir_.write("parts/nodes.inc", "3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=last.inc\n");
+  dir_.write("parts/last.inc", "5, 1, 1, 1");
+  const Model model =
+      read(with_line(4, "*INCLUDE, INPUT=\"parts/nodes.inc\"", with_line(5, "", with_line(6, ""))));
+  EXPECT_EQ(model.labels, (std::vector<int>{1, 2, 3, 4, 5}));
+  EXPECT_EQ(model.node_sets.at("ALL").size(), 5U);
+  EXPECT_EQ(model.files, (std::vector<std::string>{(dir_.path() / "organ.inp").string(),
+                                                   (dir_.path() / "parts/nodes.inc").string(),
+                                                   (dir_.path() / "parts/last.inc").string()}));
+
+  EXPECT_EQ(refusal("*INCLUDE, INPUT=none.inc\n"),
+            "organ.inp:1: *INCLUDE of none.inc: cannot be read (No such file or directory); check its name");
+  EXPECT_EQ(refusal("*INCLUDE\n"), "organ.inp:1: *INCLUDE needs INPUT=...; add it");
+  EXPECT_EQ(refusal("** me\n*INCLUDE, INPUT=organ.inp\n"),
+            "organ.inp:2: *INCLUDE of organ.inp: the file includes itself; break the circle");
+  dir_.write("bad.inc", "\n*DENSITY\n1\n");
+  EXPECT_EQ(refusal("*INCLUDE, INPUT=bad.inc\n"),
+            "bad.inc:2: *DENSITY is not supported; remove it: a static solve does not use mass");
+  for (int i = 0; i < 40; ++i) {
+    dir_.write("deep" + std::to_string(i) + ".inc",
+               "*INCLUDE, INPUT=deep" + std::to_string(i + 1) + ".inc\n");
+  }
+  EXPECT_EQ(refusal("*INCLUDE, INPUT=deep0.inc\n"),
+            "deep30.inc:1: *INCLUDE of deep31.inc: files are nested more than 32 deep; flatten them");
+}
+
+TEST_F(InpReader, RefusesAFileThatIsNotThere) {
+  const auto message = [&](const std::filesystem::path& file) {
+    try {
+      read_inp(file);
+    } catch (const InputError& error) {
+      return without_folder(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message(dir_.path() / "none.inp"),
+            "none.inp: cannot be read (No such file or directory); check its name");
+  EXPECT_EQ(message(dir_.path() / "."), ".: is a folder; name a file");
+  EXPECT_EQ(refusal(""), "organ.inp: the model has no elements; add *ELEMENT, TYPE=C3D4");
+}
+
+TEST_F(InpReader, StepsCarryOver) {
+  const Model model = read(kBody +
+                           "*STEP, NLGEOM, INC=7\n"
+                           "a title\n"
+                           "*STATIC\n"
+                           "0.5, 2., 1e-3, 0.8\n"
+                           "*BOUNDARY\n"
+                           "1, 3, 3, -0.1\n"  // moves a degree of freedom that is fixed before the steps
+                           "4, 1, 1, 0.2\n"
+                           "4, 1, 1, 0.2\n"
+                           "*CLOAD\n"
+                           "5, 2, 3.\n"
+                           "4, 3, 1.\n"
+                           "*CLOAD\n"
+                           "5, 2, 4.\n"
+                           "*NODE PRINT, NSET=ALL\n"
+                           "U\n"
+                           "*EL FILE\n"
+                           "S, E\n"
+                           "*END STEP\n"
+                           "*STEP, NAME=second, NLGEOM=YES\n"
+                           "*STATIC\n"
+                           "*BOUNDARY, OP=MOD\n"
+                           "4, 1\n"
+                           "*CLOAD, OP=MOD\n"
+                           "5, 2, -1.\n"
+                           "*END STEP\n");
+  ASSERT_EQ(model.steps.size(), 2U);
+  const Step& first = model.steps[0];
+  EXPECT_EQ(first.max_increments, 7);
+  EXPECT_EQ(first.first_increment, 0.25);
+  EXPECT_EQ(first.smallest_increment, 5e-4);
+  EXPECT_EQ(first.largest_increment, 0.4);
+  EXPECT_EQ(first.source.line, 18);
+  ASSERT_EQ(first.prescribed.size(), 10U);
+  EXPECT_EQ(first.prescribed[2].value, -0.1);
+  EXPECT_EQ(first.prescribed[9].node, 3);
+  EXPECT_EQ(first.prescribed[9].value, 0.2);
+  ASSERT_EQ(first.forces.size(), 2U);
+  EXPECT_EQ(first.forces[0].value, 1.0);
+  EXPECT_EQ(first.forces[1].value, 7.0) << "forces of one step add up";
+  const Step& second = model.steps[1];
+  EXPECT_EQ(second.max_increments, 100);
+  EXPECT_EQ(second.first_increment, 1.0);
+  EXPECT_EQ(second.smallest_increment, 1e-5);
+  EXPECT_EQ(second.largest_increment, 1.0);
+  ASSERT_EQ(second.prescribed.size(), 10U);
+  EXPECT_EQ(second.prescribed[2].value, -0.1) << "carried over";
+  EXPECT_EQ(second.prescribed[9].value, 0.0);
+  ASSERT_EQ(second.forces.size(), 2U);
+  EXPECT_EQ(second.forces[0].value, 1.0) << "carried over";
+  EXPECT_EQ(second.forces[1].value, -1.0) << "replaced";
+  EXPECT_EQ(model.fixed.size(), 9U);
+  ASSERT_EQ(model.warnings.size(), 2U);
+  EXPECT_EQ(without_folder(model.warnings[0]),
+            "organ.inp:31: *NODE PRINT is passed over: results are written for every node");
+  EXPECT_EQ(without_folder(model.warnings[1]),
+            "organ.inp:33: *EL FILE is passed over: results are written for every node");
+}
+
+TEST_F(InpReader, HoldsCountWhenEveryStepMakesThem) {
+  const std::string loose = with_line(16, "", with_line(17, ""));
+  EXPECT_EQ(refusal(loose),
+            "organ.inp: the part with node 1 can still move along x; hold more of it with *BOUNDARY");
+  EXPECT_EQ(refusal(loose + kStep + "*BOUNDARY\nBASE, 1, 3\n" + kEnd), "accepted");
+  EXPECT_EQ(refusal(loose + kStep + kEnd + kStep + "*BOUNDARY\nBASE, 1, 3\n" + kEnd),
+            "organ.inp: the part with node 1 can still move along x; hold more of it with *BOUNDARY");
+}
+
+TEST_F(InpReader, NamesTheMotionThatRemains) {
+  const auto free = [](const std::string& motion) {
+    return "organ.inp: the part with node 1 can still " + motion + "; hold more of it with *BOUNDARY";
+  };
+  EXPECT_EQ(refusal(with_line(17, "BASE, 2, 3")), free("move along x"));
+  EXPECT_EQ(refusal(with_line(17, "BASE, 1, 2")), free("move along z"));
+  EXPECT_EQ(refusal(with_line(17, "4, 1, 3")), free("turn about an axis along x"));
+  EXPECT_EQ(refusal(with_line(17, "1, 1, 3\n4, 1, 3")), free("turn about an axis along z"));
+  EXPECT_EQ(refusal(with_line(17, "1, 1, 3\n5, 1, 3")), free("move as a whole"));
+  EXPECT_EQ(refusal(with_line(17, "1, 1, 3\n2, 2, 3\n3, 3")), "accepted");
+}
+
+TEST_F(InpReader, HoldsEachPart) {
+  const std::string nodes = "5, 1, 1, 1\n6, 5, 0, 0\n7, 6, 0, 0\n8, 5, 1, 0\n9, 5, 0, 1";
+  const std::string two_parts = with_line(6, nodes, with_line(8, "1, 1, 2, 3, 4\n3, 6, 7, 8, 9"));
+  EXPECT_EQ(refusal(two_parts),
+            "organ.inp: the part with node 6 can still move along x; hold more of it with *BOUNDARY");
+  EXPECT_EQ(refusal(two_parts + "6, 1, 3\n7, 1, 3\n8, 3\n"), "accepted");
+}
+
+TEST_F(InpReader, WarnsOfNodesWithoutElements) {
+  const Model model = read(with_line(6, "5, 1, 1, 1\n99, 3, 3, 3\n98, 4, 4, 4"));
+  ASSERT_EQ(model.warnings.size(), 1U);
+  EXPECT_EQ(without_folder(model.warnings[0]),
+            "organ.inp: 2 nodes belong to no element and stay where they are; the first is node 99");
+}
+
+// Whatever the bytes are, reading ends in a model or in an InputError of one line.
+TEST_F(InpReader, SurvivesChangedBytes) {
+  const std::string good = kBody + kStep + "0.1, 1.\n*BOUNDARY\n4, 1, 1, 0.2\n*CLOAD\n5, 2, 3.\n" + kEnd;
+  std::mt19937 random(20050823);
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
+  const std::string letters = "*,=\n\r\t \"-+.eED0123456789ABCNSTX";
+  int refused = 0;
+  constexpr int kRounds = 3000;
+  for (int round = 0; round < kRounds; ++round) {
+    std::string text = good;
+    const std::size_t changes = 1 + below(6);
+    for (std::size_t i = 0; i < changes; ++i) {
+      const std::size_t at = below(text.size());
+      switch (below(4)) {
+        case 0:
+          text[at] = static_cast<char>(below(256));
+          break;
+        case 1:
+          text[at] = letters[below(letters.size())];
+          break;
+        case 2:
+          text.erase(at, 1 + below(20));
+          break;
+        default:
+          text.insert(at, text.substr(below(text.size()), below(40)));
+          break;
+      }
+    }
+    try {
+      read(text);
+    } catch (const InputError& error) {
+      ++refused;
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_GT(refused, kRounds / 2);
+  EXPECT_LT(refused, kRounds);
+}
+
+TEST_F(InpReader, ReadsALargeMeshQuickly) {
+  const std::filesystem::path file = dir_.write("block.inp", test::block_inp(28));
+  const auto start = std::chrono::steady_clock::now();
+  const Model model = read_inp(file);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(model.num_nodes(), 24389);
+  EXPECT_EQ(model.elements.size(), 109760U);
+  RecordProperty("seconds", std::to_string(seconds.count()));
+  // A fifth of this on an idle machine; sanitizers and neighbours take their share.
+  EXPECT_LT(seconds.count(), 5.0);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,269 @@
+// Every mistake in a model file, and the whole message that answers it.
+#include <gtest/gtest.h>
+
+#include "offline/mesh/inp_reader.hpp"
+#include "tests/support/inp_fixture.hpp"
+
+namespace palpate {
+namespace {
+
+using test::kBody;
+using test::kEnd;
+using test::kStep;
+using test::with_line;
+
+class InpRefusals : public test::InpFile {};
+
+struct BadLine {
+  int line;
+  const char* replacement;
+  const char* message;
+};
+
+void PrintTo(const BadLine& bad, std::ostream* out) {
+  *out << bad.line << ": " << bad.replacement;
+}
+
+class BadBody : public InpRefusals, public ::testing::WithParamInterface<BadLine> {};
+
+TEST_P(BadBody, IsRefusedByLine) {
+  EXPECT_EQ(refusal(with_line(GetParam().line, GetParam().replacement)), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    InpRefusals, BadBody,
+    ::testing::Values(
+        BadLine{1, "*NOED", "organ.inp:1: *NOED is not supported; did you mean *NODE?"},
+        BadLine{1, "*FREQUENCY", "organ.inp:1: *FREQUENCY is not supported; remove it"},
+        BadLine{
+            1, "*Part, name=liver",
+            "organ.inp:1: *PART is not supported; export the model as a flat input file, without parts and "
+            "instances"},
+        BadLine{1, "*NODE, SYSTEM=C", "organ.inp:1: *NODE, SYSTEM is not supported; remove it"},
+        BadLine{1, "*NODE, NSET=A, NSET=B", "organ.inp:1: *NODE, NSET is given twice; keep one"},
+        BadLine{1, "*NODE, NSET", "organ.inp:1: *NODE needs NSET=...; add it"},
+        BadLine{1, "1, 2",
+                "organ.inp:1: data before the first keyword: '1, 2'; an .inp file begins with a keyword "
+                "such as *NODE"},
+        BadLine{2, "1, 0, 0", "organ.inp:2: expected a node label and three coordinates, found 3 fields"},
+        BadLine{2, "1", "organ.inp:2: expected a node label and three coordinates, found 1 field"},
+        BadLine{2, "1, 0, 0, 0, 0",
+                "organ.inp:2: expected a node label and three coordinates, found 5 fields"},
+        BadLine{2, "1, 0, 0, zero", "organ.inp:2: 'zero' is not a finite number; correct it"},
+        BadLine{2, "1, 0, 0, 1 2", "organ.inp:2: '1 2' is not a finite number; correct it"},
+        BadLine{2, "1, 0, 0, nan", "organ.inp:2: 'nan' is not a finite number; correct it"},
+        BadLine{2, "1, 0, 0, -inf", "organ.inp:2: '-inf' is not a finite number; correct it"},
+        BadLine{2, "1, 0, 0, 1e999", "organ.inp:2: '1e999' is not a finite number; correct it"},
+        BadLine{2, "1.5, 0, 0, 0", "organ.inp:2: '1.5' is not a node label; write a whole number"},
+        BadLine{2, ", 0, 0, 0", "organ.inp:2: '' is not a node label; write a whole number"},
+        BadLine{2, "0, 0, 0, 0", "organ.inp:2: 0 is not a node label; labels begin at 1"},
+        BadLine{2, "99999999999, 0, 0, 0",
+                "organ.inp:2: '99999999999' is not a node label; write a whole number"},
+        BadLine{3, "1, 1, 0, 0",
+                "organ.inp:3: node 1 is already defined at organ.inp:2; give one of them another label"},
+        BadLine{7, "*ELEMENT, ELSET=BODY", "organ.inp:7: *ELEMENT needs TYPE=...; add it"},
+        BadLine{7, "*ELEMENT, TYPE=C3D10H, ELSET=BODY",
+                "organ.inp:7: elements of type C3D10H are not supported; mesh the body with four-node "
+                "tetrahedra, "
+                "TYPE=C3D4"},
+        BadLine{8, "1, 1, 2, 3",
+                "organ.inp:8: expected an element label and four node labels, found 4 fields"},
+        BadLine{8, "1, 1, 2, 3,", "organ.inp:9: expected the rest of an element, found 5 fields"},
+        BadLine{9, "2, 2, 5, 3,",
+                "organ.inp:9: expected an element label and four node labels, the element is cut short"},
+        BadLine{8, "1, 1, 2, 3, 4, 5",
+                "organ.inp:8: expected an element label and four node labels, found 6 fields"},
+        BadLine{8, "1, 1, 2, 3, 44",
+                "organ.inp:8: element 1 names node 44, which is not defined; define it with *NODE"},
+        BadLine{8, "1, 1, 2, 3, -4", "organ.inp:8: -4 is not a node label; labels begin at 1"},
+        BadLine{9, "1, 2, 5, 3, 4",
+                "organ.inp:9: element 1 is already defined at organ.inp:8; give one of them another label"},
+        BadLine{8, "1, 1, 3, 2, 4", "organ.inp:8: element 1 is inverted (volume -0.167); reorder its nodes"},
+        BadLine{8, "1, 1, 2, 3, 3", "organ.inp:8: element 1 names node 3 twice; correct it"},
+        BadLine{6, "5, 0.5, 0.5, 1e-13",
+                "organ.inp:9: element 2 is flat (volume 1.67e-14, longest edge 1.41); remesh there"},
+        BadLine{6, "5, 1, -1, 1",
+                "organ.inp:9: element 2 is flat (volume 0, longest edge 2.45); remesh there"},
+        BadLine{
+            8, "1, 1, 2, 3, 4\n3, 1, 2, 3, 4",
+            "organ.inp:9: elements 1 and 3 overlap: both lie on the same side of the face of nodes 1, 2, 3; "
+            "remove one of them"},
+        BadLine{
+            8, "1, 1, 2, 3, 4\n3, 1, 2, 3, 5",
+            "organ.inp:9: elements 1 and 3 overlap: both lie on the same side of the face of nodes 1, 2, 3; "
+            "remove one of them"},
+        BadLine{6, "5, 1, 1, 1\n6, 2, 2, 2\n*ELEMENT, TYPE=C3D4, ELSET=BODY\n7, 2, 6, 3, 4",
+                "organ.inp:12: non-manifold mesh: elements 7, 1 and 2 share the face of nodes 2, 3, 4; "
+                "remove one of "
+                "them"},
+        BadLine{10, "*NSET", "organ.inp:10: *NSET needs NSET=...; add it"},
+        BadLine{10, "*NSET, NSET=BASE, INTERNAL",
+                "organ.inp:10: *NSET, INTERNAL is not supported; remove it"},
+        BadLine{11, "1, 2, 7",
+                "organ.inp:11: node set BASE names node 7, which is not defined; define it with *NODE"},
+        BadLine{11, "1, 2x", "organ.inp:11: '2x' is not a label; write a whole number"},
+        BadLine{11, "1, ALLL",
+                "organ.inp:11: node set ALLL is not defined above this line; did you mean ALL?"},
+        BadLine{10, "*NSET, NSET=BASE, GENERATE",
+                "organ.inp:11: labels from 1 by steps of 3 do not arrive at 2; "
+                "correct first, last or step"},
+        BadLine{10, "*NSET, NSET=X, GENERATE\n1, 2000000000, 1\n*NSET, NSET=BASE",
+                "organ.inp:11: node set X names node 6, which is not defined; define it with *NODE"},
+        BadLine{10, "*NSET, NSET=X, GENERATE\n3\n*NSET, NSET=BASE",
+                "organ.inp:11: expected first label, last label, step, found 1 field"},
+        BadLine{10, "*ELSET, ELSET=E\n1, 3\n*NSET, NSET=BASE",
+                "organ.inp:11: element set E names element 3, which is not defined; define it with *ELEMENT"},
+        BadLine{12, "*MATERIAL", "organ.inp:12: *MATERIAL needs NAME=...; add it"},
+        BadLine{12, "*MATERIAL, NAME=BONE\n*MATERIAL, NAME=TISSUE",
+                "organ.inp:12: material BONE has no law; add *HYPERELASTIC, COMPRESSIBLE NEO HOOKE below it"},
+        BadLine{12, "*MATERIAL, NAME=TISSUE\n*MATERIAL, NAME=TISSUE",
+                "organ.inp:13: material TISSUE is already defined in line 12; give this one another name"},
+        BadLine{12, "", "organ.inp:12: *HYPERELASTIC belongs to no material; move it below *MATERIAL"},
+        BadLine{12, "*MATERIAL, NAME=TISSUE\n1, 2",
+                "organ.inp:13: unexpected data after *MATERIAL: '1, 2'; remove it"},
+        BadLine{
+            13, "*HYPERELASTIC, NEO HOOKE",
+            "organ.inp:13: *HYPERELASTIC, NEO HOOKE is not supported; write *HYPERELASTIC, COMPRESSIBLE NEO "
+            "HOOKE and a data line mu, lambda"},
+        BadLine{13, "*HYPERELASTIC",
+                "organ.inp:13: *HYPERELASTIC names no law; write *HYPERELASTIC, COMPRESSIBLE NEO HOOKE and a "
+                "data "
+                "line mu, lambda"},
+        BadLine{
+            13, "*ELASTIC",
+            "organ.inp:13: *ELASTIC is not supported; write *HYPERELASTIC, COMPRESSIBLE NEO HOOKE and a data "
+            "line mu, lambda"},
+        BadLine{14, "", "organ.inp:13: *HYPERELASTIC needs a data line mu, lambda; add it"},
+        BadLine{14, "1", "organ.inp:14: expected mu, lambda, found 1 field"},
+        BadLine{14, "1, 2, 3", "organ.inp:14: expected mu, lambda, found 3 fields"},
+        BadLine{14, "0, 1", "organ.inp:14: the shear modulus mu must be above 0; correct it"},
+        BadLine{14, "nan, 1", "organ.inp:14: 'nan' is not a finite number; correct it"},
+        BadLine{14, "3, -2",
+                "organ.inp:14: lambda must be above -2/3 mu, or the body gains volume under pressure; "
+                "correct it"},
+        BadLine{14, "1, 2\n1, 2", "organ.inp:15: unexpected data after *HYPERELASTIC: '1, 2'; remove it"},
+        BadLine{14, "1, 2\n*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n1, 2",
+                "organ.inp:15: material TISSUE already has a law; keep one"},
+        BadLine{
+            15, "",
+            "organ.inp:8: element 1 has no material; add *SOLID SECTION for an element set that holds it"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY", "organ.inp:15: *SOLID SECTION needs MATERIAL=...; add it"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=TISUE",
+                "organ.inp:15: material TISUE is not defined; did you mean TISSUE?"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=X",
+                "organ.inp:15: material X is not defined; define it with *MATERIAL"},
+        BadLine{15, "*SOLID SECTION, ELSET=ORGAN, MATERIAL=TISSUE",
+                "organ.inp:15: element set ORGAN is not defined above this line"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE\n2.5",
+                "organ.inp:16: section attribute 2.5 is not supported; remove the line"},
+        BadLine{
+            15,
+            "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE\n*ELSET, ELSET=TWO\n2\n*SOLID SECTION, ELSET=TWO, "
+            "MATERIAL=TISSUE",
+            "organ.inp:18: element 2 is already in the section of organ.inp:15; take it out of one of them"},
+        BadLine{
+            16, "*BOUNDARY, OP=NEW",
+            "organ.inp:16: *BOUNDARY, OP=NEW is not supported; use OP=MOD and write the values that change"},
+        BadLine{16, "*BOUNDARY, AMPLITUDE=A",
+                "organ.inp:16: *BOUNDARY, AMPLITUDE is not supported; remove it"},
+        BadLine{17, "BASE", "organ.inp:17: expected node or set, first dof, last dof, value, found 1 field"},
+        BadLine{17, "BSE, 1, 3",
+                "organ.inp:17: node set BSE is not defined above this line; did you mean BASE?"},
+        BadLine{17, "9, 1, 3",
+                "organ.inp:17: *BOUNDARY names node 9, which is not defined; define it with *NODE"},
+        BadLine{17, "BASE, 1, 6",
+                "organ.inp:17: degree of freedom 6 does not exist in a solid; write 1 (x), 2 (y) or 3 (z)"},
+        BadLine{17, "BASE, 3, 1",
+                "organ.inp:17: the last degree of freedom is before the first; exchange them"},
+        BadLine{
+            17, "BASE, XSYMM",
+            "organ.inp:17: boundary type XSYMM is not supported; write the degrees of freedom, such as 1, 3"},
+        BadLine{17, "BASE, PINNED, 3", "organ.inp:17: nothing may follow PINNED; remove it"},
+        BadLine{17, "BASE, 1, 3, 0.5",
+                "organ.inp:17: a displacement other than 0 before the first *STEP; move it into a step"},
+        BadLine{17, "BASE, 1, 3\n*STATIC",
+                "organ.inp:18: *STATIC stands outside a step; move it between *STEP and *END STEP"},
+        BadLine{17, "BASE, 1, 3\n*END STEP",
+                "organ.inp:18: *END STEP stands outside a step; move it between *STEP and *END STEP"},
+        BadLine{17, "BASE, 1, 3\n*\n", "organ.inp:18: * is not supported; remove it"}));
+
+struct BadStep {
+  const char* text;
+  const char* message;
+};
+
+void PrintTo(const BadStep& bad, std::ostream* out) {
+  *out << bad.text;
+}
+
+class BadSteps : public InpRefusals, public ::testing::WithParamInterface<BadStep> {};
+
+TEST_P(BadSteps, IsRefusedByLine) {
+  EXPECT_EQ(refusal(kBody + GetParam().text), GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    InpRefusals, BadSteps,
+    ::testing::Values(
+        BadStep{
+            "*STEP\n*STATIC\n*END STEP\n",
+            "organ.inp:18: *STEP without NLGEOM asks for small displacements, which are not supported; write "
+            "*STEP, NLGEOM: this material is nonlinear"},
+        BadStep{
+            "*STEP, NLGEOM=NO\n*STATIC\n*END STEP\n",
+            "organ.inp:18: *STEP without NLGEOM asks for small displacements, which are not supported; write "
+            "*STEP, NLGEOM: this material is nonlinear"},
+        BadStep{"*STEP, NLGEOM, PERTURBATION\n",
+                "organ.inp:18: *STEP, PERTURBATION is not supported; remove it"},
+        BadStep{"*STEP, NLGEOM, INC=many\n",
+                "organ.inp:18: INC=many is no number of increments; write 1 or more"},
+        BadStep{"*STEP, NLGEOM, INC=0\n", "organ.inp:18: INC=0 is no number of increments; write 1 or more"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n", "organ.inp:18: the file ends inside this step; add *END STEP"},
+        BadStep{"*STEP, NLGEOM\n*STEP, NLGEOM\n",
+                "organ.inp:19: *STEP inside the step of line 18; end that one with *END STEP"},
+        BadStep{"*STEP, NLGEOM\n*END STEP\n",
+                "organ.inp:19: the step of line 18 has no procedure; write *STATIC after *STEP"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n",
+                "organ.inp:19: *STATIC, RIKS is not supported; write *STATIC, which steps automatically"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*STATIC\n",
+                "organ.inp:20: *STATIC is given twice in this step; keep one"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n2, 1\n",
+                "organ.inp:20: the initial increment is longer than the period; shorten it"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n-1, 1\n",
+                "organ.inp:20: increments and periods cannot be negative; correct them"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n0.1, 1, 0.2\n",
+                "organ.inp:20: the smallest increment is longer than the initial one; shorten it"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n0.1, 1, 0.1, 0.05\n",
+                "organ.inp:20: the largest increment is shorter than the smallest; lengthen it"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC\n1,1,1,1,1\n",
+            "organ.inp:20: expected initial increment, period, smallest, largest increment, found 5 fields"},
+        BadStep{"*STEP, NLGEOM\n*DYNAMIC\n", "organ.inp:19: *DYNAMIC is not supported; write *STATIC"},
+        BadStep{"*STEP, NLGEOM\n*NODE\n",
+                "organ.inp:19: *NODE stands after *STEP; move it before the first step"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*BOUNDARY\n4, 1, 1, 1\n4, 1, 1, 2\n*END STEP\n",
+                "organ.inp:22: conflicting displacements of node 4 along x in one step; keep one"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD\n4, 4, 1\n",
+                "organ.inp:21: degree of freedom 4 does not exist in a solid; write 1 (x), 2 (y) or 3 (z)"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD\n9, 3, 1\n*END STEP\n",
+                "organ.inp:21: *CLOAD names node 9, which is not defined; define it with *NODE"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, FOLLOWER\n4, 3, 1\n",
+                "organ.inp:20: *CLOAD, FOLLOWER is not supported; remove it"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, OP=NEW\n4, 3, 1\n",
+                "organ.inp:20: *CLOAD, OP=NEW is not supported; use OP=MOD and write the values that change"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*NODE PRINT, NSET=BAS\nU\n",
+                "organ.inp:20: node set BAS is not defined above this line; did you mean BASE?"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC\n*DLOAD\n",
+            "organ.inp:20: *DLOAD is not supported; remove it, or write the forces at the nodes with *CLOAD"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC\n*END STEP\n*BOUNDARY\n4, 1\n",
+            "organ.inp:21: *BOUNDARY stands between two steps; move it into a step or before the first"}));
+
+TEST_F(InpRefusals, RefusesALoadOnANodeWithoutElements) {
+  EXPECT_EQ(refusal(with_line(6, "5, 1, 1, 1\n9, 3, 3, 3") + kStep + "*CLOAD\n9, 1, 1\n" + kEnd),
+            "organ.inp:22: *CLOAD acts on node 9, which belongs to no element; load another");
+}
+
+}  // namespace
+}  // namespace palpate

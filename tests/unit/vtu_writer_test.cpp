@@ -1,0 +1,160 @@
+// Files for ParaView, read back byte by byte by a small reader that knows only the format, not the writer.
+#include "offline/output/vtu_writer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+std::filesystem::path scratch(const std::string& name) {
+  return std::filesystem::path(testing::TempDir()) / name;
+}
+
+VtuMesh two_tetrahedra() {
+  VtuMesh mesh;
+  mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.2, -1.0 / 3.0}};
+  mesh.connectivity = {0, 1, 2, 3, 0, 2, 1, 4};
+  mesh.point_data = {{"displacement", 3, {}}, {"J <min> & \"max\"", 1, {5, 4, 3, 2, 1}}};
+  for (int i = 0; i < 15; ++i) mesh.point_data[0].values.push_back(std::sqrt(i) * 1e-3);
+  mesh.point_integers = {{"node", {11, 12, 13, 14, 1005}}};
+  mesh.cell_data = {{"energy", 1, {0.25, std::numeric_limits<double>::quiet_NaN()}}};
+  mesh.cell_integers = {{"material", {0, 7}}};
+  return mesh;
+}
+
+// The file's text up to the appended data, and the bytes behind its underscore.
+struct ReadFile {
+  std::string xml, appended;
+
+  explicit ReadFile(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    const std::string all(std::istreambuf_iterator<char>(in), {});
+    const std::string marker = "<AppendedData encoding=\"raw\">\n_";
+    const std::size_t place = all.find(marker);
+    if (place == std::string::npos) throw std::runtime_error("no appended data");
+    xml = all.substr(0, place);
+    appended = all.substr(place + marker.size());
+  }
+
+  std::string attribute(const std::string& array, const std::string& attribute) const {
+    const std::size_t name = xml.find("Name=\"" + array + "\"");
+    if (name == std::string::npos) throw std::runtime_error("no array " + array);
+    const std::size_t start = xml.rfind('<', name), end = xml.find("/>", name);
+    const std::string element = xml.substr(start, end - start);
+    const std::size_t place = element.find(" " + attribute + "=\"") + attribute.size() + 3;
+    return element.substr(place, element.find('"', place) - place);
+  }
+
+  template <typename T>
+  std::vector<T> values(const std::string& array) const {
+    const std::size_t offset = std::stoull(attribute(array, "offset"));
+    std::uint64_t bytes = 0;
+    std::memcpy(&bytes, appended.data() + offset, sizeof bytes);
+    if (offset + sizeof bytes + bytes > appended.size())
+      throw std::runtime_error("block reaches past the file");
+    std::vector<T> values(bytes / sizeof(T));
+    if (bytes > 0) std::memcpy(values.data(), appended.data() + offset + sizeof bytes, bytes);
+    return values;
+  }
+};
+
+TEST(VtuWriter, ReadsBackToTheBit) {
+  const VtuMesh mesh = two_tetrahedra();
+  const std::filesystem::path path = scratch("read_back.vtu");
+  write_vtu(mesh, path);
+  const ReadFile file(path);
+  EXPECT_NE(file.xml.find("<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+                          "header_type=\"UInt64\">"),
+            std::string::npos);
+  EXPECT_NE(file.xml.find("<Piece NumberOfPoints=\"5\" NumberOfCells=\"2\">"), std::string::npos);
+  EXPECT_TRUE(file.appended.ends_with("</VTKFile>\n"));
+
+  EXPECT_EQ(file.attribute("displacement", "type"), "Float64");
+  EXPECT_EQ(file.attribute("displacement", "NumberOfComponents"), "3");
+  EXPECT_EQ(file.attribute("displacement", "format"), "appended");
+  EXPECT_EQ(file.values<double>("displacement"), mesh.point_data[0].values);
+  EXPECT_EQ(file.values<double>("J &lt;min&gt; &amp; &quot;max&quot;"), mesh.point_data[1].values);
+  EXPECT_EQ(file.attribute("node", "type"), "Int32");
+  EXPECT_EQ(file.values<int>("node"), mesh.point_integers[0].values);
+  EXPECT_EQ(file.values<int>("material"), mesh.cell_integers[0].values);
+  EXPECT_EQ(file.values<double>("energy")[0], 0.25);
+  EXPECT_TRUE(std::isnan(file.values<double>("energy")[1]));
+
+  std::vector<double> coordinates;
+  for (const Eigen::Vector3d& point : mesh.points)
+    coordinates.insert(coordinates.end(), point.begin(), point.end());
+  EXPECT_EQ(file.values<double>("Points"), coordinates);
+  EXPECT_EQ(file.values<int>("connectivity"), mesh.connectivity);
+  EXPECT_EQ(file.values<std::int64_t>("offsets"), (std::vector<std::int64_t>{4, 8}));
+  EXPECT_EQ(file.values<std::uint8_t>("types"), (std::vector<std::uint8_t>{10, 10}));
+  std::filesystem::remove(path);
+}
+
+TEST(VtuWriter, TrianglesAndQuadraticTetrahedra) {
+  VtuMesh mesh;
+  for (int i = 0; i < 10; ++i) mesh.points.push_back({i * 1.0, i * 0.5, 0});
+  mesh.cell = VtuCell::kTriangle;
+  mesh.connectivity = {0, 1, 2, 3, 4, 5};
+  write_vtu(mesh, scratch("kinds.vtu"));
+  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"), (std::vector<std::uint8_t>{5, 5}));
+  mesh.cell = VtuCell::kQuadraticTetrahedron;
+  mesh.connectivity = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  write_vtu(mesh, scratch("kinds.vtu"));
+  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"), (std::vector<std::uint8_t>{24}));
+  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::int64_t>("offsets"), (std::vector<std::int64_t>{10}));
+  std::filesystem::remove(scratch("kinds.vtu"));
+}
+
+TEST(VtuWriter, EmptyMeshIsAFileToo) {
+  write_vtu({}, scratch("empty.vtu"));
+  EXPECT_TRUE(ReadFile(scratch("empty.vtu")).values<double>("Points").empty());
+  std::filesystem::remove(scratch("empty.vtu"));
+}
+
+TEST(VtuWriter, WhatDoesNotFitIsRefusedAndTheOldFileKept) {
+  const std::filesystem::path path = scratch("kept.vtu");
+  write_vtu(two_tetrahedra(), path);
+  const std::uintmax_t size = std::filesystem::file_size(path);
+  const auto refused = [&](auto&& spoil) {
+    VtuMesh mesh = two_tetrahedra();
+    spoil(mesh);
+    EXPECT_THROW(write_vtu(mesh, path), std::invalid_argument);
+    EXPECT_EQ(std::filesystem::file_size(path), size);
+  };
+  refused([](VtuMesh& mesh) { mesh.connectivity.pop_back(); });
+  refused([](VtuMesh& mesh) { mesh.connectivity[3] = 5; });
+  refused([](VtuMesh& mesh) { mesh.connectivity[3] = -1; });
+  refused([](VtuMesh& mesh) { mesh.point_data[0].values.pop_back(); });
+  refused([](VtuMesh& mesh) { mesh.point_data[1].name = "node"; });
+  refused([](VtuMesh& mesh) { mesh.point_data[1].name = ""; });
+  refused([](VtuMesh& mesh) { mesh.cell_data[0].components = 0; });
+  refused([](VtuMesh& mesh) { mesh.cell_integers[0].values.push_back(1); });
+  refused([](VtuMesh& mesh) { mesh.cell = static_cast<VtuCell>(12); });
+  std::filesystem::remove(path);
+}
+
+TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
+  try {
+    write_vtu(two_tetrahedra(), "/no/such/folder/result.vtu");
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()), "/no/such/folder/result.vtu: No such file or directory");
+  }
+  // A folder stands where the file should go: the rename fails, the temporary file must go away.
+  const std::filesystem::path folder = scratch("vtu_writer_folder");
+  std::filesystem::create_directories(folder / "result.vtu" / "occupied");
+  EXPECT_THROW(write_vtu(two_tetrahedra(), folder / "result.vtu"), std::runtime_error);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()),
+            1);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace palpate
