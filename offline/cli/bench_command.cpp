@@ -12,6 +12,7 @@
 #include <random>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 
 namespace palpate {
@@ -138,10 +139,8 @@ int run_bench(const BenchArguments& arguments) {
                       {"p999_ns", timing.at(0.999)},
                       {"max_ns", timing.at(1)}});
     }
-    fmt::print(
-        "{}\n",
-        nlohmann::json{{"processor", processor_name()}, {"frames", arguments.frames}, {"rows", rows}}.dump(
-            2));
+    fmt::print("{}\n",
+               json_text({{"processor", processor_name()}, {"frames", arguments.frames}, {"rows", rows}}));
     return 0;
   }
   fmt::print("Frame cost on {}, one core, warm, {} frames each, nanoseconds\n", processor_name(),
@@ -164,9 +163,11 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Every frame is timed alone: median, p99, p99.9 and maximum. The maximum on a shared machine is the "
       "machine's, not the\n"
-      "runtime's. A memcpy of the bytes that a field reads stands beside it.");
-  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
-  command->add_option("--frames", arguments->frames, "Frames a row; default 100000")
+      "runtime's. A memcpy of the bytes that a field reads stands beside it.\n\n"
+      "Example: palpate bench brain.pack --frames 10000");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
+  command->add_option("--frames", arguments->frames, "Frames a row, 100 or more; default 100000")
+      ->type_name("N")
       ->check(CLI::Range(100, 100000000));
   command->add_flag("--json", arguments->json, "Print as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_bench(*arguments); });

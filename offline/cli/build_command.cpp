@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/progress_bar.hpp"
 #include "offline/cli/survey_table.hpp"
@@ -59,7 +60,9 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
   fmt::print("estimate   {:.0f} nonlinear solves, about {:.0f} s on {} threads; pack about {:.1f} MB\n",
-             solves, kFactorsPerSolve * solves * factor_seconds / plan.jobs, plan.jobs, bytes / 1e6);
+             solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / plan.jobs), plan.jobs,
+             bytes / 1e6);
+  std::fflush(stdout);  // also into a file: it is for before the wait
 }
 
 // The errors of the real runtime, in its own precision, on a pack that is complete but for them.
@@ -98,6 +101,7 @@ void save(const AlignedBytes& bytes, const std::filesystem::path& file) {
 int run_build(const BuildArguments& arguments) {
   const Clock::time_point start = Clock::now();
   const auto [scene, model] = read_scene(arguments.scene);
+  check_can_finish(arguments.pack);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;
   plan.jobs = arguments.jobs > 0 ? arguments.jobs
@@ -141,18 +145,17 @@ int run_build(const BuildArguments& arguments) {
   const SurveyTable& best = content.surveys.back().table;
   const bool on_target = best.overall.displacement.p95 <= scene.accuracy_target;
   if (arguments.json) {
-    fmt::print("{}\n", nlohmann::json{{"pack", arguments.pack.string()},
-                                      {"bytes", bytes.bytes().size()},
-                                      {"seconds", seconds},
-                                      {"sites", sites.sites.size()},
-                                      {"solves", counts.solves},
-                                      {"iterations", counts.iterations},
-                                      {"factorizations", counts.factorizations},
-                                      {"min_J", min_jacobian},
-                                      {"sites_with_smaller_domain", shortened},
-                                      {"target_met", on_target},
-                                      {"errors", survey_json(opened.tables())}}
-                           .dump(2));
+    fmt::print("{}\n", json_text({{"pack", arguments.pack.string()},
+                                  {"bytes", bytes.bytes().size()},
+                                  {"seconds", seconds},
+                                  {"sites", sites.sites.size()},
+                                  {"solves", counts.solves},
+                                  {"iterations", counts.iterations},
+                                  {"factorizations", counts.factorizations},
+                                  {"min_J", min_jacobian},
+                                  {"sites_with_smaller_domain", shortened},
+                                  {"target_met", on_target},
+                                  {"errors", survey_json(opened.tables())}}));
   } else {
     fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
                counts.solves, counts.iterations, counts.factorizations, min_jacobian);
@@ -189,11 +192,13 @@ void add_build_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("SCENE.toml", arguments->scene,
                    "Scene file: model, contact sites, how far they are pushed")
+      ->type_name("")
       ->required();
-  command->add_option("-o,--output", arguments->pack, "Pack to write")->required();
+  command->add_option("-o,--output", arguments->pack, "Pack to write")->type_name("PACK")->required();
   command
       ->add_option("--jobs", arguments->jobs,
                    "Threads; default: one for each core. The pack does not depend on it")
+      ->type_name("N")
       ->check(CLI::Range(1, 1024));
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_build(*arguments); });

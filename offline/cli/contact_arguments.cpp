@@ -39,28 +39,40 @@ std::pair<int, Eigen::Vector3d> parse_contact(const std::string& text) {
 
 void add_contact_options(CLI::App& command, ContactArguments& arguments) {
   command
-      .add_option("--contact", arguments.contacts,
-                  "NODE=dx,dy,dz: move the patch of a site (label in the model file)")
+      .add_option(
+          "--contact", arguments.contacts,
+          "Move the patch of the site at NODE (label in the model file) by (dx,dy,dz); may be repeated")
       ->type_name("NODE=dx,dy,dz")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command.add_option("--fix", arguments.fixed, "Fix a contact node while running (linear model only)")
+  command
+      .add_option("--fix", arguments.fixed,
+                  "Hold a node of a contact patch at zero (answered by the linear model); may be repeated")
       ->type_name("NODE")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command.add_option("--model", arguments.model, "auto, linear or polynomial; default auto")
+  command
+      .add_option("--model", arguments.model,
+                  "auto, linear or polynomial; default auto: the most accurate one that can answer")
+      ->type_name("MODEL")
       ->check(CLI::IsMember({"auto", "linear", "polynomial"}));
 }
 
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
+  // The runtime's own bound: pal_session_config::max_contacts.
+  constexpr size_t kMostContacts = 64;
+  if (arguments.contacts.size() > kMostContacts) {
+    throw std::runtime_error(fmt::format("--contact is given {} times; the runtime holds at most {} contacts",
+                                         arguments.contacts.size(), kMostContacts));
+  }
   for (const std::string& text : arguments.contacts) {
     const auto [label, displacement] = parse_contact(text);
     pal_contact contact = {};
     if (opened.pack().find_site(label, contact.site) != PAL_STATUS_OK) {
-      throw std::runtime_error(fmt::format(
-          "--contact {}: node {} is not a contact site of this pack; `palpate info --json` lists them", text,
-          label));
+      throw std::runtime_error(
+          fmt::format("--contact {}: node {} is not a contact site of this pack; `palpate info` lists them",
+                      text, label));
     }
     for (int axis = 0; axis < 3; ++axis) contact.displacement[axis] = displacement[axis];
     answer.labels.push_back(label);

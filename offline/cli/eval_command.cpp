@@ -5,10 +5,12 @@
 #include <CLI/App.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <unordered_map>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/contact_arguments.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
 
 namespace palpate {
@@ -93,59 +95,78 @@ nlohmann::json answer_json(const ContactAnswer& answer) {
 }
 
 void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
-  const std::string length = opened.length_unit();
+  const std::string length = opened.length_suffix();
+  const std::string force_unit = opened.force_suffix();
+  if (answer.results.empty()) fmt::print("no contact: the tissue is at rest\n");
   for (size_t c = 0; c < answer.results.size(); ++c) {
     const pal_contact_result& result = answer.results[c];
     const Eigen::Vector3d force(result.force);
     fmt::print(
-        "contact {}: model {}, force ({:.6g}, {:.6g}, {:.6g}) {}, size {:.6g}; estimated error: displacement "
-        "{:.2g} %, force {:.2g} %",
-        answer.labels[c], model_name(result.model), force[0], force[1], force[2], opened.force_unit(),
-        force.norm(), 100 * result.displacement_error, 100 * result.force_error);
+        "contact {}: model {}, force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; estimated error: displacement "
+        "{:.3g} %, force {:.3g} %",
+        answer.labels[c], model_name(result.model), force[0], force[1], force[2], force_unit, force.norm(),
+        100 * result.displacement_error, 100 * result.force_error);
     if (result.flags != 0) fmt::print("; {}", fmt::join(flag_names(result.flags), ", "));
     fmt::print("\n");
   }
-  fmt::print("largest displacement {:.6g} {}\n", largest_displacement(answer.field), length);
+  fmt::print("largest displacement {:.6g}{}\n", largest_displacement(answer.field), length);
+}
+
+double force_error(const ContactAnswer& answer, const Reference& reference, size_t contact) {
+  const Eigen::Vector3d& truth = reference.forces[contact];
+  const double difference = (Eigen::Vector3d(answer.results[contact].force) - truth).norm();
+  return difference == 0 ? 0 : difference / truth.norm();
+}
+
+void add_reference(const ContactAnswer& answer, const Reference& reference, nlohmann::json& json) {
+  for (size_t c = 0; c < answer.results.size(); ++c) {
+    const Eigen::Vector3d& truth = reference.forces[c];
+    json["contacts"][c]["reference"] = {{"force", {truth[0], truth[1], truth[2]}},
+                                        {"force_error", force_error(answer, reference, c)}};
+  }
+  json["reference"] = {{"largest_displacement", reference.largest_displacement},
+                       {"displacement_error", reference.displacement_error}};
+}
+
+void print_reference(const OpenedPack& opened, const ContactAnswer& answer, const Reference& reference) {
+  for (size_t c = 0; c < answer.results.size(); ++c) {
+    const Eigen::Vector3d& truth = reference.forces[c];
+    fmt::print("full solve {}: force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; force error {:.3g} %\n",
+               answer.labels[c], truth[0], truth[1], truth[2], opened.force_suffix(), truth.norm(),
+               100 * force_error(answer, reference, c));
+  }
+  fmt::print(
+      "full solve: largest displacement {:.6g}{}; displacement error {:.3g} % of the push, anywhere shown\n",
+      reference.largest_displacement, opened.length_suffix(), 100 * reference.displacement_error);
+}
+
+void write_field(const OpenedPack& opened, const ContactAnswer& answer, const std::filesystem::path& file) {
+  const pal_geometry geometry = opened.pack().geometry();
+  std::vector<NodalRow> rows;
+  for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {
+    rows.push_back({geometry.labels[i],
+                    Eigen::Map<const Eigen::Vector3d>(geometry.positions + 3 * i),
+                    answer.field.segment<3>(3 * i),
+                    {}});
+  }
+  write_nodal_table(file, rows);
 }
 
 int run_eval(const EvalArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
-  if (!arguments.output.empty()) {
-    const pal_geometry geometry = opened.pack().geometry();
-    std::vector<NodalRow> rows;
-    for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {
-      rows.push_back({geometry.labels[i],
-                      Eigen::Map<const Eigen::Vector3d>(geometry.positions + 3 * i),
-                      answer.field.segment<3>(3 * i),
-                      {}});
-    }
-    write_nodal_table(arguments.output, rows);
+  // Everything that may refuse comes before anything is printed.
+  std::optional<Reference> reference;
+  if (!arguments.reference.empty()) reference = compare(opened, answer, arguments.reference);
+  if (!arguments.output.empty()) write_field(opened, answer, arguments.output);
+  if (arguments.json) {
+    nlohmann::json json = answer_json(answer);
+    if (reference) add_reference(answer, *reference, json);
+    fmt::print("{}\n", json_text(json));
+  } else {
+    print_answer(opened, answer);
+    if (reference) print_reference(opened, answer, *reference);
   }
-  nlohmann::json json = answer_json(answer);
-  if (!arguments.json) print_answer(opened, answer);
-  if (!arguments.reference.empty()) {
-    const Reference reference = compare(opened, answer, arguments.reference);
-    for (size_t c = 0; c < answer.results.size(); ++c) {
-      const Eigen::Vector3d& truth = reference.forces[c];
-      const double error = (Eigen::Vector3d(answer.results[c].force) - truth).norm() / truth.norm();
-      json["contacts"][c]["reference"] = {{"force", {truth[0], truth[1], truth[2]}}, {"force_error", error}};
-      if (!arguments.json) {
-        fmt::print("full solve {}: force ({:.6g}, {:.6g}, {:.6g}) {}, size {:.6g}; force error {:.3g} %\n",
-                   answer.labels[c], truth[0], truth[1], truth[2], opened.force_unit(), truth.norm(),
-                   100 * error);
-      }
-    }
-    json["reference"] = {{"largest_displacement", reference.largest_displacement},
-                         {"displacement_error", reference.displacement_error}};
-    if (!arguments.json) {
-      fmt::print(
-          "full solve: largest displacement {:.6g} {}; displacement error {:.3g} % of the push, anywhere "
-          "shown\n",
-          reference.largest_displacement, opened.length_unit(), 100 * reference.displacement_error);
-    }
-  }
-  if (arguments.json) fmt::print("{}\n", json.dump(2));
   return 0;
 }
 
@@ -156,14 +177,19 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("eval", "Answer one touch through the real runtime, from rest");
   command->footer(
       "Lengths and forces are in the model's units; the force is what the outside must apply to the "
-      "tissue.\n\n"
+      "tissue. `palpate info PACK`\n"
+      "names the nodes that --contact takes; without --contact the answer is rest.\n\n"
       "Example: palpate eval brain.pack --contact 812=0,0,-8 --json");
-  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   add_contact_options(*command, arguments->contacts);
-  command->add_option("-o,--output", arguments->output,
-                      "CSV of the shown nodes' displacements, as `solve` writes");
-  command->add_option("--reference", arguments->reference,
-                      "stepN.csv of a `solve` of the same push: print its answer beside");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "CSV of the shown nodes' displacements, as `solve` writes")
+      ->type_name("OUT.csv");
+  command
+      ->add_option("--reference", arguments->reference,
+                   "stepN.csv of a `solve` of the same push: print its answer beside")
+      ->type_name("STEP.csv");
   command->add_flag("--json", arguments->json, "Print the answer as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_eval(*arguments); });
 }

@@ -2,10 +2,12 @@
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/survey_table.hpp"
 
@@ -49,6 +51,17 @@ nlohmann::json sites_json(const OpenedPack& opened) {
   return list;
 }
 
+// The labels that --contact takes, as many as fit on a line.
+std::string site_labels(const OpenedPack& opened) {
+  constexpr size_t kShown = 12;
+  const size_t count = opened.info().num_sites;
+  std::string text;
+  for (size_t site = 0; site < std::min(count, kShown); ++site)
+    text += fmt::format("{}{}", site > 0 ? ", " : "", opened.label_of_site(site));
+  if (count > kShown) text += fmt::format(", ... (all {} with --json)", count);
+  return text;
+}
+
 int run_info(const InfoArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   const pack::Pack& tables = opened.tables();
@@ -70,28 +83,27 @@ int run_info(const InfoArguments& arguments) {
     if (tables.polynomial_dd() != nullptr)
       models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
     fmt::print("{}\n",
-               nlohmann::json{{"tool_version", tables.tool_version()->str()},
-                              {"bytes", opened.num_bytes()},
-                              {"arena_bytes", default_arena_bytes(opened)},
-                              {"inputs", inputs},
-                              {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
-                              {"model_nodes", geometry.num_model_nodes()},
-                              {"model_elements", geometry.num_model_elements()},
-                              {"packed_nodes", geometry.num_nodes()},
-                              {"triangles", geometry.num_triangles()},
-                              {"mean_surface_edge", geometry.mean_surface_edge()},
-                              {"contact_nodes", info.num_contact_nodes},
-                              {"tip_radius", tables.sites()->tip_radius()},
-                              {"max_displacement", tables.sites()->max_displacement()},
-                              {"max_contacts", info.max_contacts},
-                              {"directions", tables.sites()->inward_only() ? "inward" : "all"},
-                              {"models", models},
-                              {"errors", survey_json(tables)},
-                              {"sites", sites_json(opened)}}
-                   .dump(2));
+               json_text({{"tool_version", tables.tool_version()->str()},
+                          {"bytes", opened.num_bytes()},
+                          {"arena_bytes", default_arena_bytes(opened)},
+                          {"inputs", inputs},
+                          {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
+                          {"model_nodes", geometry.num_model_nodes()},
+                          {"model_elements", geometry.num_model_elements()},
+                          {"packed_nodes", geometry.num_nodes()},
+                          {"triangles", geometry.num_triangles()},
+                          {"mean_surface_edge", geometry.mean_surface_edge()},
+                          {"contact_nodes", info.num_contact_nodes},
+                          {"tip_radius", tables.sites()->tip_radius()},
+                          {"max_displacement", tables.sites()->max_displacement()},
+                          {"max_contacts", info.max_contacts},
+                          {"directions", tables.sites()->inward_only() ? "inward" : "all"},
+                          {"models", models},
+                          {"errors", survey_json(tables)},
+                          {"sites", sites_json(opened)}}));
     return 0;
   }
-  const std::string length = opened.length_unit().empty() ? "" : " " + opened.length_unit();
+  const std::string length = opened.length_suffix();
   fmt::print("{}: built by Palpate {}\n", arguments.pack.string(), tables.tool_version()->str());
   for (const pack::InputFile* input : *tables.inputs())
     fmt::print("  input          {} (XXH3-128 {})\n", input->name()->str(), input->xxh3_128()->str());
@@ -111,6 +123,7 @@ int run_info(const InfoArguments& arguments) {
       "once\n",
       info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
       tables.sites()->max_displacement(), length, info.max_contacts);
+  fmt::print("  site nodes     {}\n", site_labels(opened));
   for (const pack::FrameCost* cost : *tables.costs()) {
     fmt::print("  {:<14} {:.2f} MB; worst frame: force {} multiply-adds, {} bytes read; field {} and {}\n",
                pack::EnumNameResponseModel(cost->model()),
@@ -126,8 +139,7 @@ int run_verify(const InfoArguments& arguments) {
   if (arguments.json) {
     fmt::print(
         "{}\n",
-        nlohmann::json{{"pack", arguments.pack.string()}, {"bytes", opened.num_bytes()}, {"valid", true}}
-            .dump());
+        json_text({{"pack", arguments.pack.string()}, {"bytes", opened.num_bytes()}, {"valid", true}}));
   } else {
     fmt::print("{}: sound ({} bytes)\n", arguments.pack.string(), opened.num_bytes());
   }
@@ -140,7 +152,11 @@ void add_info_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command =
       app.add_subcommand("info", "Print what is in a pack: models, sites, bytes, errors, costs, inputs");
-  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->footer(
+      "Site nodes are what `palpate eval --contact` takes; errors are percent, against full nonlinear "
+      "solves.\n\n"
+      "Example: palpate info brain.pack --json");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   command->add_flag("--json", arguments->json, "Print as JSON, with every site and its patch");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
@@ -148,8 +164,10 @@ void add_info_command(CLI::App& app, int& exit_code) {
 void add_verify_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand("verify", "Check a pack's structure, meaning and checksum");
-  command->footer("Exit code 0 only if a runtime would open the pack.");
-  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->footer(
+      "Exit code 0 only if a runtime would open the pack.\n\n"
+      "Example: palpate verify brain.pack");
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   command->add_flag("--json", arguments->json, "Print as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_verify(*arguments); });
 }

@@ -1,10 +1,15 @@
 // palpate: from a model file to an organ that answers a touch.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "offline/cli/commands.hpp"
+#include "offline/mesh/nearest_name.hpp"
 
 namespace {
 
@@ -15,15 +20,44 @@ constexpr const char* kDescription =
     "  palpate eval   organ.pack --contact 7=0,0,-5\n\n"
     "`palpate COMMAND --help` explains each command.";
 
+// A command line that cannot be run, in one line with the place where its help is.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App& command = chosen.empty() ? app : *chosen.front();
+  const std::string name = chosen.empty() ? "palpate" : "palpate " + command.get_name();
+  std::string reason = error.what();
+  // A word that nothing takes tells more than what it leaves missing.
+  if (const std::vector<std::string> words = app.remaining(true); !words.empty()) {
+    const std::string& word = words.front();
+    std::vector<std::string> known;
+    if (word.starts_with('-')) {
+      for (const CLI::Option* option : command.get_options()) {
+        for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
+      }
+      reason = "there is no option " + word + palpate::did_you_mean(word, known);
+    } else if (chosen.empty()) {
+      for (const CLI::App* one : app.get_subcommands(nullptr)) known.push_back(one->get_name());
+      reason = "there is no command " + word + palpate::did_you_mean(word, known);
+    } else {
+      reason = "the argument " + word + " is one too many";
+    }
+  }
+  return name + ": " + reason + "; see '" + name + " --help'";
+}
+
+// Whether all that was printed arrived: a full disk shows only when the buffer is emptied.
+bool output_arrived() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  std::fprintf(stderr, "standard output: cannot be written (%s)\n", std::strerror(errno));
+  return false;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{kDescription, "palpate"};
   app.set_version_flag("--version", PALPATE_VERSION);
   app.require_subcommand(1);
-  app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
-    return "palpate: " + std::string(error.what()) + "; see '" + failed->get_name() + " --help'\n";
-  });
   int exit_code = 0;
   palpate::add_solve_command(app, exit_code);
   palpate::add_build_command(app, exit_code);
@@ -32,10 +66,19 @@ int main(int argc, char** argv) {
   palpate::add_eval_command(app, exit_code);
   palpate::add_picture_command(app, exit_code);
   palpate::add_bench_command(app, exit_code);
+  if (argc < 2) {
+    std::fprintf(stderr, "%s\npalpate: name a command\n", app.help().c_str());
+    return 1;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
+    if (error.get_exit_code() == 0) {
+      app.exit(error);  // --help and --version print themselves
+    } else {
+      std::fprintf(stderr, "%s\n", usage_error(app, error).c_str());
+      exit_code = 1;
+    }
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");
     return 1;
@@ -43,5 +86,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
   }
-  return exit_code;
+  return output_arrived() || exit_code != 0 ? exit_code : 1;
 }

@@ -1,5 +1,7 @@
 #include "offline/cli/opened_pack.hpp"
 
+#include <fmt/core.h>
+
 #include <stdexcept>
 #include <utility>
 
@@ -81,6 +83,13 @@ std::string OpenedPack::length_unit() const {
 }
 std::string OpenedPack::force_unit() const {
   return tables().units() == nullptr ? "" : tables().units()->force()->str();
+}
+
+std::string OpenedPack::length_suffix() const {
+  return tables().units() == nullptr ? "" : fmt::format(" {}", length_unit());
+}
+std::string OpenedPack::force_suffix() const {
+  return tables().units() == nullptr ? "" : fmt::format(" {}", force_unit());
 }
 
 int OpenedPack::label_of_site(size_t site) const {

@@ -25,6 +25,9 @@ class OpenedPack {
   size_t num_bytes() const;
   std::string length_unit() const;  // "" when the scene states none
   std::string force_unit() const;
+  // As they are printed behind a number: " mm", " mN"; nothing when the scene states none.
+  std::string length_suffix() const;
+  std::string force_suffix() const;
   int label_of_site(size_t site) const;
   std::span<const std::uint32_t> segment(const pack::Segment& segment) const;
 

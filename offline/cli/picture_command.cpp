@@ -6,6 +6,7 @@
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/contact_arguments.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/output/organ_picture.hpp"
 
 namespace palpate {
@@ -16,6 +17,7 @@ struct PictureArguments {
   ContactArguments contacts;
   std::filesystem::path output;
   std::string title;
+  bool json = false;
 };
 
 int run_picture(const PictureArguments& arguments) {
@@ -40,13 +42,17 @@ int run_picture(const PictureArguments& arguments) {
     input.tools.push_back({input.rest[node], Eigen::Vector3d(answer.contacts[c].displacement),
                            opened.tables().sites()->tip_radius()});
     const pal_contact_result& result = answer.results[c];
-    input.caption += fmt::format("{}node {}: {:.3g} {} pushed, {:.3g} {} force ({})", c == 0 ? "" : ";  ",
-                                 answer.labels[c], Eigen::Vector3d(answer.contacts[c].displacement).norm(),
-                                 opened.length_unit(), Eigen::Vector3d(result.force).norm(),
-                                 opened.force_unit(), model_name(result.model));
+    input.caption +=
+        fmt::format("{}node {}: {:.3g}{} pushed, {:.3g}{} force ({})", c == 0 ? "" : ";  ", answer.labels[c],
+                    Eigen::Vector3d(answer.contacts[c].displacement).norm(), opened.length_suffix(),
+                    Eigen::Vector3d(result.force).norm(), opened.force_suffix(), model_name(result.model));
   }
   write_before_after(input, {}, arguments.output);
-  fmt::print("wrote {}\n", arguments.output.string());
+  if (arguments.json) {
+    fmt::print("{}\n", json_text({{"picture", arguments.output.string()}, {"contacts", answer.labels}}));
+  } else {
+    fmt::print("wrote {}\n", arguments.output.string());
+  }
   return 0;
 }
 
@@ -57,10 +63,13 @@ void add_picture_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("picture", "Draw the organ before and after a push, as the runtime answers it");
   command->footer("Example: palpate picture brain.pack --contact 812=0,0,-8 -o push.png");
-  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->required();
+  command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   add_contact_options(*command, arguments->contacts);
-  command->add_option("--title", arguments->title, "Line above the picture");
-  command->add_option("-o,--output", arguments->output, "PNG file to write")->required();
+  command->add_option("--title", arguments->title, "Line above the picture")->type_name("TEXT");
+  command->add_option("-o,--output", arguments->output, "PNG file to write")
+      ->type_name("FILE.png")
+      ->required();
+  command->add_flag("--json", arguments->json, "Print what was drawn as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_picture(*arguments); });
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/mesh/inp_reader.hpp"
@@ -91,12 +92,40 @@ void print_failure(const SolveReport& report, size_t step, const Model& model) {
       model.elements[static_cast<size_t>(report.worst_element)].label, report.min_jacobian);
 }
 
+// A name that only a solve writes.
+bool is_result_name(const std::string& name) {
+  if (name == "partial.csv" || name == "result.vtu" || name == "summary.json") return true;
+  constexpr std::string_view kFront = "step";
+  constexpr std::string_view kBack = ".csv";
+  if (name.size() <= kFront.size() + kBack.size() || !name.starts_with(kFront) || !name.ends_with(kBack))
+    return false;
+  return name.find_first_not_of("0123456789", kFront.size()) == name.size() - kBack.size();
+}
+
+// Makes the folder and takes out what an earlier solve left in it: results of another run, or of a step that
+// this one does not reach, must not stand beside its own.
+void prepare_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw std::runtime_error(fmt::format("{}: this folder cannot be made ({}); name another with -o",
+                                         folder.string(), error.message()));
+  }
+  check_can_finish(folder / "summary.json");
+  std::vector<std::filesystem::path> old;
+  for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.is_regular_file() && is_result_name(entry.path().filename().string()))
+      old.push_back(entry.path());
+  }
+  for (const std::filesystem::path& file : old) std::filesystem::remove(file);
+}
+
 int run_solve(const SolveArguments& arguments) {
   const Model model = read_inp(arguments.model);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   if (model.steps.empty())
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
-  std::filesystem::create_directories(arguments.folder);
+  prepare_folder(arguments.folder);
 
   std::vector<LoadCase> loads;
   for (const Step& step : model.steps) loads.push_back(load_case_of(model, step));
@@ -117,6 +146,7 @@ int run_solve(const SolveArguments& arguments) {
     settings.max_increments = model.steps[i].max_increments;
     settings.first_increment = model.steps[i].first_increment;
     settings.smallest_increment = model.steps[i].smallest_increment;
+    settings.largest_increment = model.steps[i].largest_increment;
     SolveProgress progress(i + 1);
     const auto start = std::chrono::steady_clock::now();
     const SolveReport report = solver.ramp(from, loads[i], displacement, settings,
@@ -141,9 +171,9 @@ int run_solve(const SolveArguments& arguments) {
     from = loads[i];
   }
   write_result(arguments.folder / "result.vtu", model, displacement, force);
-  write_finished_text(arguments.folder / "summary.json", summary.dump(2) + "\n");
+  write_finished_text(arguments.folder / "summary.json", json_text(summary) + "\n");
   if (arguments.json) {
-    fmt::print("{}\n", summary.dump(2));
+    fmt::print("{}\n", json_text(summary));
   } else {
     fmt::print("wrote {}\n", (arguments.folder / "result.vtu").string());
   }
@@ -161,10 +191,13 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "the node),\n"
       "result.vtu for ParaView, summary.json. If a step does not converge: exit code 2, and the last "
       "converged state in\n"
-      "partial.csv.\n\n"
+      "partial.csv. Results of an earlier solve in DIR are removed first.\n\n"
       "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
-  command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")->required();
+  command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")
+      ->type_name("")
+      ->required();
   command->add_option("-o,--output", arguments->folder, "Folder for the results; made if it is not there")
+      ->type_name("DIR")
       ->required();
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });

@@ -132,10 +132,12 @@ const CompressibleNeoHookean& Assembly::law(int element) const {
   return model_->materials[static_cast<size_t>(model_->elements[static_cast<size_t>(element)].material)].law;
 }
 
-ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force) const {
+ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
+                                      double* energy) const {
   force.setZero(num_dofs());
   ElementState state;
   state.min_jacobian = std::numeric_limits<double>::infinity();
+  double stored = 0;
   const int num_elements = static_cast<int>(rest_.size());
   for (int e = 0; e < num_elements; ++e) {
     const Rest& rest = rest_[static_cast<size_t>(e)];
@@ -145,30 +147,16 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       state.min_jacobian = J;
       state.worst_element = e;
     }
+    if (energy != nullptr) {
+      stored += J > 0 ? rest.volume * strain_energy_density(law(e), F) : std::numeric_limits<double>::infinity();
+    }
     const Eigen::Matrix<double, 3, 4> nodal = rest.volume * first_piola_kirchhoff(law(e), F) * rest.gradients;
     for (int a = 0; a < kNodes; ++a) {
-      force.segment<3>(3 * model_->elements[static_cast<size_t>(e)].nodes[static_cast<size_t>(a)]) +=
-          nodal.col(a);
+      force.segment<3>(3 * model_->elements[static_cast<size_t>(e)].nodes[static_cast<size_t>(a)]) += nodal.col(a);
     }
   }
+  if (energy != nullptr) *energy = stored;
   return state;
-}
-
-double Assembly::stored_energy(const Eigen::VectorXd& displacement, ElementState& state) const {
-  double energy = 0;
-  state.min_jacobian = std::numeric_limits<double>::infinity();
-  const int num_elements = static_cast<int>(rest_.size());
-  for (int e = 0; e < num_elements; ++e) {
-    const Eigen::Matrix3d F = deformation_gradient(e, displacement);
-    const double J = F.determinant();
-    if (!(J >= state.min_jacobian)) {
-      state.min_jacobian = J;
-      state.worst_element = e;
-    }
-    if (!(J > 0)) return std::numeric_limits<double>::infinity();
-    energy += rest_[static_cast<size_t>(e)].volume * strain_energy_density(law(e), F);
-  }
-  return energy;
 }
 
 void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const {

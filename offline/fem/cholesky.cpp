@@ -1,8 +1,13 @@
 #include "offline/fem/cholesky.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <new>
 #include <stdexcept>
+
+// Of the OpenMP runtime that CHOLMOD brings; <omp.h> belongs to a compiler, and we compile nothing with
+// OpenMP.
+extern "C" void omp_set_max_active_levels(int levels);
 
 namespace palpate {
 namespace {
@@ -27,13 +32,22 @@ cholmod_sparse view(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& mat
 }  // namespace
 
 Cholesky::Cholesky(const SparseLower& pattern) {
+  // CHOLMOD's own OpenMP loops only copy; their threads would spin beside those of BLAS, and beside ours in a
+  // build.
+  omp_set_max_active_levels(0);
   cholmod_start(&common_);
   common_.print = 0;
   common_.supernodal = CHOLMOD_SUPERNODAL;
   common_.nmethods = 1;
   common_.method[0].ordering = CHOLMOD_METIS;
   cholmod_sparse sparse = view(pattern);
-  factor_ = cholmod_analyze(&sparse, &common_);
+  {
+    // METIS draws from the C library's one random sequence, which it seeds anew each time: two analyses at
+    // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
+    static std::mutex one_analysis;
+    const std::lock_guard lock(one_analysis);
+    factor_ = cholmod_analyze(&sparse, &common_);
+  }
   if (factor_ == nullptr) {
     cholmod_finish(&common_);
     throw std::bad_alloc();

@@ -116,11 +116,12 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
                           const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
   Eigen::VectorXd residual_force;
-  ElementState state = assembly_->internal_force(displacement, internal);
+  double energy = 0;
+  ElementState state = assembly_->internal_force(displacement, internal, &energy);
   if (!(state.min_jacobian > 0)) return false;
   residual(load, internal, residual_force);
   double norm = residual_force.norm();
-  double energy = assembly_->stored_energy(displacement, state) - load.force.dot(displacement);
+  energy -= load.force.dot(displacement);
   bool reuse =
       factor_fits(load);  // of the predictor, or of a neighbour: one back-solve tells whether it serves
   bool projected = false;
@@ -158,9 +159,10 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     double step = 1.0;
     for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
       const Eigen::VectorXd trial = displacement + step * direction.col(0);
-      const double trial_energy = assembly_->stored_energy(trial, state) - load.force.dot(trial);
+      double trial_energy = 0;
+      state = assembly_->internal_force(trial, internal, &trial_energy);
+      trial_energy -= load.force.dot(trial);
       if (!(trial_energy < std::numeric_limits<double>::infinity())) continue;
-      state = assembly_->internal_force(trial, internal);
       residual(load, internal, residual_force);
       const double trial_norm = residual_force.norm();
       if (trial_energy <= energy + kSufficientDecrease * step * slope ||
@@ -226,6 +228,10 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
     load.held = to.held;
     load.displacement = start_displacement + factor * (to.displacement - start_displacement);
     load.force = start_force + factor * (to.force - start_force);
+    if (factor == 1.0) {  // to the bit, which a sum with the start is not
+      load.displacement = to.displacement;
+      load.force = to.force;
+    }
     for (int dof = 0; dof < num_dofs; ++dof) {
       if (to.held[static_cast<size_t>(dof)]) load.force[dof] = 0;
     }
@@ -233,7 +239,7 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
   };
 
   double reached = 0;
-  double increment = std::min(1.0, settings.first_increment);
+  double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) return report;
     ++report.increments;
@@ -274,7 +280,7 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
       reached = target;
       report.load_factor = reached;
       if (report.iterations - iterations_before <= kEasyIterations) increment *= 1.5;
-      increment = std::min(increment, 1.0 - reached);
+      increment = std::min({increment, settings.largest_increment, 1.0 - reached});
     } else {
       increment = 0.5 * (target - reached);
       if (increment < settings.smallest_increment) return report;
@@ -288,29 +294,40 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
                                     const Eigen::MatrixXd& directions, Eigen::MatrixXd& response) {
   constexpr double kTolerance = 1e-10;
   constexpr double kContraction = 0.3;  // slower than this, a fresh factor is cheaper
-  // Iterative refinement: the factor at hand belongs to a state nearby, so (1 - K_0^-1 K) is small.
+  constexpr int kMaxSweeps = 40;
+  // Iterative refinement: the factor at hand belongs to a state nearby, so 1 - K_0^-1 K is small.
   bool exact = false;
   if (!factor_fits(load)) {
     if (!factorize_at(load, displacement, false)) return false;
     exact = true;
   }
-  response = directions;
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  assembly_->tangent(displacement, false, stiffness_);
+  Eigen::MatrixXd packed = directions(dofs, Eigen::all);
   double first = 0;
   double before = std::numeric_limits<double>::infinity();
-  for (int sweep = 0; sweep < 40; ++sweep) {
-    Eigen::MatrixXd correction = -assembly_->tangent_times(displacement, response);
-    back_solve(correction);
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    Eigen::MatrixXd correction = -(stiffness_.selfadjointView<Eigen::Lower>() * packed);
+    for (size_t equation = 0; equation < dofs.size(); ++equation) {
+      if (factored_held_[equation]) correction.row(static_cast<Eigen::Index>(equation)).setZero();
+    }
+    cholesky_.solve(correction);
     const double norm = correction.norm();
     if (!std::isfinite(norm)) return false;
     if (sweep == 0) first = std::max(norm, directions.norm());
     if (!exact && norm > kContraction * before) {
       if (!factorize_at(load, displacement, false)) return false;
+      assembly_->tangent(displacement, false, stiffness_);
       exact = true;
       before = std::numeric_limits<double>::infinity();
       continue;
     }
-    response += correction;
-    if (norm <= kTolerance * first) return true;
+    packed += correction;
+    if (norm <= kTolerance * first) {
+      response = directions;
+      response(dofs, Eigen::all) = packed;
+      return true;
+    }
     before = norm;
   }
   return false;

@@ -43,6 +43,7 @@ struct SolverSettings {
   int max_increments = 100;
   double first_increment = 1.0;  // fraction of the ramp
   double smallest_increment = 1e-5;
+  double largest_increment = 1.0;
   // The factor of the previous iteration is used again while an iteration shrinks the residual at least to
   // this fraction (modified Newton: a back-solve costs 20 times less than a factor). 0 = factor in every
   // iteration.

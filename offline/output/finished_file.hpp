@@ -9,8 +9,13 @@ namespace palpate {
 
 // Calls `write` with the path of a temporary file in the folder of `path`, then renames that file onto
 // `path`. If `write` throws or the rename fails, the temporary file is removed and what stood at `path`
-// before is kept. Throws std::runtime_error "PATH: REASON" where the rename fails.
+// before is kept. A link is followed. A device or a pipe (/dev/stdout) is written into as it is. Throws
+// std::runtime_error "PATH: REASON" where the rename fails.
 void write_finished_file(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
+
+// For before long work: throws std::runtime_error "PATH: REASON; REMEDY" if write_finished_file would find no
+// folder there, or none that it may write to. Leaves what stands at `path` alone.
+void check_can_finish(const std::filesystem::path& path);
 
 }  // namespace palpate

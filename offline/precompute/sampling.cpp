@@ -150,11 +150,9 @@ bool SiteSampler::solve(const Eigen::Vector3d& displacement, bool with_tangent, 
 
   const Assembly& assembly = solver_->assembly();
   Eigen::VectorXd internal;
-  ElementState state = assembly.internal_force(u, internal);
   sample = {};
   sample.displacement = displacement;
-  sample.min_jacobian = state.min_jacobian;
-  sample.energy = assembly.stored_energy(u, state);
+  sample.min_jacobian = assembly.internal_force(u, internal, &sample.energy).min_jacobian;
   sample.force = patch_motion_.transpose() * internal;
   std::vector<Eigen::Index> packed_dofs;
   for (const int node : sites_->packed_nodes) {

@@ -15,6 +15,9 @@ constexpr double kSmallestPivot = 1e-14;
 // Then this part of the mean diagonal is added to all of it: a soft spring of a billionth of the local
 // compliance at every held node. Forces change by about the same fraction where the set was well-conditioned.
 constexpr double kRegularisation = 1e-9;
+// Raised a hundredfold until there is a factor. n^2 times the mean diagonal is always enough where
+// |a_ij| <= sqrt(a_ii a_jj), which was checked at open: no row then outweighs its diagonal (Gershgorin).
+constexpr double kMostRegularisation = 1e15;
 
 // U^T U = A in place on the upper triangle, by rows (row k is final before row k + 1 is touched, and every
 // inner loop runs along a row). False when a pivot vanishes; the matrix is then spoilt.
@@ -69,7 +72,7 @@ void gather_compliance(const pal_pack& pack, double regularisation, LinearState&
   }
 }
 
-void hold(uint32_t contact_node, float share, LinearState& state) {
+void hold(uint32_t contact_node, double share, LinearState& state) {
   state.held[state.num_held] = contact_node;
   state.share[state.num_held] = share;
   state.slot_of[contact_node] = ++state.num_held;
@@ -88,7 +91,7 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.sites = arena.take<uint32_t>(max_contacts);
   state.held = arena.take<uint32_t>(state.max_held);
   state.slot_of = arena.take<uint32_t>(pack.num_contact_nodes);
-  state.share = arena.take<float>(state.max_held);
+  state.share = arena.take<double>(state.max_held);
   state.factor = arena.take<double>(dofs * dofs);
   state.unit_forces = arena.take<double>(size_t{3} * max_contacts * dofs);
   state.stiffness = arena.take<double>(size_t{9} * max_contacts * max_contacts);
@@ -103,25 +106,25 @@ void prepare_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t 
   state.num_held = 0;
   state.flags = 0;
   for (uint32_t i = 0; i < num_fixed; ++i) {
-    if (state.slot_of[fixed[i]] == 0) hold(fixed[i], 0.0f, state);
+    if (state.slot_of[fixed[i]] == 0) hold(fixed[i], 0.0, state);
   }
   for (uint32_t c = 0; c < count; ++c) {
     state.sites[c] = contacts[c].site;
     for (uint32_t p = pack.patch_starts[contacts[c].site]; p < pack.patch_starts[contacts[c].site + 1]; ++p) {
       const uint32_t slot = state.slot_of[pack.patch_nodes[p]];
       if (slot == 0) {
-        hold(pack.patch_nodes[p], 1.0f, state);
+        hold(pack.patch_nodes[p], 1.0, state);
       } else if (state.share[slot - 1] > 0) {
         state.flags |= PAL_FLAG_OVERLAPPING;
-        state.share[slot - 1] = 1.0f / (1.0f / state.share[slot - 1] + 1.0f);
+        state.share[slot - 1] = 1.0 / (1.0 / state.share[slot - 1] + 1.0);
       }
     }
   }
 
   const uint32_t n = 3 * state.num_held;
   gather_compliance(pack, 0.0, state);
-  for (double regularisation = kRegularisation; !factor_in_place(state.factor, n) && regularisation < 1.0;
-       regularisation *= 100) {
+  for (double regularisation = kRegularisation;
+       !factor_in_place(state.factor, n) && regularisation < kMostRegularisation; regularisation *= 100) {
     state.flags |= PAL_FLAG_ILL_CONDITIONED;
     gather_compliance(pack, regularisation, state);
   }
@@ -132,7 +135,7 @@ void prepare_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t 
     const uint32_t site = state.sites[column / 3];
     for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
       const uint32_t slot = state.slot_of[pack.patch_nodes[p]] - 1;
-      forces[3 * slot + column % 3] = static_cast<double>(state.share[slot]);
+      forces[3 * slot + column % 3] = state.share[slot];
     }
     solve_in_place(state.factor, n, forces);
   }
@@ -143,7 +146,7 @@ void prepare_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t 
       double sum = 0;
       for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
         const uint32_t slot = state.slot_of[pack.patch_nodes[p]] - 1;
-        sum += static_cast<double>(state.share[slot]) * forces[3 * slot + row % 3];
+        sum += state.share[slot] * forces[3 * slot + row % 3];
       }
       state.stiffness[size_t{row} * 3 * count + column] = sum;
     }

@@ -31,7 +31,7 @@ struct LinearState {
   uint32_t* sites;      // [max_contacts]
   uint32_t* held;       // [max_held] contact nodes, first those of contacts
   uint32_t* slot_of;    // [num_contact_nodes] position in `held` + 1; 0 = not held
-  float* share;         // [max_held] 1 / number of contacts that hold the node; 0 = fixed
+  double* share;        // [max_held] 1 / number of contacts that hold the node; 0 = fixed
   double* factor;       // [3 max_held][3 max_held] upper triangle U, A = U^T U, rows of 3 num_held
   double* unit_forces;  // X: [3 max_contacts][3 max_held], a row for each column of E
   double* stiffness;    // S: [3 max_contacts][3 max_contacts]

@@ -1,8 +1,8 @@
 // Opening a pack: map, then check everything once, so that a frame need not.
 //
 // Order: header -> FlatBuffer verifier -> meaning (every segment inside the file and of the size its tables
-// imply, every index in range, every number finite) -> checksum. Nothing is read before the step that makes
-// it safe.
+// imply, every index in range, every number within bounds) -> checksum. Nothing is read before the step that
+// makes it safe.
 #include <fcntl.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -24,32 +24,40 @@ namespace {
 
 static_assert(sizeof(pal_pack) <= PAL_PACK_STORAGE_BYTES);
 
-// Integer comparison, so that the loop vectorises: a float is not finite when its exponent bits are all set.
-bool all_finite(const float* values, size_t count) {
+// Bounds of what a pack may say, far outside anything physical. Within them no double overflows on the way to
+// a force (the worst product is below 1e140) and no float on the way to a displacement (below 1e37).
+constexpr double kLargestScale = 1e15;   // of lengths, and of what a unit means; 1 / this is the smallest
+constexpr double kLargestEnergy = 1e60;  // coefficient
+// Displacement of any node per displacement of the tool: a field coefficient in units of max_displacement, a
+// column of the field compliance in units of its diagonal.
+constexpr double kLargestAmplification = 1e6;
+constexpr double kLargestPush = 1e20;  // max_displacement in m over the compliance of a contact node: a force
+constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
+
+// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: without its sign bit
+// a float has the order of the integer of the same bits, infinity and the NaNs behind the largest number.
+bool all_within(const float* values, size_t count, float limit) {
+  uint32_t limit_bits;
+  memcpy(&limit_bits, &limit, sizeof limit);
   uint32_t largest = 0;
   for (size_t i = 0; i < count; ++i) {
     uint32_t bits;
     memcpy(&bits, values + i, sizeof bits);
-    bits &= 0x7f800000u;
+    bits &= 0x7fffffffu;
     largest = bits > largest ? bits : largest;
   }
-  return largest != 0x7f800000u;
+  return largest <= limit_bits;
 }
 
-bool is_finite(double value) {
-  uint64_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+bool all_within(const double* values, size_t count, double limit) {
+  bool within = true;
+  for (size_t i = 0; i < count; ++i) within = within && values[i] >= -limit && values[i] <= limit;
+  return within;
 }
 
-bool all_finite(const double* values, size_t count) {
-  bool finite = true;
-  for (size_t i = 0; i < count; ++i) finite = finite && is_finite(values[i]);
-  return finite;
-}
-
-bool is_positive(double value) {
-  return is_finite(value) && value > 0;
+// A length, or what a unit means.
+bool is_scale(double value) {
+  return value >= 1 / kLargestScale && value <= kLargestScale;
 }
 
 // Each index below `limit`, and strictly rising if asked.
@@ -80,12 +88,14 @@ bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pa
   pack.positions = array_of<double>(pack, geometry.positions(), first_offset, uint64_t{3} * pack.num_nodes);
   pack.triangles =
       array_of<uint32_t>(pack, geometry.triangles(), first_offset, uint64_t{3} * pack.num_triangles);
-  if (pack.num_nodes == 0 || pack.labels == nullptr || pack.positions == nullptr || pack.triangles == nullptr)
+  if (pack.num_nodes == 0 || pack.num_nodes > kMostNodes || pack.labels == nullptr ||
+      pack.positions == nullptr || pack.triangles == nullptr)
     return false;
   for (uint32_t i = 1; i < pack.num_nodes; ++i) {
     if (pack.labels[i] <= pack.labels[i - 1]) return false;
   }
-  return is_positive(pack.mean_surface_edge) && all_finite(pack.positions, size_t{3} * pack.num_nodes) &&
+  return is_scale(pack.mean_surface_edge) &&
+         all_within(pack.positions, size_t{3} * pack.num_nodes, kLargestScale) &&
          indices_valid(pack.triangles, size_t{3} * pack.num_triangles, pack.num_nodes, false);
 }
 
@@ -95,8 +105,9 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
   pack.max_contacts = sites.max_contacts();
   pack.tip_radius = sites.tip_radius();
   pack.max_displacement = sites.max_displacement();
-  if (pack.num_sites == 0 || pack.num_contact_nodes == 0 || pack.max_contacts == 0 ||
-      !is_finite(pack.tip_radius) || pack.tip_radius < 0 || !is_positive(pack.max_displacement)) {
+  if (pack.num_sites == 0 || pack.num_contact_nodes == 0 || pack.max_contacts < 1 ||
+      pack.max_contacts > kMostContacts || !(pack.tip_radius >= 0 && pack.tip_radius <= kLargestScale) ||
+      !is_scale(pack.max_displacement) || !is_scale(pack.max_displacement * pack.metres)) {
     return false;
   }
   pack.contact_nodes = array_of<uint32_t>(pack, sites.contact_nodes(), first_offset, pack.num_contact_nodes);
@@ -127,6 +138,24 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
   return true;
 }
 
+// A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj. That much is checked for every
+// pair; linear_dd.cpp then makes sure of a factor for any such matrix.
+bool is_compliance(const double* matrix, uint64_t n) {
+  constexpr double kRounding = 1e-9;
+  constexpr uint64_t kBlock = 8;  // columns of a cache line: the transposed entries are read line by line
+  for (uint64_t first = 0; first < n; first += kBlock) {
+    const uint64_t end = first + kBlock < n ? first + kBlock : n;
+    for (uint64_t j = 0; j < end; ++j) {
+      for (uint64_t i = j > first ? j : first; i < end; ++i) {
+        const double entry = matrix[i * n + j];
+        const double bound = matrix[i * n + i] * matrix[j * n + j] * (1.0 + kRounding);
+        if (entry != matrix[j * n + i] || !(entry * entry <= bound)) return false;
+      }
+    }
+  }
+  return true;
+}
+
 bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& pack) {
   const uint64_t contact_dofs = uint64_t{3} * pack.num_contact_nodes;
   pack.field_stride = linear.field_stride();
@@ -136,11 +165,16 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& 
   pack.field_compliance =
       array_of<float>(pack, linear.field_compliance(), first_offset, contact_dofs * pack.field_stride);
   if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
+  const double smallest = pack.max_displacement * pack.metres / kLargestPush;
   for (uint64_t dof = 0; dof < contact_dofs; ++dof) {
-    if (!is_positive(pack.contact_compliance[dof * contact_dofs + dof])) return false;
+    const double diagonal = pack.contact_compliance[dof * contact_dofs + dof];
+    if (!(diagonal >= smallest && diagonal <= kLargestPush) ||
+        !all_within(pack.field_compliance + dof * pack.field_stride, pack.field_stride,
+                    static_cast<float>(kLargestAmplification * diagonal))) {
+      return false;
+    }
   }
-  return all_finite(pack.contact_compliance, contact_dofs * contact_dofs) &&
-         all_finite(pack.field_compliance, contact_dofs * pack.field_stride);
+  return is_compliance(pack.contact_compliance, contact_dofs);
 }
 
 bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, pal_pack& pack) {
@@ -155,9 +189,15 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
   pack.field = array_of<float>(pack, polynomial.field(), first_offset, field_values);
   if (pack.radii == nullptr || pack.energy == nullptr || pack.field == nullptr) return false;
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
-    if (!is_positive(pack.radii[site])) return false;
+    if (!is_scale(pack.radii[site])) return false;
   }
-  return all_finite(pack.energy, pack.num_sites * energy_terms) && all_finite(pack.field, field_values);
+  return all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
+         all_within(pack.field, field_values,
+                    static_cast<float>(kLargestAmplification * pack.max_displacement));
+}
+
+bool is_error(double value) {
+  return value >= 0 && value <= kLargestEnergy;
 }
 
 bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
@@ -165,10 +205,11 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
     const auto model = static_cast<uint32_t>(survey->model());
     if (model >= kNumModels || survey->bins()->size() == 0 || survey->bins()->size() > kMaxBins) return false;
     SurveyView& view = pack.surveys[model];
+    if (view.num_bins != 0) return false;  // a model is surveyed once
     double from = 0;
     for (const pack::ErrorBin* bin : *survey->bins()) {
-      if (!(bin->from() == from) || !is_finite(bin->to()) || !(bin->to() > from) ||
-          !is_finite(bin->displacement_p95()) || !is_finite(bin->force_p95())) {
+      if (!(bin->from() == from) || !(bin->to() > from && bin->to() <= kLargestScale) ||
+          !is_error(bin->displacement_p95()) || !is_error(bin->force_p95())) {
         return false;
       }
       from = bin->to();
@@ -204,7 +245,7 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
     pack.has_units = true;
     pack.metres = tables.units()->metres();
     pack.newtons = tables.units()->newtons();
-    if (!is_positive(pack.metres) || !is_positive(pack.newtons)) return PAL_STATUS_CORRUPT_CONTENT;
+    if (!is_scale(pack.metres) || !is_scale(pack.newtons)) return PAL_STATUS_CORRUPT_CONTENT;
   }
   if (!read_geometry(*tables.geometry(), first_offset, pack) ||
       !read_sites(*tables.sites(), first_offset, pack)) {
@@ -250,7 +291,8 @@ extern "C" pal_status pal_pack_open(const char* path, void* storage, size_t stor
   if (path == nullptr || storage == nullptr || pack == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (const pal_status status = palpate::check_storage(storage, storage_bytes); status != PAL_STATUS_OK)
     return status;
-  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  // Without O_NONBLOCK a pipe would be waited for until somebody writes.
+  const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return errno == ENOENT ? PAL_STATUS_FILE_NOT_FOUND : PAL_STATUS_FILE_NOT_READABLE;
   struct stat description;
   if (fstat(file, &description) != 0 || !S_ISREG(description.st_mode)) {

@@ -15,7 +15,8 @@ struct ErrorBinView {
 };
 
 inline constexpr uint32_t kMaxBins = 4;
-inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema
+inline constexpr uint32_t kNumModels = 2;      // ResponseModel of the schema
+inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model

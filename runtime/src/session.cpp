@@ -28,7 +28,6 @@ struct pal_session {
 namespace palpate {
 namespace {
 
-constexpr uint32_t kMostContacts = 64;
 constexpr uint32_t kMostFixed = 1024;
 // In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
 constexpr double kAbsurdDisplacement = 1e6;
@@ -76,10 +75,14 @@ double length(const double d[3]) {
 
 // Turns a contact's displacement into model units, shortening an absurd one.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
-  const double size = length(displacement);
+  const double largest = fmax(fabs(displacement[0]), fmax(fabs(displacement[1]), fabs(displacement[2])));
+  // Near the largest double |d| itself overflows: half of such a displacement is shortened instead.
+  const double half = largest > 1e300 ? 0.5 : 1.0;
+  for (int i = 0; i < 3; ++i) out[i] = half * displacement[i];
+  const double size = length(out);
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
   const double scale = size > limit ? limit / size : 1.0;
-  for (int i = 0; i < 3; ++i) out[i] = scale * displacement[i] / pack.metres;
+  for (int i = 0; i < 3; ++i) out[i] = scale * out[i] / pack.metres;
   return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 

@@ -1,0 +1,187 @@
+// The runtime allocates nothing: malloc and its kin are replaced in this executable by ones that count.
+#include <gtest/gtest.h>
+#include <malloc.h>
+#include <stdlib.h>
+
+#include <atomic>
+#include <new>
+#include <palpate/palpate.hpp>
+#include <string>
+
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace {
+std::atomic<long> allocations = 0;
+std::atomic<long> releases = 0;
+}  // namespace
+
+// Sanitizers bring a malloc of their own, which this one would hide.
+#if !defined(__SANITIZE_ADDRESS__) && defined(__GLIBC__)
+#define PALPATE_COUNTS_ALLOCATIONS 1
+// The names under which glibc keeps its own allocator for those who replace it.
+extern "C" {
+void* __libc_malloc(size_t);
+void* __libc_calloc(size_t, size_t);
+void* __libc_realloc(void*, size_t);
+void* __libc_memalign(size_t, size_t);
+void __libc_free(void*);
+
+void* malloc(size_t bytes) {
+  ++allocations;
+  return __libc_malloc(bytes);
+}
+void* calloc(size_t count, size_t bytes) {
+  ++allocations;
+  return __libc_calloc(count, bytes);
+}
+void* realloc(void* old, size_t bytes) {
+  ++allocations;
+  return __libc_realloc(old, bytes);
+}
+void* memalign(size_t alignment, size_t bytes) {
+  ++allocations;
+  return __libc_memalign(alignment, bytes);
+}
+void* aligned_alloc(size_t alignment, size_t bytes) {
+  ++allocations;
+  return __libc_memalign(alignment, bytes);
+}
+int posix_memalign(void** place, size_t alignment, size_t bytes) {
+  ++allocations;
+  *place = __libc_memalign(alignment, bytes);
+  return *place == nullptr ? 12 : 0;  // ENOMEM
+}
+void free(void* memory) {
+  ++releases;
+  __libc_free(memory);
+}
+}
+#endif
+
+namespace palpate::test {
+namespace {
+
+// Allocations and releases while `call` runs.
+template <typename Call>
+long counted(Call&& call) {
+  const long before = allocations + releases;
+  call();
+  return allocations + releases - before;
+}
+
+class Allocation : public ::testing::Test {
+ protected:
+  void SetUp() override {
+#ifndef PALPATE_COUNTS_ALLOCATIONS
+    GTEST_SKIP() << "the sanitizers' allocator cannot be replaced; the release build counts";
+#endif
+  }
+};
+
+TEST_F(Allocation, CounterCounts) {
+  void* volatile kept = nullptr;  // volatile: or the compiler removes the pair
+  const auto keep = [&](void* memory) { kept = memory; };
+  EXPECT_EQ(counted([&] { keep(malloc(8)), free(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(calloc(2, 8)), free(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(realloc(nullptr, 8)), free(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(aligned_alloc(64, 64)), free(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(memalign(64, 64)), free(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(new int), delete static_cast<int*>(kept); }), 2);
+  EXPECT_EQ(counted([&] { keep(new int[100]), delete[] static_cast<int*>(kept); }), 2);
+  EXPECT_GE(counted([&] { std::string(100, 'x').swap(*std::make_unique<std::string>()); }), 4);
+  EXPECT_EQ(counted([] {}), 0);
+}
+
+// What a session in the same process allocates when something in it does: the guard seen to fail.
+TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
+  const OpenPack pack(small_pack_bytes());
+  OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+  EXPECT_GT(counted([&] { session.touch({{0, {0, 0, -0.01}}}); }), 0);  // `touch` returns a std::vector
+}
+
+TEST_F(Allocation, NoneFromInitToTheLastFrame) {
+  const OpenPack pack(small_pack_bytes());
+  const pal_pack_info info = pack.info();
+  std::vector<float> field(size_t{3} * info.num_nodes);
+  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL}) {
+    const pal_session_config config = session_config(pack.get(), model, 4, 6);
+    size_t bytes = 0;
+    ASSERT_EQ(counted([&] { require(pal_session_required_bytes(pack.get(), &config, &bytes), "bytes"); }), 0);
+    AlignedBytes arena(bytes);
+    pal_session* session = nullptr;
+    ASSERT_EQ(counted([&] {
+                require(pal_session_init(pack.get(), &config, arena.bytes().data(), bytes, &session), "init");
+              }),
+              0);
+    int answered = 0;
+    pal_contact_result results[4];
+    const long in_frames = counted([&] {
+      for (uint32_t frame = 0; frame < 400; ++frame) {
+        const uint32_t fixed[3] = {frame % info.num_contact_nodes, (frame / 3) % info.num_contact_nodes, 0};
+        const pal_status set = pal_session_set_fixed(session, fixed, (frame / 7) % 4);
+        answered += set == PAL_STATUS_OK;
+        const uint32_t count = (frame / 5) % 5;
+        pal_contact contacts[4];
+        for (uint32_t c = 0; c < count; ++c) {
+          contacts[c] = {(frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}};
+        }
+        answered += pal_haptic_frame(session, contacts, count, results) == PAL_STATUS_OK;
+        answered += pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK;
+      }
+    });
+    EXPECT_EQ(in_frames, 0);
+    EXPECT_GT(answered, 400);  // else nothing was tried
+  }
+}
+
+TEST_F(Allocation, NoneInQueries) {
+  const OpenPack pack(small_pack_bytes());
+  pal_pack_info info = {};
+  pal_geometry geometry = {};
+  info.struct_size = sizeof info;
+  geometry.struct_size = sizeof geometry;
+  uint32_t index = 0;
+  const void* bytes = nullptr;
+  size_t num_bytes = 0;
+  bool ok = true;
+  EXPECT_EQ(counted([&] {
+              ok = pal_pack_get_info(pack.get(), &info) == PAL_STATUS_OK &&
+                   pal_pack_get_geometry(pack.get(), &geometry) == PAL_STATUS_OK &&
+                   pal_pack_find_site(pack.get(), 54, &index) == PAL_STATUS_OK &&
+                   pal_pack_find_contact_node(pack.get(), 54, &index) == PAL_STATUS_OK &&
+                   pal_pack_get_site_node(pack.get(), 0, &index) == PAL_STATUS_OK &&
+                   pal_pack_get_bytes(pack.get(), &bytes, &num_bytes) == PAL_STATUS_OK &&
+                   pal_default_session_config(pack.get()).max_contacts == 3;
+              for (int status = -1; status < 100; ++status)
+                ok = ok && pal_status_text(static_cast<pal_status>(status)) != nullptr;
+            }),
+            0);
+  EXPECT_TRUE(ok);
+}
+
+// Opening maps the file and checks it; neither needs the heap, nor does a refusal.
+TEST_F(Allocation, NoneInOpenAndClose) {
+  const auto bytes = small_pack_bytes().bytes();
+  const TempDir dir;
+  const std::string file =
+      dir.write("a.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string();
+  const std::string cut =
+      dir.write("b.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size() / 2}).string();
+  alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
+  pal_pack* pack = nullptr;
+  pal_status opened = PAL_STATUS_OK;
+  pal_status refused = PAL_STATUS_OK;
+  EXPECT_EQ(counted([&] {
+              opened = pal_pack_open(file.c_str(), storage, sizeof storage, &pack);
+              pal_pack_close(pack);
+              refused = pal_pack_open(cut.c_str(), storage, sizeof storage, &pack);
+            }),
+            0);
+  EXPECT_EQ(opened, PAL_STATUS_OK);
+  EXPECT_EQ(refused, PAL_STATUS_TRUNCATED);
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,81 @@
+// The examples run, and the README quotes the first one as it stands.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "tests/support/shell_command.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+const std::filesystem::path kSource = PALPATE_SOURCE_DIR;
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+long count_lines(const std::string& text) {
+  return std::count(text.begin(), text.end(), '\n');
+}
+
+// The first ```cpp block that starts with the first line of `example`, or "".
+std::string quoted_block(const std::string& readme, const std::string& example) {
+  const std::string fence = "```cpp\n";
+  const std::size_t at = readme.find(fence + example.substr(0, example.find('\n') + 1));
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + fence.size();
+  const std::size_t end = readme.find("\n```", begin);
+  return end == std::string::npos ? "" : readme.substr(begin, end + 1 - begin);
+}
+
+TEST(Example, TouchPrintsGrowingForces) {
+  const TempDir dir;
+  const auto bytes = small_pack_bytes().bytes();
+  const auto pack = dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const CommandResult run = run_command(shell_word(PALPATE_EXAMPLE_TOUCH) + " " + shell_word(pack.string()));
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(count_lines(run.output), 5) << run.output;
+  std::istringstream lines(run.output);
+  double last = 0;
+  for (std::string line; std::getline(lines, line);) {
+    double pushed = 0;
+    double force = 0;
+    ASSERT_EQ(sscanf(line.c_str(), "pushed %lf, force %lf", &pushed, &force), 2) << line;
+    EXPECT_GT(force, last);
+    last = force;
+  }
+}
+
+TEST(Example, TouchSaysWhyItCannotOpen) {
+  for (const std::string argument : {" /no/such/file.pack", ""}) {
+    const CommandResult run = run_command(shell_word(PALPATE_EXAMPLE_TOUCH) + argument);
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_EQ(count_lines(run.output), 1) << run.output;
+  }
+}
+
+TEST(Example, ReadmeQuotesItVerbatim) {
+  if (!std::filesystem::exists(kSource / "README.md")) GTEST_SKIP() << "no README.md";
+  const std::string example = text_of(kSource / "examples/01_touch.cpp");
+  ASSERT_GT(example.size(), 100U);
+  EXPECT_EQ(quoted_block(text_of(kSource / "README.md"), example), example);
+}
+
+TEST(Example, QuoteCheckSeesADifference) {
+  const std::string example = "#include <a>\n\nint main() {}\n";
+  EXPECT_EQ(quoted_block("Text\n```cpp\nint x;\n```\n\n```cpp\n" + example + "```\nmore\n", example),
+            example);
+  EXPECT_EQ(quoted_block("Text\n```cpp\nint x;\n```\n", example), "");
+  EXPECT_NE(quoted_block("```cpp\n#include <a>\n\nint main() { }\n```\n", example), example);
+  EXPECT_NE(quoted_block("```cpp\n#include <a>\n\nint main() {}\n\n```\n", example), example);
+  EXPECT_NE(quoted_block("```cpp\n" + example, example), example);
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,146 @@
+// Includes go one way: cli -> pack -> precompute -> fem -> {material, mesh}; pack -> schemas <- runtime.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/support/temp_dir.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Folder -> what its files may include, each a prefix of an include path. Any other include of this project
+// is a violation; those of systems and libraries are not looked at.
+const std::map<std::string, std::vector<std::string>> kMayInclude = {
+    {"schemas", {"schemas/"}},
+    {"runtime/include", {"palpate/"}},
+    {"runtime/src", {"palpate/", "runtime/src/", "schemas/"}},
+    {"offline/mesh", {"offline/mesh/"}},
+    {"offline/material", {"offline/material/", "offline/mesh/"}},
+    {"offline/fem", {"offline/fem/", "offline/material/", "offline/mesh/"}},
+    {"offline/precompute",
+     {"offline/precompute/", "offline/fem/", "offline/material/", "offline/mesh/", "schemas/"}},
+    {"offline/pack",
+     {"offline/pack/", "offline/precompute/", "offline/fem/", "offline/material/", "offline/mesh/",
+      "schemas/"}},
+    {"offline/output", {"offline/output/"}},
+    {"offline/cli", {"offline/", "schemas/", "palpate/"}},
+    {"examples", {"palpate/"}},
+};
+
+bool starts_with_any(const std::string& text, const std::vector<std::string>& prefixes) {
+  return std::any_of(prefixes.begin(), prefixes.end(),
+                     [&](const std::string& prefix) { return text.starts_with(prefix); });
+}
+
+// What stands between the quotes or angles of an #include line; "" for any other line.
+std::string included_path(const std::string& line) {
+  const auto skip_blanks = [&](std::size_t at) {
+    return std::min(line.find_first_not_of(" \t", at), line.size());
+  };
+  std::size_t at = skip_blanks(0);
+  if (line.compare(at, 1, "#") != 0) return "";
+  at = skip_blanks(at + 1);
+  if (line.compare(at, 7, "include") != 0) return "";
+  at = skip_blanks(at + 7);
+  if (at == line.size() || (line[at] != '"' && line[at] != '<')) return "";
+  const std::size_t end = line.find_first_of("\">", at + 1);
+  return end == std::string::npos ? "" : line.substr(at + 1, end - at - 1);
+}
+
+// Adds "offline/fem/a.cpp includes runtime/src/b.hpp" for each such line; `file` is the path from the top.
+void find_violations(const std::filesystem::path& path, const std::string& file,
+                     std::vector<std::string>& found) {
+  const std::vector<std::string> ours = {"offline/", "runtime/", "schemas/", "palpate/",
+                                         "tests/",   "bench/",   "examples/"};
+  const auto rule = std::find_if(kMayInclude.begin(), kMayInclude.end(),
+                                 [&](const auto& folder) { return file.starts_with(folder.first + "/"); });
+  if (rule == kMayInclude.end()) {
+    found.push_back(file + " is in a folder without a rule");
+    return;
+  }
+  std::ifstream stream(path);
+  for (std::string line; std::getline(stream, line);) {
+    const std::string target = included_path(line);
+    const bool relative = target.find("..") != std::string::npos;
+    if (relative || (starts_with_any(target, ours) && !starts_with_any(target, rule->second)))
+      found.push_back(file + " includes " + target);
+  }
+}
+
+// All of them in a source tree, sorted; `files` counts what was read.
+std::vector<std::string> violations(const std::filesystem::path& root, int& files) {
+  const std::set<std::string> sources = {".h", ".hpp", ".c", ".cpp", ".inl"};
+  std::vector<std::string> found;
+  files = 0;
+  for (const char* top : {"examples", "offline", "runtime", "schemas"}) {
+    if (!std::filesystem::exists(root / top)) continue;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
+      const std::string file = std::filesystem::relative(entry.path(), root).generic_string();
+      if (!entry.is_regular_file() || !sources.contains(entry.path().extension().string())) continue;
+      ++files;
+      find_violations(entry.path(), file, found);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<std::string> violations(const std::filesystem::path& root) {
+  int files = 0;
+  return violations(root, files);
+}
+
+TEST(IncludeDirections, HoldInThisTree) {
+  int files = 0;
+  EXPECT_EQ(violations(PALPATE_SOURCE_DIR, files), std::vector<std::string>{});
+  EXPECT_GT(files, 80);  // the tree was found
+}
+
+TEST(IncludeDirections, EveryWrongDirectionIsSeen) {
+  const auto seen = [](const std::string& file, const std::string& include) {
+    const TempDir dir;
+    dir.write(file, "// A file.\n#include <vector>\n  # include " + include + "  // why\nint x;\n");
+    return violations(dir.path()).size() == 1;
+  };
+  EXPECT_TRUE(seen("runtime/src/frame.cpp", "\"offline/fem/assembly.hpp\""));
+  EXPECT_TRUE(seen("runtime/include/palpate/palpate.hpp", "\"runtime/src/arena.hpp\""));
+  EXPECT_TRUE(seen("runtime/include/palpate/palpate.h", "\"schemas/pack_layout.hpp\""));
+  EXPECT_TRUE(seen("schemas/pack_layout.hpp", "\"runtime/src/arena.hpp\""));
+  EXPECT_TRUE(seen("offline/pack/pack_writer.cpp", "<palpate/palpate.h>"));
+  EXPECT_TRUE(seen("offline/precompute/linear_dd.cpp", "\"palpate/palpate.hpp\""));
+  EXPECT_TRUE(seen("offline/cli/eval.cpp", "\"runtime/src/pack_view.hpp\""));
+  EXPECT_TRUE(seen("offline/mesh/model.hpp", "\"offline/fem/assembly.hpp\""));
+  EXPECT_TRUE(seen("offline/mesh/model.hpp", "\"offline/material/law.hpp\""));
+  EXPECT_TRUE(seen("offline/material/law.hpp", "\"offline/fem/assembly.hpp\""));
+  EXPECT_TRUE(seen("offline/fem/assembly.hpp", "\"offline/precompute/sampling.hpp\""));
+  EXPECT_TRUE(seen("offline/fem/assembly.hpp", "\"schemas/pack_layout.hpp\""));
+  EXPECT_TRUE(seen("offline/precompute/sampling.hpp", "\"offline/pack/pack_writer.hpp\""));
+  EXPECT_TRUE(seen("offline/pack/pack_writer.hpp", "\"offline/cli/commands.hpp\""));
+  EXPECT_TRUE(seen("offline/pack/pack_writer.hpp", "\"offline/output/renderer.hpp\""));
+  EXPECT_TRUE(seen("offline/output/renderer.hpp", "\"offline/mesh/model.hpp\""));
+  EXPECT_TRUE(seen("offline/fem/assembly.hpp", "\"../mesh/model.hpp\""));
+  EXPECT_TRUE(seen("runtime/src/frame.cpp", "\"tests/support/temp_dir.hpp\""));
+  EXPECT_TRUE(seen("examples/01.cpp", "\"runtime/src/arena.hpp\""));
+  EXPECT_TRUE(seen("offline/new_stage/a.cpp", "<vector>"));
+}
+
+TEST(IncludeDirections, RightDirectionsPass) {
+  const TempDir dir;
+  dir.write("runtime/src/frame.cpp", "#include <palpate/palpate.h>\n#include \"schemas/pack_layout.hpp\"\n");
+  dir.write("offline/cli/eval.cpp",
+            "#include <palpate/palpate.h>\n#include \"offline/pack/pack_writer.hpp\"\n");
+  dir.write("offline/fem/assembly.cpp",
+            "#include \"offline/mesh/model.hpp\"\n// #include \"offline/cli/x.hpp\"\n");
+  int files = 0;
+  EXPECT_EQ(violations(dir.path(), files), std::vector<std::string>{});
+  EXPECT_EQ(files, 3);
+}
+
+}  // namespace
+}  // namespace palpate::test

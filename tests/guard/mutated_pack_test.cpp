@@ -1,0 +1,325 @@
+// Packs whose content was changed and whose checksum was made right again. Opening may accept or refuse them,
+// but whatever it accepts must be served without a crash and without a number that is not finite.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "schemas/pack_generated.h"
+#include "tests/support/changed_pack.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Asks everything of a pack that opened. False when an answer with status OK is not finite.
+bool serves_finite_numbers(const pal_pack* pack) {
+  pal_pack_info info = {};
+  info.struct_size = sizeof info;
+  pal_geometry geometry = {};
+  geometry.struct_size = sizeof geometry;
+  if (pal_pack_get_info(pack, &info) != PAL_STATUS_OK ||
+      pal_pack_get_geometry(pack, &geometry) != PAL_STATUS_OK) {
+    return false;
+  }
+  bool finite = std::isfinite(info.max_displacement) && std::isfinite(info.tip_radius) &&
+                std::isfinite(info.mean_surface_edge);
+  for (uint32_t i = 0; i < 3 * geometry.num_nodes; ++i)
+    finite = finite && std::isfinite(geometry.positions[i]);
+  for (uint32_t i = 0; i < 3 * geometry.num_triangles; ++i)
+    finite = finite && geometry.triangles[i] < geometry.num_nodes;
+  for (int32_t label = 40; label < 70; ++label) {
+    uint32_t index = 0;
+    uint32_t node = 0;
+    if (pal_pack_find_site(pack, label, &index) == PAL_STATUS_OK)
+      finite = finite && pal_pack_get_site_node(pack, index, &node) == PAL_STATUS_OK && node < info.num_nodes;
+    if (pal_pack_find_contact_node(pack, label, &index) == PAL_STATUS_OK)
+      finite = finite && index < info.num_contact_nodes;
+  }
+  constexpr uint32_t kContacts = 3;
+  std::vector<float> field(size_t{3} * info.num_nodes);
+  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR}) {
+    const pal_session_config config = session_config(pack, model, kContacts, 2);
+    size_t bytes = 0;
+    if (pal_session_required_bytes(pack, &config, &bytes) != PAL_STATUS_OK) continue;
+    AlignedBytes arena(bytes);
+    pal_session* session = nullptr;
+    if (pal_session_init(pack, &config, arena.bytes().data(), bytes, &session) != PAL_STATUS_OK) return false;
+    for (uint32_t frame = 0; frame < 10; ++frame) {
+      const uint32_t fixed[2] = {frame % info.num_contact_nodes, 0};
+      if (frame == 8 && pal_session_set_fixed(session, fixed, 2) != PAL_STATUS_OK) continue;
+      const double reach[] = {0.3, 1, 3, 1e8};
+      const double d = info.max_displacement * reach[frame % 4];
+      const uint32_t count = frame < 5 ? 1 : frame % kContacts + 1;
+      pal_contact contacts[kContacts];
+      for (uint32_t c = 0; c < count; ++c)
+        contacts[c] = {(5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}};
+      pal_contact_result results[kContacts] = {};
+      if (pal_haptic_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
+      for (uint32_t c = 0; c < count; ++c) finite = finite && all_finite(results[c]);
+      if (pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK) finite = finite && all_finite(field);
+    }
+  }
+  return finite;
+}
+
+// Opens the bytes; true when they are refused, or served well.
+bool refused_or_served(std::span<const unsigned char> bytes, int& accepted) {
+  alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
+  pal_pack* pack = nullptr;
+  if (pal_pack_open_memory(bytes.data(), bytes.size(), storage, sizeof storage, &pack) != PAL_STATUS_OK)
+    return true;
+  ++accepted;
+  const bool served = serves_finite_numbers(pack);
+  pal_pack_close(pack);
+  return served;
+}
+
+template <typename T>
+void store(std::span<unsigned char> bytes, size_t at, T value) {
+  if (at + sizeof value <= bytes.size()) memcpy(bytes.data() + at, &value, sizeof value);
+}
+
+// Changes one number in [begin, end): a bit, a byte, or a value that programs trip over.
+void mutate(std::span<unsigned char> bytes, size_t begin, size_t end, std::mt19937_64& random) {
+  const auto any = [&](size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(random); };
+  const size_t at = begin + any(end - begin);
+  const size_t at4 = at / 4 * 4;
+  const size_t at8 = at / 8 * 8;
+  constexpr uint32_t kIntegers[] = {0,      1,          2,          0x7f,       0xff,
+                                    0xffff, 0x7fffffff, 0x80000000, 0xfffffff0, 0xffffffff};
+  constexpr double kReals[] = {0.0,
+                               -0.0,
+                               -1.0,
+                               1e-320,
+                               1e-300,
+                               1e-150,
+                               1e-20,
+                               -1e-5,
+                               1e20,
+                               1e150,
+                               -1e300,
+                               1e308,
+                               std::numeric_limits<double>::quiet_NaN(),
+                               std::numeric_limits<double>::infinity()};
+  constexpr float kFloats[] = {-1.0f, 1e-42f, 1e20f, 3e38f, -3e38f, std::numeric_limits<float>::quiet_NaN()};
+  switch (any(7)) {
+    case 0:
+      bytes[at] ^= static_cast<unsigned char>(1U << any(8));
+      break;
+    case 1:
+      bytes[at] = static_cast<unsigned char>(random());
+      break;
+    case 2:
+      store(bytes, at4, kIntegers[any(std::size(kIntegers))]);
+      break;
+    case 3:
+      store(bytes, at4, static_cast<uint32_t>(any(64)));
+      break;
+    case 4:
+      store(bytes, at8, kReals[any(std::size(kReals))]);
+      break;
+    case 5:
+      store(bytes, at4, kFloats[any(std::size(kFloats))]);
+      break;
+    default:
+      store(bytes, at8, random());
+  }
+}
+
+// `rounds` packs with one to four mutations each in [begin, end) of the file.
+void check_mutations(size_t begin, size_t end, int rounds, uint64_t seed, int& accepted) {
+  const auto original = small_pack_bytes().bytes();
+  std::mt19937_64 random(seed);
+  AlignedBytes copy = copy_of(original);
+  for (int round = 0; round < rounds; ++round) {
+    const std::span<unsigned char> bytes = copy.bytes();
+    memcpy(bytes.data(), original.data(), original.size());
+    const int mutations = 1 + static_cast<int>(random() % 4);
+    for (int i = 0; i < mutations; ++i) mutate(bytes, begin, end, random);
+    repair_checksum(bytes);
+    ASSERT_TRUE(refused_or_served(bytes, accepted)) << "seed " << seed << ", round " << round;
+  }
+}
+
+constexpr int kRounds = kSanitized ? 200 : 1000;
+
+TEST(MutatedPack, Tables) {
+  const pack::PackHeader header = header_of(small_pack_bytes().bytes());
+  int accepted = 0;
+  check_mutations(header.tables_offset, header.tables_offset + header.tables_bytes, 2 * kRounds, 2, accepted);
+  EXPECT_GT(accepted, kRounds / 20);  // names, error figures: else frames were never reached
+}
+
+TEST(MutatedPack, EachSegment) {
+  const auto bytes = small_pack_bytes().bytes();
+  const pack::Pack& tables = *pack::GetPack(bytes.data() + sizeof(pack::PackHeader));
+  uint64_t seed = 100;
+  int accepted = 0;
+  for (const pack::Segment* segment :
+       {tables.geometry()->labels(), tables.geometry()->positions(), tables.geometry()->triangles(),
+        tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
+        tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
+        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field()}) {
+    check_mutations(segment->offset(), segment->offset() + segment->bytes(), kRounds / 5, ++seed, accepted);
+  }
+  EXPECT_GT(accepted, kRounds / 5);
+}
+
+TEST(MutatedPack, Header) {
+  int accepted = 0;
+  check_mutations(0, sizeof(pack::PackHeader), kRounds, 3, accepted);
+}
+
+// ---- Contradictions made on purpose, each of which a check of meaning must refuse.
+
+// After `change` of the array in `segment`, checksum repaired.
+template <typename T, typename Change>
+pal_status status_with(const pack::Segment* segment, Change&& change) {
+  AlignedBytes copy = copy_of(small_pack_bytes().bytes());
+  change(reinterpret_cast<T*>(copy.bytes().data() + segment->offset()));
+  repair_checksum(copy.bytes());
+  return open_status(copy.bytes());
+}
+
+class Contradiction : public ::testing::Test {
+ protected:
+  const pack::Pack& tables() const {
+    return *pack::GetPack(small_pack_bytes().bytes().data() + sizeof(pack::PackHeader));
+  }
+  const SmallPack& small_ = small_pack();
+};
+
+TEST_F(Contradiction, Geometry) {
+  const pack::Geometry& geometry = *tables().geometry();
+  EXPECT_EQ(status_with<int32_t>(geometry.labels(), [](int32_t*) {}), PAL_STATUS_OK);
+  EXPECT_EQ(status_with<int32_t>(geometry.labels(), [](int32_t* labels) { labels[5] = labels[4]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<double>(geometry.positions(), [](double* x) { x[3] = std::nan(""); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(geometry.triangles(), [&](uint32_t* t) { t[7] = geometry.num_nodes(); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+}
+
+TEST_F(Contradiction, Sites) {
+  const pack::ContactSites& sites = *tables().sites();
+  EXPECT_EQ(status_with<uint32_t>(sites.contact_nodes(), [](uint32_t* n) { std::swap(n[1], n[2]); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.site_nodes(), [](uint32_t* n) { n[11] = 1u << 30; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.patch_starts(), [](uint32_t* s) { s[0] = 1; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.patch_starts(), [](uint32_t* s) { s[3] = s[2]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.patch_starts(), [](uint32_t* s) { s[3] = 0xffffffff; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.patch_starts(), [](uint32_t* s) { ++s[12]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<uint32_t>(sites.patch_nodes(), [](uint32_t* n) { n[1] = n[0]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(
+      status_with<uint32_t>(sites.patch_nodes(), [&](uint32_t* n) { n[3] = sites.num_contact_nodes(); }),
+      PAL_STATUS_CORRUPT_CONTENT);
+}
+
+// A compliance is symmetric and positive definite, so |a_ij| <= sqrt(a_ii a_jj); anything else would feed a
+// device energy, or factor to nonsense.
+TEST_F(Contradiction, LinearCompliance) {
+  const pack::LinearDd& linear = *tables().linear_dd();
+  const size_t n = size_t{3} * tables().sites()->num_contact_nodes();
+  const auto changed = [&](auto&& change) {
+    return status_with<double>(linear.contact_compliance(), change);
+  };
+  EXPECT_EQ(changed([](double*) {}), PAL_STATUS_OK);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 0; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = -a[3 * n + 3]; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 1e-300; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 1e300; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 5] += 1e-3 * a[0]; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[3 * n + 5] = a[5 * n + 3] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<float>(linear.field_compliance(), [](float* c) { c[9] = 1e38f; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+}
+
+TEST_F(Contradiction, Polynomials) {
+  const pack::PolynomialDd& polynomial = *tables().polynomial_dd();
+  EXPECT_EQ(status_with<double>(polynomial.radii(), [](double* r) { r[2] = -r[2]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<double>(polynomial.radii(), [](double* r) { r[2] = 1e-300; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<double>(polynomial.energy(), [](double* e) { e[40] = 1e300; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<float>(polynomial.field(), [](float* u) { u[40] = 3e38f; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<float>(polynomial.field(), [](float* u) { u[40] = std::nanf(""); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+}
+
+// Scene values that are finite and still make no sense in double or float arithmetic.
+TEST_F(Contradiction, Scales) {
+  const auto written = [&](auto&& change) {
+    Scene scene = small_.scene;
+    change(scene);
+    const PackContent content = small_.content();
+    const AlignedBytes bytes =
+        write_pack({small_.model, scene, small_.sites, content.linear, content.polynomials, content.degree,
+                    content.inputs, content.surveys});
+    return open_status(bytes.bytes());
+  };
+  EXPECT_EQ(written([](Scene&) {}), PAL_STATUS_OK);
+  for (const double absurd : {0.0, -1.0, 1e-300, 1e300, std::nan(""), HUGE_VAL}) {
+    EXPECT_EQ(written([&](Scene& scene) { scene.max_displacement = absurd; }), PAL_STATUS_CORRUPT_CONTENT)
+        << absurd;
+    const auto in_units = [&](double metres, double newtons) {
+      return written([&](Scene& scene) {
+        scene.length_unit = "a";
+        scene.force_unit = "b";
+        scene.metres_per_length_unit = metres;
+        scene.newtons_per_force_unit = newtons;
+      });
+    };
+    EXPECT_EQ(in_units(absurd, 1), PAL_STATUS_CORRUPT_CONTENT) << absurd;
+    EXPECT_EQ(in_units(1, absurd), PAL_STATUS_CORRUPT_CONTENT) << absurd;
+    EXPECT_EQ(in_units(1e-6, 1e-6), PAL_STATUS_OK);
+  }
+  EXPECT_EQ(written([](Scene& scene) { scene.max_contacts = 0; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(written([](Scene& scene) { scene.max_contacts = 65; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(written([](Scene& scene) { scene.tip_radius = -1; }), PAL_STATUS_CORRUPT_CONTENT);
+}
+
+// Two surveys of one model: their bins together are more than a pack view holds.
+TEST_F(Contradiction, Surveys) {
+  const auto written = [&](std::vector<ModelSurvey> surveys) {
+    PackContent content = small_.content();
+    content.surveys = std::move(surveys);
+    return open_status(write_pack(content).bytes());
+  };
+  const ModelSurvey survey = small_.surveys[0];
+  EXPECT_EQ(written({}), PAL_STATUS_OK);
+  EXPECT_EQ(written({survey}), PAL_STATUS_OK);
+  EXPECT_EQ(written({survey, survey}), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(written(std::vector<ModelSurvey>(20, survey)), PAL_STATUS_CORRUPT_CONTENT);
+  ModelSurvey broken = survey;
+  broken.table.bins[1].from = 0.3;  // a gap
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  broken = survey;
+  broken.table.bins[2].displacement.p95 = std::nan("");
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  broken = survey;
+  broken.table.bins[2].force.p95 = -1;
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+}
+
+TEST_F(Contradiction, NoModelAtAll) {
+  PackContent content = small_.content();
+  content.linear = nullptr;
+  content.polynomials = nullptr;
+  EXPECT_EQ(open_status(write_pack(content).bytes()), PAL_STATUS_CORRUPT_CONTENT);
+}
+
+}  // namespace
+}  // namespace palpate::test

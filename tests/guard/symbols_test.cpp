@@ -1,0 +1,137 @@
+// What the runtime archive asks of the world: an allow-list of undefined symbols, and its size.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/shell_command.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace palpate::test {
+namespace {
+
+// libc without the heap, stdio, signals, threads and exit; libm; what the compiler and linker bring.
+const std::set<std::string> kAllowed = {
+    "memcmp",
+    "memcpy",
+    "memmove",
+    "memset",
+    "strlen",
+    "strncmp",  // bytes
+    "open",
+    "open64",
+    "close",
+    "fstat",
+    "fstat64",
+    "mmap",
+    "mmap64",
+    "munmap",            // mapping a pack
+    "__errno_location",  // why open failed
+    "sqrt",
+    "fabs",
+    "fmax",
+    "fmin",  // libm
+    "__cpu_model",
+    "__cpu_indicator_init",
+    "_GLOBAL_OFFSET_TABLE_",
+    "__stack_chk_fail",  // compiler
+};
+
+// Undefined symbols of an archive or object that it does not define itself either.
+std::set<std::string> undefined_symbols(const std::filesystem::path& archive) {
+  const CommandResult nm = run_command(shell_word(PALPATE_NM) + " -P " + shell_word(archive.string()));
+  if (nm.exit_code != 0) throw std::runtime_error(nm.output);
+  std::set<std::string> defined;
+  std::set<std::string> undefined;
+  std::istringstream lines(nm.output);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string name;
+    std::string type;
+    if (!(fields >> name >> type) || type.size() != 1) continue;  // "archive[member]:"
+    (type == "U" || type == "w" || type == "v" ? undefined : defined).insert(name);
+  }
+  for (const std::string& name : defined) undefined.erase(name);
+  return undefined;
+}
+
+std::string forbidden_symbols(const std::filesystem::path& archive) {
+  std::string forbidden;
+  for (const std::string& name : undefined_symbols(archive)) {
+    if (!kAllowed.contains(name)) forbidden += name + " ";
+  }
+  return forbidden;
+}
+
+class Symbols : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (kSanitized)
+      GTEST_SKIP() << "an instrumented archive calls its sanitizers; the release build is checked";
+  }
+
+  // What the check says of a translation unit with this text.
+  std::string forbidden_in(const std::string& text) const {
+    const std::filesystem::path source = dir_.write("unit.cpp", text);
+    const std::filesystem::path object = dir_.path() / "unit.o";
+    const CommandResult compiled =
+        run_command(shell_word(PALPATE_CXX) + " -std=c++20 -O2 -c " + shell_word(source.string()) + " -o " +
+                    shell_word(object.string()));
+    if (compiled.exit_code != 0) throw std::runtime_error(compiled.output);
+    return forbidden_symbols(object);
+  }
+
+  TempDir dir_;
+};
+
+TEST_F(Symbols, ArchiveNeedsOnlyWhatIsAllowed) {
+  EXPECT_EQ(forbidden_symbols(PALPATE_RUNTIME_ARCHIVE), "");
+  // The list was read: opening a file needs these.
+  const std::set<std::string> undefined = undefined_symbols(PALPATE_RUNTIME_ARCHIVE);
+  EXPECT_TRUE(undefined.contains("munmap"));
+  EXPECT_TRUE(undefined.contains("close"));
+}
+
+TEST_F(Symbols, AllowsCodeThatKeepsTheRules) {
+  EXPECT_EQ(forbidden_in("#include <math.h>\nextern \"C\" double f(double x) { return sqrt(x); }"), "");
+}
+
+TEST_F(Symbols, RefusesCodeThatAllocatesThrowsPrintsLocksOrAborts) {
+  const auto says = [&](const char* symbol, const std::string& text) {
+    EXPECT_NE(forbidden_in(text).find(symbol), std::string::npos) << text << ": " << forbidden_in(text);
+  };
+  says("malloc", "#include <stdlib.h>\nvoid* f() { return malloc(8); }");
+  says("_Znwm", "int* f() { return new int(1); }");
+  says("__cxa_throw", "void f() { throw 1; }");
+  says("printf", "#include <stdio.h>\nvoid f(int i) { printf(\"%d\", i); }");
+  says("puts", "#include <stdio.h>\nvoid f() { puts(\"x\"); }");
+  says("pthread_mutex_lock", "#include <mutex>\nvoid f(std::mutex& m) { m.lock(); }");
+  says("abort", "#include <stdlib.h>\nvoid f() { abort(); }");
+  says("__assert_fail", "#undef NDEBUG\n#include <assert.h>\nvoid f(int i) { assert(i); }");
+  says("clock_gettime",
+       "#include <time.h>\nint f(timespec* t) { return clock_gettime(CLOCK_MONOTONIC, t); }");
+  says("__cxa_guard_acquire", "int g();\nint f() { static int i = g(); return i; }");
+  says("vtable",
+       "struct A { virtual ~A(); };\nstruct B : A { B(); };\nB::B() {}\nconst char* vtable();\n"
+       "const char* h() { return vtable(); }");
+}
+
+TEST_F(Symbols, ArchiveIsSmall) {
+  constexpr std::uintmax_t kMostBytes = 200 * 1024;  // without debug information
+  const std::filesystem::path copy = dir_.path() / "stripped.a";
+  std::filesystem::copy_file(PALPATE_RUNTIME_ARCHIVE, copy);
+  std::string strip = PALPATE_NM;
+  strip.replace(strip.size() - 2, 2, "strip");  // it stands beside nm under the same prefix
+  const CommandResult stripped =
+      run_command(shell_word(strip) + " --strip-debug " + shell_word(copy.string()));
+  ASSERT_EQ(stripped.exit_code, 0) << stripped.output;
+  EXPECT_LE(std::filesystem::file_size(copy), kMostBytes);
+  EXPECT_GT(std::filesystem::file_size(copy), 1024U);
+}
+
+}  // namespace
+}  // namespace palpate::test

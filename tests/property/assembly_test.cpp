@@ -1,0 +1,339 @@
+// The discrete equations: forces are the gradient of the energy, the tangent that of the forces, and rigid
+// motions cost nothing.
+#include "offline/fem/assembly.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/support/tetrahedral_block.hpp"
+
+namespace palpate {
+namespace {
+
+using test::affine_displacement;
+using test::BlockShape;
+using test::no_dofs;
+using test::rotation_about;
+using test::TestRandom;
+using test::tetrahedral_block;
+
+// Sums of a few dozen products: rounding, with room.
+constexpr double kRounding = 1e-13;
+// Central differences with steps of 1e-5 of the block: truncation 1e-10, rounding eps / 1e-5 = 2e-11, times
+// what the energy's higher derivatives add.
+constexpr double kStep = 1e-5;
+constexpr double kDifference = 1e-7;
+
+Model two_materials() {
+  BlockShape shape;
+  shape.cells = {2, 2, 2};
+  shape.size = {1.0, 1.25, 0.75};
+  Model model = tetrahedral_block(shape);
+  model.materials.push_back({"STIFF", {2.4, 10.0}});
+  for (size_t e = 0; e < model.elements.size(); e += 3) model.elements[e].material = 1;
+  return model;
+}
+
+// A state far from rest: large shear, stretch and rotation, and every node moved at random on top.
+Eigen::VectorXd distorted(const Model& model) {
+  Eigen::Matrix3d F;
+  F << 1.2, 0.4, -0.1, 0.05, 0.8, 0.2, 0.1, -0.15, 0.9;
+  Eigen::VectorXd displacement = affine_displacement(model, rotation_about({1, 2, 3}, 1.1) * F) +
+                                 0.05 * TestRandom(5).vector(model.num_dofs());
+  return displacement;
+}
+
+Eigen::MatrixXd dense_of(const Assembly::SparseLower& lower) {
+  const Eigen::MatrixXd half(lower);
+  return half.selfadjointView<Eigen::Lower>();
+}
+
+TEST(AssemblyProperty, ForceIsTheGradientOfTheEnergy) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  const Eigen::VectorXd displacement = distorted(model);
+  Eigen::VectorXd force;
+  const ElementState state = assembly.internal_force(displacement, force);
+  ASSERT_GT(state.min_jacobian, 0.1);
+  ASSERT_EQ(force.size(), model.num_dofs());
+  ElementState ignored;
+  for (int dof = 0; dof < model.num_dofs(); ++dof) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(model.num_dofs(), dof);
+    const double slope = (assembly.stored_energy(displacement + step, ignored) -
+                          assembly.stored_energy(displacement - step, ignored)) /
+                         (2 * kStep);
+    EXPECT_NEAR(force[dof], slope, kDifference * force.cwiseAbs().maxCoeff()) << "dof " << dof;
+  }
+}
+
+TEST(AssemblyProperty, TangentIsTheGradientOfTheForce) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  const Eigen::VectorXd displacement = distorted(model);
+  const int n = model.num_dofs();
+  Assembly::SparseLower lower;
+  assembly.tangent(displacement, false, lower);
+  const Eigen::MatrixXd stiffness = dense_of(lower);
+  const double scale = stiffness.cwiseAbs().maxCoeff();
+
+  const Eigen::MatrixXd columns = assembly.tangent_times(displacement, Eigen::MatrixXd::Identity(n, n));
+  EXPECT_LE((columns - stiffness).cwiseAbs().maxCoeff(), kRounding * scale);
+
+  Eigen::VectorXd forward;
+  Eigen::VectorXd backward;
+  for (int dof = 0; dof < n; ++dof) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, dof);
+    assembly.internal_force(displacement + step, forward);
+    assembly.internal_force(displacement - step, backward);
+    const Eigen::VectorXd column = (forward - backward) / (2 * kStep);
+    EXPECT_LE((column - stiffness.col(dof)).cwiseAbs().maxCoeff(), kDifference * scale) << "dof " << dof;
+  }
+}
+
+TEST(AssemblyProperty, TangentKeepsOnePatternForAllStates) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  Assembly::SparseLower rest;
+  assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, rest);
+  Assembly::SparseLower later;
+  assembly.tangent(distorted(model), true, later);
+  ASSERT_TRUE(rest.isCompressed());
+  ASSERT_EQ(rest.nonZeros(), later.nonZeros());
+  for (Eigen::Index i = 0; i < rest.nonZeros(); ++i)
+    EXPECT_EQ(rest.innerIndexPtr()[i], later.innerIndexPtr()[i]);
+  for (int column = 0; column < rest.cols(); ++column) {
+    int before = column - 1;
+    for (Assembly::SparseLower::InnerIterator it(rest, column); it; ++it) {
+      EXPECT_GT(it.row(), before) << "lower triangle, ascending";
+      before = static_cast<int>(it.row());
+    }
+  }
+  // A second state in the same matrix leaves nothing of the first.
+  assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, later);
+  EXPECT_EQ((dense_of(later) - dense_of(rest)).norm(), 0.0);
+}
+
+TEST(AssemblyProperty, ProjectedTangentHasNoNegativeEigenvalue) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  // Squeezed to 0.6: pressure makes rotations, and with them the true tangent, unstable.
+  const Eigen::VectorXd squeezed = affine_displacement(model, 0.6 * Eigen::Matrix3d::Identity()) +
+                                   0.01 * TestRandom(6).vector(model.num_dofs());
+  Assembly::SparseLower lower;
+  assembly.tangent(squeezed, false, lower);
+  const Eigen::MatrixXd exact = dense_of(lower);
+  assembly.tangent(squeezed, true, lower);
+  const Eigen::MatrixXd projected = dense_of(lower);
+  const auto lowest = [](const Eigen::MatrixXd& matrix) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues()(0);
+  };
+  const double scale = projected.cwiseAbs().maxCoeff();
+  ASSERT_LT(lowest(exact), -1e-3 * scale) << "else this test shows nothing";
+  EXPECT_GE(lowest(projected), -kRounding * scale);
+  EXPECT_GE(lowest(projected - exact), -kRounding * scale) << "projection only takes negative parts away";
+}
+
+TEST(AssemblyProperty, ProjectionLeavesAPositiveTangentAlone) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  // Stretched a little, so that tension steadies rotations; much more, and a law with a large lambda softens
+  // in shear.
+  const Eigen::VectorXd stretched = affine_displacement(model, 1.03 * rotation_about({1, -1, 2}, 0.7)) +
+                                    0.002 * TestRandom(7).vector(model.num_dofs());
+  Assembly::SparseLower exact;
+  Assembly::SparseLower projected;
+  assembly.tangent(stretched, false, exact);
+  assembly.tangent(stretched, true, projected);
+  EXPECT_EQ((dense_of(exact) - dense_of(projected)).norm(), 0.0);
+}
+
+TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
+  BlockShape shape;
+  shape.cells = {3, 3, 3};
+  const Model model = tetrahedral_block(shape);
+  const Assembly assembly(model, no_dofs(model));
+  // Everything stretched a little, and one corner node pushed into its elements.
+  Eigen::VectorXd displacement = affine_displacement(model, 1.15 * Eigen::Matrix3d::Identity());
+  displacement.head<3>() += Eigen::Vector3d::Constant(0.15);
+  Assembly::SparseLower exact;
+  Assembly::SparseLower projected;
+  assembly.tangent(displacement, false, exact);
+  assembly.tangent(displacement, true, projected);
+  const Eigen::MatrixXd difference = dense_of(projected) - dense_of(exact);
+  ASSERT_GT(difference.norm(), 1e-3 * exact.norm()) << "else this test shows nothing";
+  std::vector<char> beside(static_cast<size_t>(model.num_nodes()), 0);
+  for (const Tetrahedron& element : model.elements) {
+    if (std::find(element.nodes.begin(), element.nodes.end(), 0) == element.nodes.end()) continue;
+    for (const int node : element.nodes) beside[static_cast<size_t>(node)] = 1;
+  }
+  for (int dof = 0; dof < model.num_dofs(); ++dof) {
+    if (!beside[static_cast<size_t>(dof / 3)]) {
+      EXPECT_EQ(difference.col(dof).norm(), 0.0);
+    }
+  }
+}
+
+TEST(AssemblyProperty, RigidMotionsCostNothing) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  Assembly::SparseLower lower;
+  assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, lower);
+  const double stiffest = dense_of(lower).cwiseAbs().maxCoeff();
+  TestRandom random(8);
+  for (const double angle : {0.0, 1e-3, 0.5, 2.0, 3.14159}) {
+    const Eigen::Matrix3d Q = rotation_about(random.vector(), angle);
+    Eigen::VectorXd displacement = affine_displacement(model, Q);
+    for (int node = 0; node < model.num_nodes(); ++node)
+      displacement.segment<3>(3 * node) += Eigen::Vector3d(3, -2, 5);
+    Eigen::VectorXd force;
+    const ElementState state = assembly.internal_force(displacement, force);
+    // Displacements of five block sizes are rounded at 1e-15.
+    EXPECT_LE(force.cwiseAbs().maxCoeff(), 1e-13 * stiffest) << "angle " << angle;
+    EXPECT_NEAR(state.min_jacobian, 1.0, 1e-13);
+    ElementState ignored;
+    EXPECT_NEAR(assembly.stored_energy(displacement, ignored), 0.0, 1e-13 * stiffest);
+    // The tangent turns with the body: K (Q v) = Q K v for every v; here a random one.
+    const Eigen::MatrixXd v = TestRandom(9).matrix(model.num_dofs(), 1);
+    const auto turned = [&](const Eigen::MatrixXd& column) {
+      return Eigen::MatrixXd((Q * column.reshaped(3, model.num_nodes())).reshaped());
+    };
+    const Eigen::MatrixXd at_rest = assembly.tangent_times(Eigen::VectorXd::Zero(model.num_dofs()), v);
+    EXPECT_LE((assembly.tangent_times(displacement, turned(v)) - turned(at_rest)).cwiseAbs().maxCoeff(),
+              1e-12 * stiffest)
+        << "angle " << angle;
+  }
+}
+
+TEST(AssemblyProperty, ForcesBalanceInEveryState) {
+  const Model model = two_materials();
+  const Assembly assembly(model, no_dofs(model));
+  const Eigen::VectorXd displacement = distorted(model);
+  Eigen::VectorXd force;
+  assembly.internal_force(displacement, force);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (int node = 0; node < model.num_nodes(); ++node) {
+    const Eigen::Vector3d at = model.positions[static_cast<size_t>(node)] + displacement.segment<3>(3 * node);
+    const Eigen::Vector3d f = force.segment<3>(3 * node);
+    sum += f;
+    moment += Eigen::Vector3d(at.y() * f.z() - at.z() * f.y(), at.z() * f.x() - at.x() * f.z(),
+                              at.x() * f.y() - at.y() * f.x());
+  }
+  EXPECT_LE(sum.norm(), kRounding * force.norm());
+  EXPECT_LE(moment.norm(), kRounding * force.norm());
+}
+
+TEST(AssemblyProperty, OriginDoesNotMatter) {
+  BlockShape shape;
+  shape.cells = {2, 2, 2};
+  const Model near = tetrahedral_block(shape);  // size 1, coordinates on a grid of 2^-20
+  const Eigen::VectorXd displacement = distorted(near);
+  const Assembly near_assembly(near, no_dofs(near));
+  Eigen::VectorXd near_force;
+  near_assembly.internal_force(displacement, near_force);
+  const auto force_at = [&](const Eigen::Vector3d& origin) {
+    Model far = near;
+    for (Eigen::Vector3d& position : far.positions) position += origin;
+    Eigen::VectorXd force;
+    const Assembly assembly(far, no_dofs(far));
+    EXPECT_NEAR(assembly.model_size(), near_assembly.model_size(), 1e-11);
+    assembly.internal_force(displacement, force);
+    return force;
+  };
+  // A shift that no coordinate is rounded by changes no bit.
+  EXPECT_EQ((force_at({8192, -16384, 4096}) - near_force).norm(), 0.0);
+  // Coordinates of 1e4 are rounded at 1e-12 and edges are about 0.5.
+  EXPECT_LE((force_at({1.1e4, 0.7e4, -1.3e4}) - near_force).norm(), 1e-10 * near_force.norm());
+}
+
+TEST(AssemblyProperty, EliminatedDofsLeaveTheEquations) {
+  const Model model = test::with_fixed_base(two_materials());
+  const std::vector<char> eliminated = test::fixed_dofs(model);
+  const Assembly whole(model, no_dofs(model));
+  const Assembly reduced(model, eliminated);
+  EXPECT_EQ(whole.num_equations(), model.num_dofs());
+  EXPECT_EQ(reduced.num_equations(), model.num_dofs() - static_cast<int>(model.fixed.size()));
+  for (int dof = 0; dof < model.num_dofs(); ++dof) {
+    const int equation = reduced.dof_equations()[static_cast<size_t>(dof)];
+    if (eliminated[static_cast<size_t>(dof)]) {
+      EXPECT_EQ(equation, -1);
+    } else {
+      ASSERT_GE(equation, 0);
+      EXPECT_EQ(reduced.equation_dofs()[static_cast<size_t>(equation)], dof);
+    }
+  }
+  const Eigen::VectorXd displacement = distorted(model);
+  Assembly::SparseLower lower;
+  whole.tangent(displacement, false, lower);
+  const Eigen::MatrixXd all = dense_of(lower);
+  Assembly::SparseLower reduced_lower;
+  reduced.tangent(displacement, false, reduced_lower);
+  EXPECT_EQ((dense_of(reduced_lower) - all(reduced.equation_dofs(), reduced.equation_dofs())).norm(), 0.0);
+  // Forces are known at eliminated dofs too: they are the reactions.
+  Eigen::VectorXd force;
+  Eigen::VectorXd reduced_force;
+  whole.internal_force(displacement, force);
+  reduced.internal_force(displacement, reduced_force);
+  EXPECT_EQ((force - reduced_force).norm(), 0.0);
+}
+
+TEST(AssemblyProperty, ANodeWithoutElementHasNoEquation) {
+  Model model = two_materials();
+  const Assembly without(model, no_dofs(model));
+  model.positions.insert(model.positions.begin(), Eigen::Vector3d(0.5, 0.5, 0.5));
+  model.labels.insert(model.labels.begin(), 999);
+  for (Tetrahedron& element : model.elements) {
+    for (int& node : element.nodes) ++node;
+  }
+  const Assembly with(model, no_dofs(model));
+  EXPECT_EQ(with.num_equations(), without.num_equations());
+  for (size_t dof = 0; dof < 3; ++dof) EXPECT_EQ(with.dof_equations()[dof], -1);
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
+  displacement.head<3>() << 7, 8, 9;
+  Eigen::VectorXd force;
+  const ElementState state = with.internal_force(displacement, force);
+  EXPECT_EQ(force.norm(), 0.0);
+  EXPECT_NEAR(state.min_jacobian, 1.0, 1e-15);
+  EXPECT_EQ(with.tangent_times(displacement, Eigen::MatrixXd::Identity(model.num_dofs(), 3)).norm(), 0.0);
+}
+
+TEST(AssemblyProperty, AnInvertedElementIsNamed) {
+  BlockShape shape;
+  shape.cells = {1, 1, 1};
+  const Model model = tetrahedral_block(shape);
+  const Assembly assembly(model, no_dofs(model));
+  // Corner 5, at (1, 0, 1), belongs to the elements 0 4 5 7 and 0 5 1 7.
+  std::vector<int> around;
+  for (size_t e = 0; e < model.elements.size(); ++e) {
+    const auto& nodes = model.elements[e].nodes;
+    if (std::find(nodes.begin(), nodes.end(), 5) != nodes.end()) around.push_back(static_cast<int>(e));
+  }
+  ASSERT_EQ(around, (std::vector<int>{4, 5}));
+  // Moved straight down it keeps its distance from the plane x = y of 0 4 7 and crosses the plane y = z of 0
+  // 1 7.
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
+  displacement.segment<3>(15) = Eigen::Vector3d(0, 0, -1.5);  // z = -0.5 < y = 0
+  Eigen::VectorXd force;
+  const ElementState state = assembly.internal_force(displacement, force);
+  EXPECT_EQ(state.worst_element, 5);
+  EXPECT_NEAR(state.min_jacobian, -0.5, 1e-14) << "the height over that face went from 1 to -1/2";
+  ElementState energy_state;
+  EXPECT_EQ(assembly.stored_energy(displacement, energy_state), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(energy_state.worst_element, 5);
+  EXPECT_NEAR(energy_state.min_jacobian, -0.5, 1e-14);
+  // Flat counts as inverted, and so does what is not a number.
+  displacement[17] = -1.0;
+  EXPECT_EQ(assembly.stored_energy(displacement, energy_state), std::numeric_limits<double>::infinity());
+  EXPECT_LE(energy_state.min_jacobian, 0.0);
+  displacement[17] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(assembly.stored_energy(displacement, energy_state), std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(assembly.internal_force(displacement, force).min_jacobian > 0);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,125 @@
+// What the builder lays down is what the runtime reads: same content, same bytes; every array in its place.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "schemas/pack_generated.h"
+#include "tests/support/changed_pack.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+const pack::Pack& tables_of(const AlignedBytes& bytes) {
+  return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader));
+}
+
+TEST(PackWriter, SameContentSameBytes) {
+  const AlignedBytes again = small_pack().write();
+  ASSERT_EQ(again.bytes().size(), small_pack_bytes().bytes().size());
+  EXPECT_EQ(std::memcmp(again.bytes().data(), small_pack_bytes().bytes().data(), again.bytes().size()), 0);
+}
+
+TEST(PackWriter, OtherContentOtherChecksum) {
+  PackContent content = small_pack().content();
+  content.inputs[0].hash[31] = '1';
+  EXPECT_NE(header_of(write_pack(content).bytes()).checksum, header_of(small_pack_bytes().bytes()).checksum);
+}
+
+TEST(PackWriter, SegmentsAreAlignedAdjoiningAndPaddedWithZeros) {
+  const AlignedBytes& file = small_pack_bytes();
+  const pack::Pack& tables = tables_of(file);
+  const pack::PackHeader header = header_of(file.bytes());
+  EXPECT_EQ(header.file_bytes, file.bytes().size());
+  uint64_t next = pack::round_up(header.tables_offset + header.tables_bytes, pack::kAlignment);
+  uint64_t used = header.tables_offset + header.tables_bytes;
+  for (const pack::Segment* segment :
+       {tables.geometry()->labels(), tables.geometry()->positions(), tables.geometry()->triangles(),
+        tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
+        tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
+        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field()}) {
+    EXPECT_EQ(segment->offset(), next);
+    EXPECT_EQ(segment->offset() % pack::kAlignment, 0U);
+    for (uint64_t byte = used; byte < segment->offset(); ++byte) ASSERT_EQ(file.bytes()[byte], 0);
+    used = segment->offset() + segment->bytes();
+    next = pack::round_up(used, pack::kAlignment);
+  }
+  EXPECT_EQ(next, file.bytes().size());
+  for (uint64_t byte = used; byte < next; ++byte) ASSERT_EQ(file.bytes()[byte], 0);
+}
+
+TEST(PackWriter, RuntimeReadsWhatWasWritten) {
+  const SmallPack& small = small_pack();
+  const OpenPack pack(small_pack_bytes());
+  const pal_pack_info info = pack.info();
+  EXPECT_EQ(info.num_nodes, small.sites.packed_nodes.size());
+  EXPECT_EQ(info.num_triangles, small.sites.triangles.size());
+  EXPECT_EQ(info.num_sites, 12U);
+  EXPECT_EQ(info.num_contact_nodes, small.sites.contact_nodes.size());
+  EXPECT_EQ(info.max_contacts, 3U);
+  EXPECT_EQ(info.has_linear, 1U);
+  EXPECT_EQ(info.has_polynomial, 1U);
+  EXPECT_EQ(info.polynomial_degree, 3U);
+  EXPECT_EQ(info.max_displacement, kMaxDisplacement);
+  EXPECT_EQ(info.tip_radius, kTipRadius);
+  EXPECT_EQ(info.mean_surface_edge, small.sites.mean_surface_edge);
+  const pal_geometry geometry = pack.face().geometry();
+  for (uint32_t i = 0; i < geometry.num_nodes; ++i) {
+    const auto node = static_cast<size_t>(small.sites.packed_nodes[i]);
+    EXPECT_EQ(geometry.labels[i], small.model.labels[node]);
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(geometry.positions[3 * i + static_cast<uint32_t>(axis)], small.model.positions[node][axis]);
+  }
+  for (uint32_t t = 0; t < geometry.num_triangles; ++t) {
+    for (size_t corner = 0; corner < 3; ++corner) {
+      EXPECT_EQ(geometry.triangles[3 * t + corner], static_cast<uint32_t>(small.sites.triangles[t][corner]));
+    }
+  }
+  for (uint32_t site = 0; site < info.num_sites; ++site) {
+    uint32_t node = 0;
+    ASSERT_EQ(pal_pack_get_site_node(pack.get(), site, &node), PAL_STATUS_OK);
+    EXPECT_EQ(node, static_cast<uint32_t>(small.sites.sites[site].packed_node));
+    uint32_t found = 0;
+    ASSERT_EQ(pal_pack_find_site(pack.get(), geometry.labels[node], &found), PAL_STATUS_OK);
+    EXPECT_EQ(found, site);
+  }
+  for (uint32_t i = 0; i < info.num_contact_nodes; ++i) {
+    uint32_t found = 0;
+    const auto packed = static_cast<size_t>(small.sites.contact_nodes[i]);
+    ASSERT_EQ(pal_pack_find_contact_node(pack.get(), geometry.labels[packed], &found), PAL_STATUS_OK);
+    EXPECT_EQ(found, i);
+  }
+}
+
+TEST(PackWriter, AModelThatIsNotWantedIsNotCarried) {
+  const AlignedBytes linear = small_pack().write_linear_only();
+  EXPECT_EQ(tables_of(linear).polynomial_dd(), nullptr);
+  EXPECT_NE(tables_of(linear).linear_dd(), nullptr);
+  EXPECT_EQ(OpenPack(linear).info().has_polynomial, 0U);
+  const AlignedBytes polynomial = small_pack().write_polynomial_only();
+  EXPECT_EQ(tables_of(polynomial).linear_dd(), nullptr);
+  EXPECT_EQ(OpenPack(polynomial).info().has_linear, 0U);
+  EXPECT_LT(linear.bytes().size(), small_pack_bytes().bytes().size());
+}
+
+TEST(PackWriter, EstimateOfTheSizeIsNear) {
+  const SmallPack& small = small_pack();
+  const double estimate =
+      estimate_pack_bytes(small.sites.packed_nodes.size(), small.sites.contact_nodes.size(),
+                          small.sites.sites.size(), true, true, SmallPack::kDegree);
+  const auto bytes = static_cast<double>(small_pack_bytes().bytes().size());
+  EXPECT_NEAR(estimate, bytes, 0.02 * bytes);  // a percent on a large organ; here the tables weigh in
+}
+
+TEST(PackWriter, UnreadableInputIsSaid) {
+  EXPECT_THROW(describe_input("/no/such/file"), std::runtime_error);
+  const TempDir dir;
+  const InputFile empty = describe_input(dir.write("empty.inp", ""));
+  EXPECT_EQ(empty.name, "empty.inp");
+  EXPECT_EQ(empty.hash, "99aa06d3014798d86001c324468d497f");  // XXH3-128 of nothing, from its specification
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,361 @@
+// What comes in may be anything: each bad input has its documented status and touches no output, each good
+// one is answered with finite numbers.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr unsigned char kCanary = 0xa5;
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kHuge = std::numeric_limits<double>::max();
+constexpr double kDenormal = std::numeric_limits<double>::denorm_min();
+
+// An output filled with a pattern, which says whether it was written.
+template <typename T>
+struct Watched {
+  Watched() { std::memset(static_cast<void*>(&value), kCanary, sizeof value); }
+  bool touched() const {
+    unsigned char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof value);
+    for (const unsigned char byte : bytes) {
+      if (byte != kCanary) return true;
+    }
+    return false;
+  }
+  T value;
+};
+
+class RuntimeInputs : public ::testing::TestWithParam<pal_model> {
+ protected:
+  RuntimeInputs()
+      : pack_(small_pack_bytes()),
+        session_(pack_.get(), GetParam(), 3, GetParam() == PAL_MODEL_POLYNOMIAL ? 0 : 4) {}
+
+  OpenPack pack_;
+  OwnedSession session_;
+};
+
+std::string name_of(const ::testing::TestParamInfo<pal_model>& model) {
+  return model.param == PAL_MODEL_AUTO ? "Auto" : model.param == PAL_MODEL_LINEAR ? "Linear" : "Polynomial";
+}
+INSTANTIATE_TEST_SUITE_P(Models, RuntimeInputs,
+                         ::testing::Values(PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL), name_of);
+
+TEST_P(RuntimeInputs, NotFiniteIsRefusedAndNothingChanges) {
+  const pal_contact good = {3, {0.01, 0.02, -0.02}};
+  session_.touch({good});
+  const std::vector<float> field = session_.field();
+  for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      pal_contact contact = good;
+      contact.displacement[axis] = bad;
+      Watched<pal_contact_result> result;
+      EXPECT_EQ(pal_haptic_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NOT_FINITE);
+      EXPECT_FALSE(result.touched());
+      EXPECT_EQ(session_.field(), field);
+    }
+  }
+}
+
+TEST_P(RuntimeInputs, AnyFiniteDisplacementIsAnsweredFinitely) {
+  for (const double size :
+       {kDenormal, -kDenormal, 1e-310, 1e-300, 1e-150, 1e-30, 1e30, 1e150, 1e300, kHuge, -kHuge}) {
+    for (int axes = 1; axes < 8; ++axes) {
+      const pal_contact contact = {5, {axes & 1 ? size : 0, axes & 2 ? -size : 0, axes & 4 ? size : 0}};
+      const auto result = session_.touch({contact}).front();
+      EXPECT_TRUE(all_finite(result)) << size;
+      EXPECT_TRUE(all_finite(session_.field())) << size;
+      const Eigen::Vector3d force(result.force);
+      if (std::abs(size) > 1) {
+        EXPECT_TRUE(result.flags & PAL_FLAG_CLAMPED) << size;
+        EXPECT_TRUE(result.flags & PAL_FLAG_EXTRAPOLATED) << size;
+        // The answer is for the shortened displacement, not for none.
+        EXPECT_GT(force.norm(), 0) << size << " along axes " << axes;
+        EXPECT_EQ(result.displacement_error, 1);
+      } else {
+        EXPECT_EQ(result.flags, 0U) << size;
+        EXPECT_LE(force.norm(), 1e-25) << size;
+      }
+    }
+  }
+}
+
+// Shortened means: the answer depends on the direction alone.
+TEST_P(RuntimeInputs, ClampedAnswerDependsOnTheDirectionAlone) {
+  const auto force = [&](double size) {
+    return Eigen::Vector3d(session_.touch({{5, {0.6 * size, -0.5 * size, 0.4 * size}}}).front().force);
+  };
+  const Eigen::Vector3d expected = force(1e12);
+  for (const double size : {1e20, 1e155, 1e200, 1e300, 1e308, kHuge})
+    EXPECT_LE((force(size) - expected).norm(), 1e-12 * expected.norm()) << size;
+}
+
+TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
+  const uint32_t sites = pack_.info().num_sites;
+  session_.touch({{sites - 1, {0, 0, -0.01}}});
+  const std::vector<float> field = session_.field();
+  for (const uint32_t site : {sites, sites + 1, 0x7fffffffu, 0xffffffffu}) {
+    const pal_contact contact = {site, {0, 0, -0.01}};
+    Watched<pal_contact_result> result;
+    EXPECT_EQ(pal_haptic_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NO_SUCH_SITE);
+    EXPECT_FALSE(result.touched());
+    Watched<uint32_t> node;
+    EXPECT_EQ(pal_pack_get_site_node(pack_.get(), site, &node.value), PAL_STATUS_NO_SUCH_SITE);
+    EXPECT_FALSE(node.touched());
+  }
+  if (GetParam() != PAL_MODEL_POLYNOMIAL) {
+    for (const uint32_t node : {pack_.info().num_contact_nodes, 0xffffffffu}) {
+      const uint32_t nodes[2] = {0, node};
+      EXPECT_EQ(pal_session_set_fixed(session_.get(), nodes, 2), PAL_STATUS_NO_SUCH_NODE);
+    }
+  }
+  EXPECT_EQ(session_.field(), field);
+  Watched<uint32_t> found;
+  for (const int32_t label :
+       {-5, 0, 49, 1000, std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::min()}) {
+    EXPECT_EQ(pal_pack_find_site(pack_.get(), label, &found.value), PAL_STATUS_NO_SUCH_SITE);
+  }
+  for (const int32_t label :
+       {-5, 0, 1, 1000, std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::min()}) {
+    EXPECT_EQ(pal_pack_find_contact_node(pack_.get(), label, &found.value), PAL_STATUS_NO_SUCH_NODE);
+  }
+  EXPECT_FALSE(found.touched());
+}
+
+TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
+  session_.touch({{1, {0, 0, -0.01}}});
+  const std::vector<float> field = session_.field();
+  const pal_contact contacts[2] = {{0, {0, 0, -0.01}}, {5, {0, 0, -0.01}}};
+  const bool can = GetParam() != PAL_MODEL_POLYNOMIAL;
+  EXPECT_EQ(pal_haptic_frame(session_.get(), contacts, 2, nullptr),
+            can ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL);
+  EXPECT_EQ(session_.field() == field, !can);
+}
+
+TEST_P(RuntimeInputs, ResultsMayBeNull) {
+  const std::vector<pal_contact> contacts = {{3, {0.01, 0.02, -0.02}}};
+  session_.touch(contacts);
+  const std::vector<float> field = session_.field();
+  session_.touch({{7, {0.01, 0.02, -0.02}}});
+  EXPECT_EQ(pal_haptic_frame(session_.get(), contacts.data(), 1, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(session_.field(), field);
+}
+
+TEST_P(RuntimeInputs, NoContactsIsRest) {
+  session_.touch({{3, {0.01, 0.02, -0.02}}});
+  const pal_contact unread = {99, {kNan, 0, 0}};
+  Watched<pal_contact_result> result;
+  EXPECT_EQ(pal_haptic_frame(session_.get(), &unread, 0, &result.value), PAL_STATUS_OK);
+  EXPECT_FALSE(result.touched());
+  for (const float value : session_.field()) EXPECT_EQ(value, 0.0f);
+}
+
+TEST_P(RuntimeInputs, FieldIsRestBeforeTheFirstFrame) {
+  for (const float value : session_.field()) EXPECT_EQ(value, 0.0f);
+}
+
+TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
+  session_.touch({{3, {0.01, 0.02, -0.02}}});
+  const std::vector<float> field = session_.field();
+  const uint32_t nodes = pack_.info().num_nodes;
+  for (const size_t stride : {size_t{12}, size_t{13}, size_t{16}, size_t{24}, size_t{100}}) {
+    std::vector<unsigned char> buffer(stride * nodes + 64, kCanary);
+    // An odd stride leaves floats off their alignment: bytes are written, not floats.
+    ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<float*>(buffer.data()), stride),
+              PAL_STATUS_OK);
+    for (size_t i = 0; i < nodes; ++i) {
+      EXPECT_EQ(std::memcmp(buffer.data() + i * stride, field.data() + 3 * i, 12), 0) << "node " << i;
+      for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[i * stride + byte], kCanary);
+    }
+    for (size_t byte = stride * nodes; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
+  }
+  Watched<float> out;
+  for (const size_t stride : {size_t{0}, size_t{4}, size_t{11}})
+    EXPECT_EQ(pal_visual_frame(session_.get(), &out.value, stride), PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_FALSE(out.touched());
+}
+
+TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
+  const pal_status null = PAL_STATUS_NULL_ARGUMENT;
+  const auto bytes = small_pack_bytes().bytes();
+  alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
+  Watched<pal_pack*> opened;
+  EXPECT_EQ(pal_pack_open(nullptr, storage, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open("x", nullptr, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open("x", storage, sizeof storage, nullptr), null);
+  EXPECT_EQ(pal_pack_open_memory(nullptr, bytes.size(), storage, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), nullptr, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), storage, sizeof storage, nullptr), null);
+  EXPECT_FALSE(opened.touched());
+  pal_pack_close(nullptr);
+
+  const pal_pack* pack = pack_.get();
+  Watched<pal_pack_info> info;
+  info.value.struct_size = sizeof(pal_pack_info);
+  pal_geometry geometry = {};
+  geometry.struct_size = sizeof geometry;
+  Watched<uint32_t> index;
+  Watched<const void*> place;
+  Watched<size_t> size;
+  EXPECT_EQ(pal_pack_get_info(nullptr, &info.value), null);
+  EXPECT_EQ(pal_pack_get_info(pack, nullptr), null);
+  EXPECT_EQ(pal_pack_get_geometry(nullptr, &geometry), null);
+  EXPECT_EQ(pal_pack_get_geometry(pack, nullptr), null);
+  EXPECT_EQ(pal_pack_find_site(nullptr, 54, &index.value), null);
+  EXPECT_EQ(pal_pack_find_site(pack, 54, nullptr), null);
+  EXPECT_EQ(pal_pack_find_contact_node(nullptr, 54, &index.value), null);
+  EXPECT_EQ(pal_pack_find_contact_node(pack, 54, nullptr), null);
+  EXPECT_EQ(pal_pack_get_site_node(nullptr, 0, &index.value), null);
+  EXPECT_EQ(pal_pack_get_site_node(pack, 0, nullptr), null);
+  EXPECT_EQ(pal_pack_get_bytes(nullptr, &place.value, &size.value), null);
+  EXPECT_EQ(pal_pack_get_bytes(pack, nullptr, &size.value), null);
+  EXPECT_EQ(pal_pack_get_bytes(pack, &place.value, nullptr), null);
+  EXPECT_FALSE(index.touched() || place.touched() || size.touched());
+
+  const pal_session_config config = pal_default_session_config(pack);
+  EXPECT_EQ(pal_default_session_config(nullptr).max_contacts, 1U);
+  EXPECT_EQ(pal_default_session_config(pack).max_contacts, 3U);
+  EXPECT_EQ(pal_session_required_bytes(nullptr, &config, &size.value), null);
+  EXPECT_EQ(pal_session_required_bytes(pack, nullptr, &size.value), null);
+  EXPECT_EQ(pal_session_required_bytes(pack, &config, nullptr), null);
+  EXPECT_FALSE(size.touched());
+  alignas(64) unsigned char arena[64];
+  Watched<pal_session*> session;
+  EXPECT_EQ(pal_session_init(nullptr, &config, arena, sizeof arena, &session.value), null);
+  EXPECT_EQ(pal_session_init(pack, nullptr, arena, sizeof arena, &session.value), null);
+  EXPECT_EQ(pal_session_init(pack, &config, nullptr, sizeof arena, &session.value), null);
+  EXPECT_EQ(pal_session_init(pack, &config, arena, sizeof arena, nullptr), null);
+  EXPECT_FALSE(session.touched());
+
+  const pal_contact contact = {0, {0, 0, 0}};
+  Watched<pal_contact_result> result;
+  Watched<float> out;
+  const uint32_t node = 0;
+  EXPECT_EQ(pal_session_set_fixed(nullptr, &node, 1), null);
+  EXPECT_EQ(pal_session_set_fixed(session_.get(), nullptr, 1), null);
+  EXPECT_EQ(pal_session_set_fixed(session_.get(), nullptr, 0), PAL_STATUS_OK);
+  EXPECT_EQ(pal_haptic_frame(nullptr, &contact, 1, &result.value), null);
+  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 1, &result.value), null);
+  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(pal_visual_frame(nullptr, &out.value, 12), null);
+  EXPECT_EQ(pal_visual_frame(session_.get(), nullptr, 12), null);
+  EXPECT_FALSE(result.touched() || out.touched());
+}
+
+TEST_P(RuntimeInputs, StructSizeMustBeKnown) {
+  for (const uint32_t wrong : {0u, 4u, 0xffffffffu}) {
+    Watched<pal_pack_info> info;
+    info.value.struct_size = wrong;
+    EXPECT_EQ(pal_pack_get_info(pack_.get(), &info.value), PAL_STATUS_BAD_STRUCT_SIZE);
+    info.value.struct_size = 0xa5a5a5a5;
+    EXPECT_FALSE(info.touched());
+    Watched<pal_geometry> geometry;
+    geometry.value.struct_size = wrong;
+    EXPECT_EQ(pal_pack_get_geometry(pack_.get(), &geometry.value), PAL_STATUS_BAD_STRUCT_SIZE);
+    geometry.value.struct_size = 0xa5a5a5a5;
+    EXPECT_FALSE(geometry.touched());
+    pal_session_config config = pal_default_session_config(pack_.get());
+    config.struct_size = wrong;
+    Watched<size_t> bytes;
+    EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes.value), PAL_STATUS_BAD_STRUCT_SIZE);
+    EXPECT_FALSE(bytes.touched());
+  }
+}
+
+TEST_P(RuntimeInputs, ModelThatThePackLacksIsRefused) {
+  const AlignedBytes bytes = GetParam() == PAL_MODEL_LINEAR ? small_pack().write_polynomial_only()
+                                                            : small_pack().write_linear_only();
+  const OpenPack pack(bytes);
+  const pal_session_config config = session_config(pack.get(), GetParam(), 1, 0);
+  Watched<size_t> required;
+  if (GetParam() == PAL_MODEL_AUTO) {
+    OwnedSession session(pack.get(), config);
+    EXPECT_EQ(session.touch({{0, {0, 0, -0.01}}})[0].flags,
+              0U);  // linear is no fallback where it is all there is
+  } else {
+    EXPECT_EQ(pal_session_required_bytes(pack.get(), &config, &required.value), PAL_STATUS_NO_SUCH_MODEL);
+    EXPECT_FALSE(required.touched());
+  }
+}
+
+// Calls in any order with arguments good and bad; every answer with status OK is finite.
+TEST_P(RuntimeInputs, RandomCallsNeverCrashOrAnswerNonsense) {
+  constexpr int kCalls = kSanitized ? 8000 : 40000;  // for each of three models
+  std::mt19937_64 random(23 + static_cast<uint64_t>(GetParam()));
+  const auto any = [&](uint32_t count) { return static_cast<uint32_t>(random() % count); };
+  const auto any_number = [&]() -> double {
+    constexpr double kOrdinary[] = {0, 1e-3, 0.01, 0.05, -0.05, 0.2, 1, -30};
+    constexpr double kOdd[] = {kDenormal, 1e-300, -1e30, 1e300, kHuge};
+    switch (any(40)) {
+      case 0:
+        return any(2) == 0 ? kNan : kInfinity;
+      case 1:
+        return kOdd[any(5)];
+      default:
+        return kOrdinary[any(8)] * std::uniform_real_distribution<double>(-1, 1)(random);
+    }
+  };
+  const auto info = pack_.info();
+  std::vector<float> field(size_t{6} * info.num_nodes);
+  int ok = 0;
+  int refused = 0;
+  for (int call = 0; call < kCalls; ++call) {
+    pal_status status = PAL_STATUS_OK;
+    switch (any(8)) {
+      case 0: {
+        uint32_t nodes[6];
+        for (uint32_t& node : nodes) node = any(30) == 0 ? any(0xffffffff) : any(info.num_contact_nodes);
+        status =
+            pal_session_set_fixed(session_.get(), any(50) == 0 ? nullptr : nodes, any(4) == 0 ? any(7) : 0);
+        break;
+      }
+      case 1: {
+        std::fill(field.begin(), field.end(), 0.0f);
+        const size_t strides[] = {12, 16, 24, 12, 12, 8};
+        status = pal_visual_frame(session_.get(), any(50) == 0 ? nullptr : field.data(), strides[any(6)]);
+        ASSERT_TRUE(all_finite(field)) << "call " << call;
+        break;
+      }
+      case 2: {
+        uint32_t index = 0;
+        status = pal_pack_find_site(pack_.get(), static_cast<int32_t>(any(80)), &index);
+        ASSERT_LT(index, info.num_sites);
+        break;
+      }
+      default: {
+        pal_contact contacts[5];
+        for (pal_contact& contact : contacts) {
+          contact.site = any(60) == 0 ? any(0xffffffff) : any(info.num_sites);
+          for (double& component : contact.displacement) component = any_number();
+        }
+        pal_contact_result results[5];
+        std::memset(static_cast<void*>(results), kCanary, sizeof results);
+        const uint32_t count = any(3) == 0 ? any(6) : 1;
+        status = pal_haptic_frame(session_.get(), any(80) == 0 ? nullptr : contacts, count,
+                                  any(10) == 0 ? nullptr : results);
+        unsigned char first[sizeof results];
+        std::memcpy(first, results, sizeof results);
+        const bool written = first[0] != kCanary || first[7] != kCanary;
+        ASSERT_FALSE(written && status != PAL_STATUS_OK) << "call " << call;
+        for (uint32_t c = 0; written && c < count; ++c)
+          ASSERT_TRUE(all_finite(results[c])) << "call " << call;
+      }
+    }
+    ++(status == PAL_STATUS_OK ? ok : refused);
+  }
+  EXPECT_GT(ok, kCalls / 4);
+  EXPECT_GT(refused, kCalls / 50);
+}
+
+}  // namespace
+}  // namespace palpate::test

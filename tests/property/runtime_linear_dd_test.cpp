@@ -1,0 +1,332 @@
+// linear_dd as the runtime answers it, against a dense solve of the whole organ, and the laws of linear
+// elasticity.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <random>
+
+#include "tests/support/dense_reference.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Two float64 factorisations of matrices with condition numbers of a few thousand.
+constexpr double kForceTolerance = 1e-9;
+// float32 coefficients and sums of up to about 50 of them, relative to the largest displacement.
+constexpr double kFieldTolerance = 1e-5;
+// Sums of the same float64 numbers in another order.
+constexpr double kRounding = 1e-12;
+
+using Contacts = std::vector<std::pair<size_t, Eigen::Vector3d>>;
+
+std::vector<pal_contact> as_runtime(const Contacts& contacts) {
+  std::vector<pal_contact> list;
+  for (const auto& [site, d] : contacts) list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}});
+  return list;
+}
+
+Eigen::Vector3d force_of(const pal_contact_result& result) {
+  return Eigen::Vector3d(result.force);
+}
+
+Eigen::Matrix3d stiffness_of(const pal_contact_result& result) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
+}
+
+Eigen::VectorXd as_vector(const std::vector<float>& field) {
+  return Eigen::Map<const Eigen::VectorXf>(field.data(), static_cast<Eigen::Index>(field.size()))
+      .cast<double>();
+}
+
+class RuntimeLinearDd : public ::testing::Test {
+ protected:
+  RuntimeLinearDd() : pack_(small_pack_bytes()), session_(pack_.get(), PAL_MODEL_LINEAR, 4, 8) {}
+
+  // Any displacement of the size the scene allows.
+  Eigen::Vector3d any_displacement() {
+    std::uniform_real_distribution<double> component(-kMaxDisplacement, kMaxDisplacement);
+    Eigen::Vector3d d;
+    for (double& value : d) value = component(random_);
+    return d * 0.5;
+  }
+
+  uint32_t contact_node_at(int label) const {
+    uint32_t node = 0;
+    require(pal_pack_find_contact_node(pack_.get(), label, &node), "contact node");
+    return node;
+  }
+
+  // Forces and field of the runtime against the dense solve; `fixed` are labels.
+  void expect_exact(const Contacts& contacts, const std::vector<int>& fixed_labels) {
+    std::vector<uint32_t> fixed;
+    std::vector<int> fixed_nodes;
+    for (const int label : fixed_labels) {
+      fixed.push_back(contact_node_at(label));
+      fixed_nodes.push_back(small_.model.find_node(label));
+    }
+    session_.fix(fixed);
+    const auto results = session_.touch(as_runtime(contacts));
+    const DenseReference::Answer truth = dense_.solve(dense_.hold(contacts, fixed_nodes));
+    double largest_force = 0;
+    for (size_t c = 0; c < contacts.size(); ++c)
+      largest_force = std::max(largest_force, dense_.tool_force(contacts, c, fixed_nodes, truth).norm());
+    ASSERT_GT(largest_force, 0);
+    for (size_t c = 0; c < contacts.size(); ++c) {
+      const Eigen::Vector3d expected = dense_.tool_force(contacts, c, fixed_nodes, truth);
+      EXPECT_LE((force_of(results[c]) - expected).norm(), kForceTolerance * largest_force) << "contact " << c;
+    }
+    const Eigen::VectorXd expected = dense_.packed(truth.field);
+    EXPECT_LE((as_vector(session_.field()) - expected).lpNorm<Eigen::Infinity>(),
+              kFieldTolerance * expected.lpNorm<Eigen::Infinity>());
+  }
+
+  const SmallPack& small_ = small_pack();
+  Assembly assembly_{small_.model, fixed_dofs(small_.model)};
+  DenseReference dense_{assembly_, small_.sites};
+  OpenPack pack_;
+  OwnedSession session_;
+  std::mt19937_64 random_{7};
+};
+
+TEST_F(RuntimeLinearDd, PatchesHaveSeveralNodes) {  // else half of what follows would show nothing
+  EXPECT_EQ(small_.sites.sites.size(), 12U);
+  EXPECT_GE(pack_.info().max_patch_nodes, 5U);
+  EXPECT_NE(pack_.info().num_nodes % 32, 0U);  // the last panel is padded
+}
+
+TEST_F(RuntimeLinearDd, OneContactAtEverySite) {
+  for (size_t site = 0; site < small_.sites.sites.size(); ++site)
+    expect_exact({{site, any_displacement()}}, {});
+}
+
+TEST_F(RuntimeLinearDd, TwoAndThreeContactsApartAndOverlapping) {
+  for (size_t site = 0; site < small_.sites.sites.size(); ++site) {
+    expect_exact({{site, any_displacement()}, {(site + 6) % 12, any_displacement()}}, {});
+    expect_exact({{site, any_displacement()},
+                  {(site + 1) % 12, any_displacement()},
+                  {(site + 5) % 12, any_displacement()}},
+                 {});
+  }
+}
+
+TEST_F(RuntimeLinearDd, NodesFixedWhileRunning) {
+  expect_exact({{small_.site_at(54), any_displacement()}}, {63});
+  expect_exact({{small_.site_at(54), any_displacement()}, {small_.site_at(59), any_displacement()}},
+               {62, 51, 52});
+  // Inside the held patch: that node follows the fixing.
+  expect_exact({{small_.site_at(54), any_displacement()}}, {55});
+  expect_exact({{small_.site_at(54), any_displacement()}, {small_.site_at(55), any_displacement()}},
+               {54, 59});
+}
+
+// The same node fixed in the model file, all the way through the offline stages.
+TEST_F(RuntimeLinearDd, FixedWhileRunningIsFixedInTheModel) {
+  constexpr int kLabel = 59;  // in the patches of several sites, and no site below is at it
+  Model fixed_model = small_.model;
+  const int node = fixed_model.find_node(kLabel);
+  for (int axis = 0; axis < 3; ++axis) fixed_model.fixed.push_back({node, axis, 0.0});
+  Scene scene = small_.scene;
+  std::erase(scene.sites, node);
+  const ContactSites sites = find_contact_sites(scene, fixed_model);
+  const Assembly assembly(fixed_model, fixed_dofs(fixed_model));
+  const LinearDd linear = compute_linear_dd(assembly, sites);
+  const AlignedBytes bytes = write_pack({fixed_model, scene, sites, &linear, nullptr, 0, {}, {}});
+  const OpenPack pack(bytes);
+  OwnedSession offline(pack.get(), PAL_MODEL_LINEAR, 2, 0);
+  session_.fix({contact_node_at(kLabel)});
+  for (const int label : {54, 55, 58, 60, 63}) {
+    uint32_t site = 0;
+    ASSERT_EQ(pal_pack_find_site(pack.get(), label, &site), PAL_STATUS_OK);
+    const Eigen::Vector3d d = any_displacement();
+    const auto expected = offline.touch({{site, {d[0], d[1], d[2]}}}).front();
+    const auto result = session_.touch(as_runtime({{small_.site_at(label), d}})).front();
+    EXPECT_LE((force_of(result) - force_of(expected)).norm(), kForceTolerance * force_of(expected).norm());
+    EXPECT_LE((stiffness_of(result) - stiffness_of(expected)).norm(),
+              kForceTolerance * stiffness_of(expected).norm());
+    EXPECT_LE((as_vector(session_.field()) - as_vector(offline.field())).lpNorm<Eigen::Infinity>(),
+              kFieldTolerance * d.norm());
+  }
+}
+
+TEST_F(RuntimeLinearDd, Superposition) {
+  const std::vector<size_t> held = {small_.site_at(50), small_.site_at(58), small_.site_at(63)};
+  session_.fix({contact_node_at(60)});
+  const auto with = [&](const std::array<Eigen::Vector3d, 3>& d) {
+    const auto results = session_.touch(as_runtime({{held[0], d[0]}, {held[1], d[1]}, {held[2], d[2]}}));
+    Eigen::VectorXd forces(9);
+    for (int c = 0; c < 3; ++c) forces.segment<3>(3 * c) = force_of(results[static_cast<size_t>(c)]);
+    return std::pair(forces, as_vector(session_.field()));
+  };
+  std::array<Eigen::Vector3d, 3> a;
+  std::array<Eigen::Vector3d, 3> b;
+  std::array<Eigen::Vector3d, 3> both;
+  for (size_t c = 0; c < 3; ++c) {
+    a[c] = any_displacement();
+    b[c] = any_displacement();
+    both[c] = 2 * a[c] - 3 * b[c];
+  }
+  const auto [force_a, field_a] = with(a);
+  const auto [force_b, field_b] = with(b);
+  const auto [force, field] = with(both);
+  EXPECT_LE((force - 2 * force_a + 3 * force_b).norm(), kRounding * force.norm());
+  EXPECT_LE((field - 2 * field_a + 3 * field_b).norm(), kFieldTolerance * field.norm());
+}
+
+// Betti: the work of one state's forces on the other's displacements is mutual. All columns of S by unit
+// pushes.
+TEST_F(RuntimeLinearDd, StiffnessIsSymmetricAndPositive) {
+  for (const bool fixed : {false, true}) {
+    session_.fix(fixed ? std::vector<uint32_t>{contact_node_at(59), contact_node_at(51)}
+                       : std::vector<uint32_t>{});
+    const std::vector<size_t> held = {small_.site_at(53), small_.site_at(54), small_.site_at(62)};
+    Eigen::MatrixXd S(9, 9);
+    for (int column = 0; column < 9; ++column) {
+      Contacts contacts;
+      for (size_t c = 0; c < 3; ++c) {
+        Eigen::Vector3d d = Eigen::Vector3d::Zero();
+        if (column / 3 == static_cast<int>(c)) d[column % 3] = 0.01;
+        contacts.emplace_back(held[c], d);
+      }
+      const auto results = session_.touch(as_runtime(contacts));
+      for (int c = 0; c < 3; ++c) {
+        const auto& result = results[static_cast<size_t>(c)];
+        S.block<3, 1>(3 * c, column) = force_of(result) / 0.01;
+        // The reported stiffness is the derivative of the reported force.
+        if (column / 3 == c) {
+          EXPECT_LE((stiffness_of(result).col(column % 3) - S.block<3, 1>(3 * c, column)).norm(),
+                    kRounding * stiffness_of(result).norm());
+        }
+        EXPECT_EQ(stiffness_of(result), stiffness_of(result).transpose());
+      }
+    }
+    EXPECT_LE((S - S.transpose()).norm(), kRounding * S.norm());
+    EXPECT_GT(S.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
+  }
+}
+
+TEST_F(RuntimeLinearDd, OrderOfContactsDoesNotMatter) {
+  const Contacts contacts = {{3, any_displacement()}, {4, any_displacement()}, {9, any_displacement()}};
+  const auto one_way = session_.touch(as_runtime(contacts));
+  const auto other_way = session_.touch(as_runtime({contacts[2], contacts[0], contacts[1]}));
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_LE((force_of(one_way[c]) - force_of(other_way[(c + 1) % 3])).norm(),
+              kForceTolerance * force_of(one_way[c]).norm());
+  }
+}
+
+TEST_F(RuntimeLinearDd, ReleasedTissueIsAtRest) {
+  session_.touch(as_runtime({{2, any_displacement()}, {7, any_displacement()}}));
+  EXPECT_GT(as_vector(session_.field()).norm(), 0);
+  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(as_vector(session_.field()).norm(), 0);
+  // Held without being moved: at rest too.
+  const auto results = session_.touch({{2, {0, 0, 0}}});
+  EXPECT_EQ(force_of(results[0]).norm(), 0);
+  EXPECT_EQ(as_vector(session_.field()).norm(), 0);
+}
+
+// What was held or fixed before leaves no trace.
+TEST_F(RuntimeLinearDd, AnswerDoesNotDependOnThePast) {
+  const std::vector<pal_contact> contacts = as_runtime({{2, any_displacement()}, {7, any_displacement()}});
+  OwnedSession fresh(pack_.get(), PAL_MODEL_LINEAR, 4, 8);
+  const auto expected = fresh.touch(contacts);
+  session_.fix({1, 2, 3, 4});
+  session_.touch(as_runtime({{5, any_displacement()}, {6, any_displacement()}, {1, any_displacement()}}));
+  session_.fix({});
+  const auto results = session_.touch(contacts);
+  for (size_t c = 0; c < 2; ++c) EXPECT_EQ(force_of(results[c]), force_of(expected[c]));
+  EXPECT_EQ(session_.field(), fresh.field());
+}
+
+TEST_F(RuntimeLinearDd, OneSiteHeldTwiceFollowsTheMean) {
+  const Eigen::Vector3d a = any_displacement();
+  const Eigen::Vector3d b = any_displacement();
+  const auto results = session_.touch(as_runtime({{4, a}, {4, b}}));
+  const std::vector<float> field = session_.field();
+  const auto mean = session_.touch(as_runtime({{4, 0.5 * (a + b)}}));
+  const Eigen::Vector3d force = force_of(results[0]) + force_of(results[1]);
+  EXPECT_LE((force - force_of(mean[0])).norm(), kForceTolerance * force.norm());
+  EXPECT_LE((as_vector(field) - as_vector(session_.field())).norm(),
+            kFieldTolerance * as_vector(field).norm());
+  for (const auto& result : results) {
+    EXPECT_TRUE(all_finite(result));
+    EXPECT_TRUE(result.flags & PAL_FLAG_OVERLAPPING);
+  }
+  EXPECT_FALSE(mean[0].flags & PAL_FLAG_OVERLAPPING);
+}
+
+TEST_F(RuntimeLinearDd, ContactWhollyOnFixedNodes) {
+  const std::vector<int>& patch = small_.sites.sites[4].patch;
+  session_.fix({patch.begin(), patch.end()});
+  const auto results = session_.touch(as_runtime({{4, any_displacement()}}));
+  EXPECT_EQ(force_of(results[0]).norm(), 0);  // nothing of the tissue follows the tool
+  EXPECT_EQ(as_vector(session_.field()).norm(), 0);
+  // The same node named twice is fixed once.
+  session_.fix({static_cast<uint32_t>(patch[0]), static_cast<uint32_t>(patch[0])});
+  EXPECT_TRUE(all_finite(session_.touch(as_runtime({{4, any_displacement()}}))[0]));
+}
+
+// Two contact nodes that move as one whatever pushes them: no forces at both can be told from displacements.
+TEST_F(RuntimeLinearDd, SingularComplianceIsFlaggedAndFinite) {
+  LinearDd singular = small_.linear;
+  const std::vector<int>& patch = small_.sites.sites[4].patch;
+  const Eigen::Index from = 3 * patch[0];
+  const Eigen::Index to = 3 * patch[1];
+  singular.contact_compliance.middleRows<3>(to) = singular.contact_compliance.middleRows<3>(from).eval();
+  singular.contact_compliance.middleCols<3>(to) = singular.contact_compliance.middleCols<3>(from).eval();
+  singular.field_compliance.middleCols<3>(to) = singular.field_compliance.middleCols<3>(from).eval();
+  PackContent content = small_.content();
+  content.linear = &singular;
+  content.polynomials = nullptr;
+  const AlignedBytes bytes = write_pack(content);
+  const OpenPack pack(bytes);
+  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2, 0);
+  const Eigen::Vector3d d = any_displacement();
+  const auto result = session.touch(as_runtime({{4, d}})).front();
+  EXPECT_TRUE(result.flags & PAL_FLAG_ILL_CONDITIONED);
+  EXPECT_TRUE(all_finite(result));
+  EXPECT_TRUE(all_finite(session.field()));
+  EXPECT_GT(force_of(result).dot(d), 0);
+  // The regularisation is a billionth of the compliance: the patch still goes where the tool goes.
+  const Eigen::VectorXd field = as_vector(session.field());
+  const Eigen::Index centre = 3 * small_.sites.sites[4].packed_node;
+  EXPECT_LE((field.segment<3>(centre) - d).norm(), 1e-4 * d.norm());
+  EXPECT_FALSE(session_.touch(as_runtime({{4, d}})).front().flags & PAL_FLAG_ILL_CONDITIONED);
+}
+
+TEST_F(RuntimeLinearDd, ErrorEstimateIsTheSurveysBin) {
+  const SurveyTable& table = small_.surveys[0].table;
+  for (int bin = 0; bin < kSurveyBins; ++bin) {
+    const double size = kMaxDisplacement * (bin + 0.9) / kSurveyBins;
+    const auto result = session_.touch(as_runtime({{4, {0, 0, -size}}})).front();
+    EXPECT_EQ(result.displacement_error, table.bins[static_cast<size_t>(bin)].displacement.p95);
+    EXPECT_EQ(result.force_error, table.bins[static_cast<size_t>(bin)].force.p95);
+    EXPECT_EQ(result.flags, 0U);
+  }
+  const auto beyond = session_.touch(as_runtime({{4, {0, 0, -1.1 * kMaxDisplacement}}})).front();
+  EXPECT_EQ(beyond.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
+  EXPECT_EQ(beyond.displacement_error, 1);
+  const auto two = session_.touch(as_runtime({{0, {0, 0, -0.01}}, {11, {0, 0, -0.01}}}));
+  EXPECT_EQ(two[0].displacement_error, 1);  // nothing was measured with two
+}
+
+TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {
+  OwnedSession automatic(pack_.get(), PAL_MODEL_AUTO, 2, 2);
+  const auto contacts = as_runtime({{0, any_displacement()}, {11, any_displacement()}});
+  const auto results = automatic.touch(contacts);
+  EXPECT_EQ(results[0].model, PAL_MODEL_LINEAR);
+  EXPECT_TRUE(results[0].flags & PAL_FLAG_LINEAR_FALLBACK);
+  EXPECT_EQ(force_of(results[0]), force_of(session_.touch(contacts)[0]));
+  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
+  automatic.fix({0});
+  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_LINEAR);
+  automatic.fix({});
+  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,154 @@
+// The sparse factor against Eigen's dense one.
+#include "offline/fem/cholesky.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <thread>
+#include <vector>
+
+#include "tests/support/tetrahedral_block.hpp"
+
+namespace palpate {
+namespace {
+
+using test::TestRandom;
+
+// Condition of the matrices below (under 1e3) times double rounding, with room.
+constexpr double kSolve = 1e-12;
+
+// A random pattern with about `per_row` entries left of the diagonal in a row.
+struct RandomMatrix {
+  Cholesky::SparseLower lower;
+  Eigen::MatrixXd dense;
+};
+
+RandomMatrix random_matrix(int n, int per_row, unsigned pattern_seed, unsigned value_seed) {
+  TestRandom places(pattern_seed);
+  TestRandom values(value_seed);
+  RandomMatrix result;
+  result.dense = Eigen::MatrixXd::Zero(n, n);
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::MatrixXd occupied = Eigen::MatrixXd::Zero(n, n);
+  for (int row = 1; row < n; ++row) {
+    for (int k = 0; k < per_row; ++k) {
+      const int column = static_cast<int>(0.5 * (places() + 1) * row);
+      if (occupied(row, column) != 0) continue;
+      occupied(row, column) = 1;
+      result.dense(row, column) = result.dense(column, row) = values();
+    }
+  }
+  // Dominant by a little: positive definite, and not so much that an error elsewhere would go unseen.
+  for (int row = 0; row < n; ++row) result.dense(row, row) = result.dense.row(row).cwiseAbs().sum() + 0.1;
+  for (int column = 0; column < n; ++column) {
+    for (int row = column; row < n; ++row) {
+      if (row == column || occupied(row, column) != 0)
+        entries.emplace_back(row, column, result.dense(row, column));
+    }
+  }
+  result.lower.resize(n, n);
+  result.lower.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+TEST(CholeskyReference, SolvesAsADenseFactorDoes) {
+  for (const int n : {1, 2, 17, 150}) {
+    const RandomMatrix matrix = random_matrix(n, 4, 21, 22);
+    Cholesky cholesky(matrix.lower);
+    ASSERT_TRUE(cholesky.factorize(matrix.lower));
+    const Eigen::VectorXd right = TestRandom(23).vector(n);
+    Eigen::VectorXd solution = right;
+    cholesky.solve(solution);
+    const Eigen::VectorXd expected = matrix.dense.llt().solve(right);
+    EXPECT_LE((solution - expected).norm(), kSolve * expected.norm()) << n;
+  }
+}
+
+TEST(CholeskyReference, SolvesManyColumnsAtOnce) {
+  const int n = 120;
+  const RandomMatrix matrix = random_matrix(n, 3, 31, 32);
+  Cholesky cholesky(matrix.lower);
+  ASSERT_TRUE(cholesky.factorize(matrix.lower));
+  for (const int columns : {3, 48, 7, 1, 0}) {  // the workspaces grow and shrink
+    const Eigen::MatrixXd right = TestRandom(33).matrix(n, columns);
+    Eigen::MatrixXd solution = right;
+    cholesky.solve(solution);
+    ASSERT_EQ(solution.cols(), columns);
+    EXPECT_LE((solution - matrix.dense.llt().solve(right)).norm(), kSolve * right.norm()) << columns;
+  }
+}
+
+TEST(CholeskyReference, FactorsNewValuesOnTheSamePattern) {
+  const int n = 90;
+  Cholesky cholesky(random_matrix(n, 4, 41, 42).lower);
+  for (unsigned seed = 43; seed < 47; ++seed) {
+    const RandomMatrix matrix = random_matrix(n, 4, 41, seed);
+    ASSERT_TRUE(cholesky.factorize(matrix.lower));
+    const Eigen::VectorXd right = TestRandom(seed).vector(n);
+    Eigen::VectorXd solution = right;
+    cholesky.solve(solution);
+    EXPECT_LE((matrix.dense * solution - right).norm(), kSolve * right.norm()) << seed;
+  }
+}
+
+TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
+  const int n = 60;
+  const RandomMatrix good = random_matrix(n, 4, 51, 52);
+  Cholesky cholesky(good.lower);
+  // The sign of the first, a middle and the last pivot; a matrix that is singular; one that is not a number.
+  for (const int pivot : {0, n / 2, n - 1}) {
+    RandomMatrix bad = good;
+    bad.lower.coeffRef(pivot, pivot) *= -1;
+    EXPECT_FALSE(cholesky.factorize(bad.lower)) << pivot;
+    ASSERT_TRUE(cholesky.factorize(good.lower)) << "a refusal must not stick";
+  }
+  RandomMatrix zero = good;
+  zero.lower *= 0.0;
+  EXPECT_FALSE(cholesky.factorize(zero.lower));
+  ASSERT_TRUE(cholesky.factorize(good.lower));
+  RandomMatrix barely = good;  // one eigenvalue just below zero, the diagonal still positive
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(good.dense, Eigen::EigenvaluesOnly);
+  for (int i = 0; i < n; ++i) barely.lower.coeffRef(i, i) -= eigen.eigenvalues()(0) * (1 + 1e-6);
+  EXPECT_FALSE(cholesky.factorize(barely.lower));
+
+  ASSERT_TRUE(cholesky.factorize(good.lower));
+  const Eigen::VectorXd right = TestRandom(53).vector(n);
+  Eigen::VectorXd solution = right;
+  cholesky.solve(solution);
+  EXPECT_LE((good.dense * solution - right).norm(), kSolve * right.norm()) << "after refusals";
+}
+
+TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
+  // Large enough for METIS to cut the graph many times, with random choices each.
+  constexpr int kSize = 700;
+  const RandomMatrix matrix = random_matrix(kSize, 2, 71, 72);
+  const Eigen::VectorXd right = TestRandom(73).vector(kSize);
+  const auto solve = [&] {
+    Cholesky cholesky(matrix.lower);
+    Eigen::VectorXd solution = right;
+    if (cholesky.factorize(matrix.lower)) cholesky.solve(solution);
+    return solution;
+  };
+  const Eigen::VectorXd alone = solve();
+  std::array<Eigen::VectorXd, 4> at_once;
+  std::vector<std::thread> threads;
+  for (Eigen::VectorXd& solution : at_once) threads.emplace_back([&] { solution = solve(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const Eigen::VectorXd& solution : at_once) EXPECT_EQ(solution, alone) << "to the bit";
+}
+
+TEST(CholeskyReference, CountsTheFactorsNonzeros) {
+  const RandomMatrix diagonal = random_matrix(10, 0, 61, 62);
+  Cholesky cholesky(diagonal.lower);
+  EXPECT_EQ(cholesky.factor_nonzeros(), 10.0);
+  const RandomMatrix matrix = random_matrix(80, 4, 63, 64);
+  const Cholesky larger(matrix.lower);
+  EXPECT_GE(larger.factor_nonzeros(), static_cast<double>(matrix.lower.nonZeros()));
+  EXPECT_LE(larger.factor_nonzeros(), 80.0 * 81 / 2);
+  EXPECT_GT(larger.factor_operations(), larger.factor_nonzeros());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,141 @@
+// Runs the program `palpate` as a user does: arguments in; standard output, standard error and exit code out.
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/temp_dir.hpp"
+
+namespace palpate::test {
+
+struct ProgramRun {
+  int exit_code = -1;  // -1: ended by a signal
+  std::string out;
+  std::string error;
+
+  nlohmann::json json() const { return nlohmann::json::parse(out); }
+};
+
+inline std::string file_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::runtime_error("cannot read " + file.string());
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// A run that goes on beside the test.
+class ProgramProcess {
+ public:
+  using Arguments = std::vector<std::string>;
+
+  // Where standard output goes, if not to `out` of the run: a file such as /dev/full.
+  explicit ProgramProcess(const Arguments& arguments, const std::filesystem::path& standard_output = {}) {
+    const std::filesystem::path out = standard_output.empty() ? dir_.path() / "out" : standard_output;
+    const std::filesystem::path error = dir_.path() / "error";
+    Arguments words = {PALPATE_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    child_ = fork();
+    if (child_ < 0) throw std::runtime_error("cannot fork");
+    if (child_ == 0) {
+      redirect(out, STDOUT_FILENO);
+      redirect(error, STDERR_FILENO);
+      execv(PALPATE_PROGRAM, argv.data());
+      _exit(127);
+    }
+  }
+  ProgramProcess(const ProgramProcess&) = delete;
+  ProgramProcess& operator=(const ProgramProcess&) = delete;
+  ~ProgramProcess() {
+    if (child_ > 0) {
+      kill(child_, SIGKILL);
+      waitpid(child_, nullptr, 0);
+    }
+  }
+
+  void kill_now() const { kill(child_, SIGKILL); }
+
+  std::string printed_so_far() const {
+    const std::filesystem::path out = dir_.path() / "out";
+    return std::filesystem::exists(out) ? file_text(out) : "";
+  }
+
+  // Waits for the end; a run that takes longer than this is killed and fails the test.
+  ProgramRun finish(std::chrono::seconds patience = std::chrono::seconds(120)) {
+    int status = 0;
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    while (waitpid(child_, &status, WNOHANG) == 0) {
+      if (std::chrono::steady_clock::now() > deadline) {
+        kill_now();
+        waitpid(child_, &status, 0);
+        ADD_FAILURE() << "the program did not end";
+        break;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    child_ = -1;
+    ProgramRun run;
+    if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
+    if (std::filesystem::exists(dir_.path() / "out")) run.out = file_text(dir_.path() / "out");
+    run.error = file_text(dir_.path() / "error");
+    return run;
+  }
+
+ private:
+  static void redirect(const std::filesystem::path& file, int to) {
+    const int opened = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (opened < 0 || dup2(opened, to) < 0) _exit(126);
+    close(opened);
+  }
+
+  TempDir dir_;
+  pid_t child_ = -1;
+};
+
+inline ProgramRun run_program(const std::vector<std::string>& arguments) {
+  return ProgramProcess(arguments).finish();
+}
+
+// A run that must succeed and say nothing on standard error.
+inline ProgramRun run_cleanly(const std::vector<std::string>& arguments) {
+  ProgramRun run = run_program(arguments);
+  EXPECT_EQ(run.exit_code, 0) << run.error;
+  EXPECT_EQ(run.error, "");
+  return run;
+}
+
+// What a refused run says: exit code 1, nothing on standard output, one line on standard error, given here
+// without its end.
+inline std::string refusal_of(const std::vector<std::string>& arguments) {
+  const ProgramRun run = run_program(arguments);
+  EXPECT_EQ(run.exit_code, 1) << run.out << run.error;
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(std::count(run.error.begin(), run.error.end(), '\n'), 1) << run.error;
+  return run.error.substr(0, run.error.find('\n'));
+}
+
+// Names in a folder, sorted.
+inline std::vector<std::string> names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace palpate::test

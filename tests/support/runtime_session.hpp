@@ -1,0 +1,105 @@
+// A pack and a session with memory of its own, for tests that only want to ask.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <palpate/palpate.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+
+namespace palpate::test {
+
+inline void require(pal_status status, const char* what) {
+  if (status != PAL_STATUS_OK) throw std::runtime_error(std::string(what) + ": " + pal_status_text(status));
+}
+
+// A pack opened on bytes that must outlive it.
+class OpenPack {
+ public:
+  explicit OpenPack(const AlignedBytes& bytes) {
+    require(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "open");
+  }
+  const Pack& face() const { return pack_; }
+  const pal_pack* get() const { return pack_.get(); }
+  pal_pack_info info() const { return pack_.info(); }
+
+ private:
+  Pack pack_;
+};
+
+inline pal_session_config session_config(const pal_pack* pack, pal_model model, uint32_t max_contacts,
+                                         uint32_t max_fixed) {
+  pal_session_config config = pal_default_session_config(pack);
+  config.model = model;
+  config.max_contacts = max_contacts;
+  config.max_fixed = max_fixed;
+  return config;
+}
+
+class OwnedSession {
+ public:
+  OwnedSession(const pal_pack* pack, pal_model model, uint32_t max_contacts = 3, uint32_t max_fixed = 4)
+      : OwnedSession(pack, session_config(pack, model, max_contacts, max_fixed)) {}
+
+  OwnedSession(const pal_pack* pack, const pal_session_config& config) : arena_(required(pack, config)) {
+    pal_pack_info info = {};
+    info.struct_size = sizeof info;
+    require(pal_pack_get_info(pack, &info), "info");
+    num_nodes_ = info.num_nodes;
+    require(pal_session_init(pack, &config, arena_.bytes().data(), arena_.bytes().size(), &session_), "init");
+  }
+
+  pal_session* get() const { return session_; }
+
+  void fix(const std::vector<uint32_t>& nodes) {
+    require(pal_session_set_fixed(session_, nodes.data(), static_cast<uint32_t>(nodes.size())), "set_fixed");
+  }
+
+  std::vector<pal_contact_result> touch(const std::vector<pal_contact>& contacts) {
+    std::vector<pal_contact_result> results(contacts.size());
+    require(
+        pal_haptic_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()), results.data()),
+        "haptic_frame");
+    return results;
+  }
+
+  // [num_nodes][3]
+  std::vector<float> field() {
+    std::vector<float> displacements(size_t{3} * num_nodes_);
+    require(pal_visual_frame(session_, displacements.data(), 3 * sizeof(float)), "visual_frame");
+    return displacements;
+  }
+
+ private:
+  static size_t required(const pal_pack* pack, const pal_session_config& config) {
+    size_t bytes = 0;
+    require(pal_session_required_bytes(pack, &config, &bytes), "required_bytes");
+    return bytes;
+  }
+
+  AlignedBytes arena_;
+  pal_session* session_ = nullptr;
+  uint32_t num_nodes_ = 0;
+};
+
+inline bool all_finite(const std::vector<float>& values) {
+  for (const float value : values) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+// Every number of a result.
+inline bool all_finite(const pal_contact_result& result) {
+  bool finite = std::isfinite(result.displacement_error) && std::isfinite(result.force_error);
+  for (int i = 0; i < 3; ++i) {
+    finite = finite && std::isfinite(result.force[i]);
+    for (int j = 0; j < 3; ++j) finite = finite && std::isfinite(result.stiffness[i][j]);
+  }
+  return finite;
+}
+
+}  // namespace palpate::test

@@ -1,0 +1,125 @@
+// A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top,
+// patches of several nodes, linear_dd and polynomial_dd of degree 3. Made once a process, in a second or so.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/contact_sites.hpp"
+#include "offline/precompute/error_survey.hpp"
+#include "offline/precompute/linear_dd.hpp"
+#include "offline/precompute/scene.hpp"
+#include "offline/precompute/site_survey.hpp"
+#include "tests/support/block_mesh.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace palpate::test {
+
+// The block has 4 x 4 x 4 nodes, 0.125 apart, held at its base; node 1 + i + 4 (j + 4 k).
+inline constexpr int kBlockCells = 3;
+inline constexpr double kMaxDisplacement = 0.05;
+// More than an edge along the axes and less than a diagonal one: inner patches have 5 nodes, or a few more
+// where the mesh has diagonals of the other kind.
+inline constexpr double kTipRadius = 0.13;
+
+inline std::vector<char> fixed_dofs(const Model& model) {
+  std::vector<char> fixed(static_cast<size_t>(model.num_dofs()), 0);
+  for (const PrescribedDisplacement& held : model.fixed)
+    fixed[static_cast<size_t>(3 * held.node + held.axis)] = 1;
+  return fixed;
+}
+
+class SmallPack {
+ public:
+  static constexpr int kDegree = 3;
+
+  SmallPack() {
+    const TempDir dir;
+    // Twelve of the sixteen nodes on top: all but the corners.
+    dir.write("block.inp",
+              block_inp(kBlockCells) + "*NSET, NSET=PROBE\n50, 51, 53, 54, 55, 56, 57, 58, 59, 60, 62, 63\n");
+    LoadedScene loaded = read_scene(dir.write(
+        "block.toml",
+        "model = \"block.inp\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = 0.05\ntip_radius = "
+        "0.13\nmax_contacts = 3\n[models]\npolynomial = true\nlinear = true\n"));
+    scene = loaded.scene;
+    model = loaded.model;
+    sites = find_contact_sites(scene, model);
+    const Assembly assembly(model, fixed_dofs(model));
+    linear = compute_linear_dd(assembly, sites);
+    SamplingPlan plan;
+    plan.degree = kDegree;
+    plan.survey_samples = 4;
+    polynomials = sample_sites(assembly, scene, sites, linear, plan);
+    std::vector<SurveySample> samples;
+    for (const SiteResult& result : polynomials)
+      samples.insert(samples.end(), result.survey.begin(), result.survey.end());
+    // How wrong rest is as an answer: a survey with definite numbers, cheap.
+    const SurveyTable table = survey_errors(samples, scene.max_displacement, [&](size_t, const auto&) {
+      return Answer{Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(sites.packed_nodes.size())),
+                    Eigen::Vector3d::Zero()};
+    });
+    surveys = {{SurveyedModel::linear_dd, table}, {SurveyedModel::polynomial_dd, table}};
+  }
+
+  PackContent content() const {
+    PackContent content{model, scene, sites, &linear, &polynomials, kDegree, {}, surveys};
+    content.inputs = {{"block.toml", std::string(32, '0')}, {"block.inp", std::string(32, '1')}};
+    return content;
+  }
+
+  AlignedBytes write() const { return write_pack(content()); }
+
+  // The same numbers, said to be millimetres and millinewtons.
+  AlignedBytes write_with_units() const {
+    Scene in_units = scene;
+    in_units.length_unit = "mm";
+    in_units.force_unit = "mN";
+    in_units.metres_per_length_unit = 1e-3;
+    in_units.newtons_per_force_unit = 1e-3;
+    return write_pack(
+        {model, in_units, sites, &linear, &polynomials, kDegree, content().inputs, content().surveys});
+  }
+
+  AlignedBytes write_linear_only() const {
+    PackContent only = content();
+    only.polynomials = nullptr;
+    return write_pack(only);
+  }
+
+  AlignedBytes write_polynomial_only() const {
+    PackContent only = content();
+    only.linear = nullptr;
+    return write_pack(only);
+  }
+
+  // Site at the node with this label.
+  uint32_t site_at(int label) const {
+    for (size_t site = 0; site < sites.sites.size(); ++site) {
+      if (model.labels[static_cast<size_t>(sites.sites[site].node)] == label)
+        return static_cast<uint32_t>(site);
+    }
+    throw std::invalid_argument("no site at node " + std::to_string(label));
+  }
+
+  Scene scene;
+  Model model;
+  ContactSites sites;
+  LinearDd linear;
+  std::vector<SiteResult> polynomials;
+  std::vector<ModelSurvey> surveys;
+};
+
+inline const SmallPack& small_pack() {
+  static const SmallPack pack;
+  return pack;
+}
+
+inline const AlignedBytes& small_pack_bytes() {
+  static const AlignedBytes bytes = small_pack().write();
+  return bytes;
+}
+
+}  // namespace palpate::test
