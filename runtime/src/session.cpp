@@ -52,7 +52,10 @@ pal_status check_config(const pal_pack* pack, const pal_session_config* config) 
   if (config->max_contacts < 1 || config->max_contacts > kMostContacts || config->max_fixed > kMostFixed) {
     return PAL_STATUS_BAD_ARGUMENT;
   }
-  switch (config->model) {
+  int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
+  static_assert(sizeof model == sizeof config->model);
+  memcpy(&model, &config->model, sizeof model);
+  switch (model) {
     case PAL_MODEL_AUTO:
       return PAL_STATUS_OK;
     case PAL_MODEL_LINEAR:
