@@ -101,6 +101,9 @@ void save(const AlignedBytes& bytes, const std::filesystem::path& file) {
 int run_build(const BuildArguments& arguments) {
   const Clock::time_point start = Clock::now();
   const auto [scene, model] = read_scene(arguments.scene);
+  std::vector<std::filesystem::path> inputs = {scene.file};
+  inputs.insert(inputs.end(), model.files.begin(), model.files.end());
+  check_keeps_inputs(arguments.pack, inputs);
   check_can_finish(arguments.pack);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;
@@ -122,8 +125,8 @@ int run_build(const BuildArguments& arguments) {
     results = sample_sites(assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); });
   }
 
-  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, {describe_input(scene.file)}, {}};
-  for (const std::string& file : model.files) content.inputs.push_back(describe_input(file));
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, {}, {}};
+  for (const std::filesystem::path& file : inputs) content.inputs.push_back(describe_input(file));
   if (scene.linear) content.linear = &linear;
   if (scene.polynomial) content.polynomials = &results;
   content.surveys = survey_models(content, results);

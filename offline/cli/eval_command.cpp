@@ -12,6 +12,7 @@
 #include "offline/cli/contact_arguments.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
+#include "offline/output/finished_file.hpp"
 
 namespace palpate {
 namespace {
@@ -153,6 +154,7 @@ void write_field(const OpenedPack& opened, const ContactAnswer& answer, const st
 }
 
 int run_eval(const EvalArguments& arguments) {
+  check_keeps_inputs(arguments.output, {arguments.pack, arguments.reference});
   const OpenedPack opened(arguments.pack);
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   // Everything that may refuse comes before anything is printed.

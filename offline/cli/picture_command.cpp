@@ -7,6 +7,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/contact_arguments.hpp"
 #include "offline/cli/json_text.hpp"
+#include "offline/output/finished_file.hpp"
 #include "offline/output/organ_picture.hpp"
 
 namespace palpate {
@@ -21,6 +22,7 @@ struct PictureArguments {
 };
 
 int run_picture(const PictureArguments& arguments) {
+  check_keeps_inputs(arguments.output, {arguments.pack});
   const OpenedPack opened(arguments.pack);
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   const pal_geometry geometry = opened.pack().geometry();

@@ -148,11 +148,13 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       state.worst_element = e;
     }
     if (energy != nullptr) {
-      stored += J > 0 ? rest.volume * strain_energy_density(law(e), F) : std::numeric_limits<double>::infinity();
+      stored +=
+          J > 0 ? rest.volume * strain_energy_density(law(e), F) : std::numeric_limits<double>::infinity();
     }
     const Eigen::Matrix<double, 3, 4> nodal = rest.volume * first_piola_kirchhoff(law(e), F) * rest.gradients;
     for (int a = 0; a < kNodes; ++a) {
-      force.segment<3>(3 * model_->elements[static_cast<size_t>(e)].nodes[static_cast<size_t>(a)]) += nodal.col(a);
+      force.segment<3>(3 * model_->elements[static_cast<size_t>(e)].nodes[static_cast<size_t>(a)]) +=
+          nodal.col(a);
     }
   }
   if (energy != nullptr) *energy = stored;

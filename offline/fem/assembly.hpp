@@ -35,17 +35,10 @@ class Assembly {
   const std::vector<int>& equation_dofs() const { return equation_dofs_; }  // equation -> dof
   const std::vector<int>& dof_equations() const { return dof_equations_; }  // dof -> equation, or -1
 
-  // P(u), all num_dofs entries: the force the outside must apply at every node to hold `displacement`. With `energy`,
-  // the stored energy too, +infinity where an element is inverted.
+  // P(u), all num_dofs entries: the force the outside must apply at every node to hold `displacement`. With
+  // `energy`, the stored energy too, +infinity where an element is inverted.
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr) const;
-
-  double stored_energy(const Eigen::VectorXd& displacement, ElementState& state) const {
-    Eigen::VectorXd force;
-    double energy = 0;
-    state = internal_force(displacement, force, &energy);
-    return energy;
-  }
 
   // Lower triangle of K(u) over the equations, compressed columns, rows ascending. All calls share the
   // pattern. With `project`, the tangent of every element is first made positive semi-definite (negative

@@ -49,7 +49,7 @@ double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& in
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)]) {
       held += internal[dof] * internal[dof];
-    } else {
+    } else if (assembly_->dof_equations()[static_cast<size_t>(dof)] >= 0) {
       applied += load.force[dof] * load.force[dof];
     }
   }
@@ -294,6 +294,9 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
                                     const Eigen::MatrixXd& directions, Eigen::MatrixXd& response) {
   constexpr double kTolerance = 1e-10;
   constexpr double kContraction = 0.3;  // slower than this, a fresh factor is cheaper
+  // With the exact factor the second correction is rounding: of 1e-16 times the condition of K. Above this
+  // the answer would not have the digits that a fit needs.
+  constexpr double kRounding = 1e-6;
   constexpr int kMaxSweeps = 40;
   // Iterative refinement: the factor at hand belongs to a state nearby, so 1 - K_0^-1 K is small.
   bool exact = false;
@@ -323,7 +326,8 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
       continue;
     }
     packed += correction;
-    if (norm <= kTolerance * first) {
+    const bool only_rounding = exact && norm > kContraction * before && norm <= kRounding * first;
+    if (norm <= kTolerance * first || only_rounding) {
       response = directions;
       response(dofs, Eigen::all) = packed;
       return true;

@@ -92,8 +92,8 @@ class StaticSolver {
 
   // du for given changes of the held dofs at an equilibrium: columns of `directions` (num_dofs rows, nonzero
   // at held dofs only) -> full-length columns with those values there and the free dofs following, K_ff du_f
-  // = -K_fc du_c. The linearised DD function; exact to 1e-10. Needs K positive definite there; false where it
-  // is not.
+  // = -K_fc du_c. The linearised DD function; exact to 1e-10, or to what the condition of K leaves of 16
+  // digits. Needs K positive definite there; false where it is not, or leaves fewer than six.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
 

@@ -56,6 +56,14 @@ void check_can_finish(const fs::path& path) {
   }
 }
 
+void check_keeps_inputs(const fs::path& path, const std::vector<fs::path>& inputs) {
+  for (const fs::path& input : inputs) {
+    std::error_code absent;
+    if (fs::equivalent(path, input, absent))
+      throw std::runtime_error(path.string() + ": is an input of this command; name another file with -o");
+  }
+}
+
 void write_finished_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   if (is_stream(path)) {
     write(path);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 namespace palpate {
 
@@ -17,5 +18,9 @@ void write_finished_file(const std::filesystem::path& path,
 // For before long work: throws std::runtime_error "PATH: REASON; REMEDY" if write_finished_file would find no
 // folder there, or none that it may write to. Leaves what stands at `path` alone.
 void check_can_finish(const std::filesystem::path& path);
+
+// Throws std::runtime_error "PATH: REASON; REMEDY" if a result at `path` would replace one of the files it is
+// made from.
+void check_keeps_inputs(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace palpate

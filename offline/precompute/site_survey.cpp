@@ -3,6 +3,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -76,10 +77,11 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
   // Each thread has its own factor; a site is solved by one thread from start to end, so that the schedule
   // cannot change a digit.
   const auto work = [&] {
-    StaticSolver solver(assembly);
+    std::optional<StaticSolver> solver;
     for (size_t site = next++; site < sites.sites.size(); site = next++) {
       try {
-        results[site] = sample_site(solver, scene, sites, site, linear, plan, sample_points);
+        if (!solver) solver.emplace(assembly);
+        results[site] = sample_site(*solver, scene, sites, site, linear, plan, sample_points);
       } catch (...) {
         const std::lock_guard lock(report);
         if (site < failed_site) {
