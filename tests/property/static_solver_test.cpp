@@ -475,6 +475,26 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
 }
 
+// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a refusal.
+TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
+  BlockShape shape;
+  shape.law = {0.48, 0.48e8};
+  const Model model = with_fixed_base(tetrahedral_block(shape));
+  const Assembly assembly(model, fixed_dofs(model));
+  StaticSolver solver(assembly);
+  const LoadCase load = moved_top(model, Eigen::Vector3d::Zero());
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
+  for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
+  Eigen::MatrixXd response;
+  ASSERT_TRUE(solver.tangent_response(load, Eigen::VectorXd::Zero(model.num_dofs()), directions, response));
+  const Eigen::MatrixXd force = assembly.tangent_times(Eigen::VectorXd::Zero(model.num_dofs()), response);
+  double unbalanced = 0;
+  for (int dof = 0; dof < model.num_dofs(); ++dof) {
+    if (!load.held[static_cast<size_t>(dof)]) unbalanced = std::max(unbalanced, force.row(dof).norm());
+  }
+  EXPECT_LE(unbalanced, 1e-12 * force.norm());
+}
+
 TEST(StaticSolverProperty, AfterForgettingNothingIsRemembered) {
   const Model model = organ();
   const Assembly assembly(model, fixed_dofs(model));
