@@ -15,11 +15,13 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 1;
+inline constexpr uint32_t kFormatVersion = 2;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
-    3 * kPanelNodes;                       // dofs whose coefficients lie together in a field panel
-inline constexpr uint32_t kMaxDegree = 7;  // of a displacement polynomial
+    3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
+inline constexpr uint32_t kMaxDegree = 7;      // of a displacement polynomial
+inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement
+inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
 struct PackHeader {
   char magic[8];

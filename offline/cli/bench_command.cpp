@@ -3,17 +3,14 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
-#include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/frame_timing.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/opened_pack.hpp"
 
 namespace palpate {
 namespace {
@@ -23,81 +20,6 @@ struct BenchArguments {
   int frames = 100000;
   bool json = false;
 };
-
-// Nanoseconds of single frames, sorted.
-struct Timing {
-  std::string model;
-  std::string stage;
-  std::vector<double> nanoseconds;
-  double at(double q) const {
-    return nanoseconds[static_cast<size_t>(q * static_cast<double>(nanoseconds.size() - 1))];
-  }
-};
-
-template <typename Frame>
-Timing time_frames(std::string model, std::string stage, int frames, const Frame& frame) {
-  using Clock = std::chrono::steady_clock;
-  Timing timing{std::move(model), std::move(stage), std::vector<double>(static_cast<size_t>(frames))};
-  for (int i = 0; i < frames / 20 + 1; ++i) frame(i);  // warm
-  for (int i = 0; i < frames; ++i) {
-    const Clock::time_point start = Clock::now();
-    frame(i);
-    timing.nanoseconds[static_cast<size_t>(i)] =
-        std::chrono::duration<double, std::nano>(Clock::now() - start).count();
-  }
-  std::sort(timing.nanoseconds.begin(), timing.nanoseconds.end());
-  return timing;
-}
-
-// Contacts in the sampled ball, at sites that change every 50 frames as a tool that slides would make them.
-std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
-  const pal_pack_info info = opened.info();
-  std::mt19937 generator(1);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  std::vector<pal_contact> contacts;
-  std::uint32_t site = 0;
-  for (int i = 0; i < 4096; ++i) {
-    if (new_site_each_frame || i % 50 == 0) site = (site + 1) % info.num_sites;
-    Eigen::Vector3d d;
-    do {
-      d = Eigen::Vector3d(unit(generator), unit(generator), unit(generator));
-    } while (d.norm() > 1);
-    d *= info.max_displacement;
-    contacts.push_back({site, {d[0], d[1], d[2]}});
-  }
-  return contacts;
-}
-
-std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames) {
-  pal_session_config config = pal_default_session_config(opened.pack().get());
-  config.model = model;
-  config.max_contacts = 1;
-  size_t bytes = 0;
-  require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
-  AlignedBytes arena(bytes);
-  Session session;
-  require_ok(session.init(opened.pack(), config, arena.bytes()), "session");
-  std::vector<float> field(size_t{3} * opened.info().num_nodes);
-  pal_contact_result result = {};
-  const auto haptic = [&](const pal_contact& contact) {
-    require_ok(session.haptic_frame({&contact, 1}, {&result, 1}), "frame");
-  };
-
-  const std::vector<pal_contact> staying = random_contacts(opened, false);
-  const std::vector<pal_contact> moving = random_contacts(opened, true);
-  std::vector<Timing> timings;
-  const auto pick = [](const std::vector<pal_contact>& contacts, int frame) -> const pal_contact& {
-    return contacts[static_cast<size_t>(frame) % contacts.size()];
-  };
-  timings.push_back(
-      time_frames(model_name(model), "force + stiffness", frames, [&](int i) { haptic(pick(staying, i)); }));
-  timings.push_back(time_frames(model_name(model), "force, new site each frame", frames,
-                                [&](int i) { haptic(pick(moving, i)); }));
-  haptic(staying.front());
-  timings.push_back(time_frames(model_name(model), "field of shown nodes", frames,
-                                [&](int) { require_ok(session.visual_frame(field.data()), "frame"); }));
-  return timings;
-}
 
 // A copy of as many bytes as a field reads: the bound that memory sets.
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames) {

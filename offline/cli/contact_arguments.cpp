@@ -8,6 +8,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "schemas/pack_layout.hpp"
+
 namespace palpate {
 namespace {
 
@@ -53,7 +55,7 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       .add_option("--model", arguments.model,
-                  "auto, linear or polynomial; default auto: the most accurate one that can answer")
+                  "auto, linear or polynomial; default auto: polynomial where it can answer, else linear")
       ->type_name("MODEL")
       ->check(CLI::IsMember({"auto", "linear", "polynomial"}));
 }
@@ -61,10 +63,9 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
   // The runtime's own bound: pal_session_config::max_contacts.
-  constexpr size_t kMostContacts = 64;
-  if (arguments.contacts.size() > kMostContacts) {
+  if (arguments.contacts.size() > pack::kMostContacts) {
     throw std::runtime_error(fmt::format("--contact is given {} times; the runtime holds at most {} contacts",
-                                         arguments.contacts.size(), kMostContacts));
+                                         arguments.contacts.size(), pack::kMostContacts));
   }
   for (const std::string& text : arguments.contacts) {
     const auto [label, displacement] = parse_contact(text);
@@ -96,6 +97,15 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty())) {
     throw std::runtime_error("--model polynomial answers one contact and no --fix; use auto or linear");
   }
+  const pal_pack_info info = opened.info();
+  if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty())) {
+    throw std::runtime_error(
+        "this pack has no linear model, which --model linear, --fix and several contacts need; build it with "
+        "[models] "
+        "linear = true");
+  }
+  if (info.has_polynomial == 0 && model == PAL_MODEL_POLYNOMIAL)
+    throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
   session.fix(fixed);
   answer.results = session.haptic_frame(answer.contacts);

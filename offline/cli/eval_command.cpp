@@ -61,7 +61,11 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
             "{}: node {} of the patch of contact {} is displaced otherwise; it is not the same push",
             file.string(), row.label, answer.labels[c]));
       }
-      if (row.force) force += *row.force;
+      if (!row.force) {
+        throw std::runtime_error(
+            fmt::format("{}: node {} has no force; give a stepN.csv of `solve`", file.string(), row.label));
+      }
+      force += *row.force;
     }
     reference.forces.push_back(force);
   }

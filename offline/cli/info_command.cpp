@@ -35,18 +35,26 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   return polynomial.radii()->bytes() + polynomial.energy()->bytes() + polynomial.field()->bytes();
 }
 
+// How far each site was sampled; empty without polynomial_dd.
+std::span<const double> sampled_radii(const OpenedPack& opened) {
+  const pack::PolynomialDd* polynomial = opened.tables().polynomial_dd();
+  return polynomial == nullptr ? std::span<const double>() : opened.segment<double>(*polynomial->radii());
+}
+
 nlohmann::json sites_json(const OpenedPack& opened) {
   const pack::ContactSites& sites = *opened.tables().sites();
   const std::span<const std::uint32_t> starts = opened.segment(*sites.patch_starts());
   const std::span<const std::uint32_t> members = opened.segment(*sites.patch_nodes());
   const std::span<const std::uint32_t> contact_nodes = opened.segment(*sites.contact_nodes());
   const std::int32_t* labels = opened.pack().geometry().labels;
+  const std::span<const double> radii = sampled_radii(opened);
   nlohmann::json list = nlohmann::json::array();
   for (size_t site = 0; site < sites.num_sites(); ++site) {
     nlohmann::json patch = nlohmann::json::array();
     for (std::uint32_t i = starts[site]; i < starts[site + 1]; ++i)
       patch.push_back(labels[contact_nodes[members[i]]]);
     list.push_back({{"node", opened.label_of_site(site)}, {"patch", patch}});
+    if (!radii.empty()) list.back()["sampled_to"] = radii[site];
   }
   return list;
 }
@@ -97,7 +105,7 @@ int run_info(const InfoArguments& arguments) {
                           {"tip_radius", tables.sites()->tip_radius()},
                           {"max_displacement", tables.sites()->max_displacement()},
                           {"max_contacts", info.max_contacts},
-                          {"directions", tables.sites()->inward_only() ? "inward" : "all"},
+                          {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
                           {"models", models},
                           {"errors", survey_json(tables)},
                           {"sites", sites_json(opened)}}));
@@ -124,6 +132,15 @@ int run_info(const InfoArguments& arguments) {
       info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
       tables.sites()->max_displacement(), length, info.max_contacts);
   fmt::print("  site nodes     {}\n", site_labels(opened));
+  const std::span<const double> radii = sampled_radii(opened);
+  const double full = tables.sites()->max_displacement();
+  if (const auto shorter = std::count_if(radii.begin(), radii.end(), [&](double r) { return r < full; });
+      shorter > 0) {
+    fmt::print(
+        "  sampled        less far at {} sites, where the solver found no equilibrium: the shortest to "
+        "{:.4g}{}\n",
+        shorter, *std::min_element(radii.begin(), radii.end()), length);
+  }
   for (const pack::FrameCost* cost : *tables.costs()) {
     fmt::print("  {:<14} {:.2f} MB; worst frame: force {} multiply-adds, {} bytes read; field {} and {}\n",
                pack::EnumNameResponseModel(cost->model()),

@@ -52,9 +52,7 @@ bool output_arrived() {
   return false;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{kDescription, "palpate"};
   app.set_version_flag("--version", PALPATE_VERSION);
   app.require_subcommand(1);
@@ -73,12 +71,21 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {
-      app.exit(error);  // --help and --version print themselves
-    } else {
+    if (error.get_exit_code() != 0) {
       std::fprintf(stderr, "%s\n", usage_error(app, error).c_str());
-      exit_code = 1;
+      return 1;
     }
+    app.exit(error);  // --help and --version print themselves
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int exit_code = 0;
+  try {
+    exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");
     return 1;

@@ -2,12 +2,12 @@
 
 #include <fmt/core.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
+#include <string_view>
 
 #include "offline/mesh/input_error.hpp"
 #include "offline/output/finished_file.hpp"
@@ -16,6 +16,24 @@ namespace palpate {
 namespace {
 
 constexpr const char* kHeader = "node,x,y,z,ux,uy,uz,fx,fy,fz";
+constexpr size_t kFields = 10;
+
+std::vector<std::string_view> fields_of(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (size_t comma = line.find(','); comma != std::string_view::npos; comma = line.find(',')) {
+    fields.push_back(line.substr(0, comma));
+    line.remove_prefix(comma + 1);
+  }
+  fields.push_back(line);
+  return fields;
+}
+
+// The whole field must be the number.
+template <typename Number>
+bool read_number(std::string_view field, Number& value) {
+  const std::from_chars_result result = std::from_chars(field.data(), field.data() + field.size(), value);
+  return result.ec == std::errc() && result.ptr == field.data() + field.size();
+}
 
 }  // namespace
 
@@ -58,49 +76,22 @@ std::vector<NodalRow> read_nodal_table(const std::filesystem::path& file) {
   if (line != kHeader) throw InputError({file.string(), 1}, fmt::format("the header is not '{}'", kHeader));
   std::vector<NodalRow> rows;
   for (int number = 2; std::getline(stream, line); ++number) {
-    double fields[10];
-    const char* place = line.data();
-    const char* const end = line.data() + line.size();
-    for (int i = 0; i < 10; ++i) {
-      fields[i] = std::nan("");
-      const std::from_chars_result result = std::from_chars(place, end, fields[i]);
-      if (result.ec != std::errc() && i < 7)
-        throw InputError({file.string(), number}, fmt::format("field {} is not a number", i + 1));
-      place = result.ptr;
-      if (i < 9 && (place == end || *place++ != ','))
-        throw InputError({file.string(), number}, "there must be 10 fields");
-    }
+    const std::vector<std::string_view> fields = fields_of(line);
+    const auto fail = [&](const std::string& reason) { throw InputError({file.string(), number}, reason); };
+    if (fields.size() != kFields) fail(fmt::format("there must be {} fields", kFields));
+    const bool has_force = !fields[7].empty();
     NodalRow row;
-    row.label = static_cast<int>(fields[0]);
-    row.position = {fields[1], fields[2], fields[3]};
-    row.displacement = {fields[4], fields[5], fields[6]};
-    if (std::isfinite(fields[7])) row.force = Eigen::Vector3d(fields[7], fields[8], fields[9]);
+    std::array<double, kFields> values = {};
+    bool read = read_number(fields[0], row.label);
+    for (size_t i = 1; i < (has_force ? kFields : 7) && read; ++i)
+      read = read_number(fields[i], values[i]) && std::isfinite(values[i]);
+    if (!read) fail("a field is not a number");
+    row.position = {values[1], values[2], values[3]};
+    row.displacement = {values[4], values[5], values[6]};
+    if (has_force) row.force = Eigen::Vector3d(values[7], values[8], values[9]);
     rows.push_back(row);
   }
   return rows;
-}
-
-void write_finished_text(const std::filesystem::path& file, const std::string& text) {
-  write_finished_file(file, [&](const std::filesystem::path& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
-  });
-}
-
-void SolveProgress::show(const IterationRecord& record) {
-  if (isatty(STDERR_FILENO) != 1) return;
-  drawn_ = true;
-  fmt::print(stderr,
-             "\r\033[Kstep {}  load {:5.1f} %  increment {}  iteration {}  residual {:.1e}  min J {:.3f}",
-             step_, 100 * record.load_factor, record.increment, record.iteration, record.residual,
-             record.min_jacobian);
-  std::fflush(stderr);
-}
-
-void SolveProgress::finish() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
 }
 
 }  // namespace palpate

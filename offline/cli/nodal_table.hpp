@@ -1,4 +1,4 @@
-// Tables of nodal results, as `solve` and `eval` write them, and the progress line of a solve.
+// Tables of nodal results, as `solve` and `eval` write them.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "offline/fem/static_solver.hpp"
 #include "offline/mesh/model.hpp"
 
 namespace palpate {
@@ -27,22 +26,8 @@ std::vector<NodalRow> nodal_rows(const Model& model, const Eigen::VectorXd& disp
 // CSV with the header node,x,y,z,ux,uy,uz,fx,fy,fz and 12 significant digits; unknown forces are left empty.
 void write_nodal_table(const std::filesystem::path& file, const std::vector<NodalRow>& rows);
 
-// Reads such a table. Throws InputError naming file and line.
+// Reads such a table: 10 fields a row, finite numbers, the forces given or empty. Throws InputError naming
+// file and line.
 std::vector<NodalRow> read_nodal_table(const std::filesystem::path& file);
-
-// A text file that appears whole or not at all. Throws std::runtime_error.
-void write_finished_text(const std::filesystem::path& file, const std::string& text);
-
-// One line on a terminal that follows Newton's iterations; nothing elsewhere.
-class SolveProgress {
- public:
-  explicit SolveProgress(size_t step) : step_(step) {}
-  void show(const IterationRecord& record);
-  void finish();
-
- private:
-  size_t step_;
-  bool drawn_ = false;
-};
 
 }  // namespace palpate

@@ -64,11 +64,15 @@ OpenedPack::OpenedPack(const AlignedBytes& bytes) {
   require_ok(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "pack in memory");
 }
 
-const pack::Pack& OpenedPack::tables() const {
+const unsigned char* OpenedPack::bytes() const {
   const void* bytes = nullptr;
   size_t count = 0;
   require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
-  return *pack::GetPack(static_cast<const unsigned char*>(bytes) + sizeof(pack::PackHeader));
+  return static_cast<const unsigned char*>(bytes);
+}
+
+const pack::Pack& OpenedPack::tables() const {
+  return *pack::GetPack(bytes() + sizeof(pack::PackHeader));
 }
 
 size_t OpenedPack::num_bytes() const {
@@ -96,14 +100,6 @@ int OpenedPack::label_of_site(size_t site) const {
   std::uint32_t node = 0;
   require_ok(pal_pack_get_site_node(pack_.get(), static_cast<std::uint32_t>(site), &node), "site");
   return pack_.geometry().labels[node];
-}
-
-std::span<const std::uint32_t> OpenedPack::segment(const pack::Segment& segment) const {
-  const void* bytes = nullptr;
-  size_t count = 0;
-  require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
-  return {reinterpret_cast<const std::uint32_t*>(static_cast<const unsigned char*>(bytes) + segment.offset()),
-          segment.bytes() / sizeof(std::uint32_t)};
 }
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,

@@ -29,9 +29,14 @@ class OpenedPack {
   std::string length_suffix() const;
   std::string force_suffix() const;
   int label_of_site(size_t site) const;
-  std::span<const std::uint32_t> segment(const pack::Segment& segment) const;
+  template <typename Number = std::uint32_t>
+  std::span<const Number> segment(const pack::Segment& segment) const {
+    return {reinterpret_cast<const Number*>(bytes() + segment.offset()), segment.bytes() / sizeof(Number)};
+  }
 
  private:
+  const unsigned char* bytes() const;
+
   Pack pack_;
 };
 
@@ -54,7 +59,7 @@ class ModelUnitSession {
   Session session_;
 };
 
-// "" when the status is OK; else throws std::runtime_error: "WHERE: REASON".
+// Throws std::runtime_error "WHERE: REASON" unless the status is OK.
 void require_ok(pal_status status, const std::string& where);
 
 const char* model_name(pal_model model);                   // "linear", "polynomial"

@@ -1,8 +1,8 @@
 #include "offline/cli/progress_bar.hpp"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -19,7 +19,7 @@ ProgressBar::ProgressBar(std::string label, int total)
     : label_(std::move(label)), total_(total), on_terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgressBar::~ProgressBar() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
 void ProgressBar::show(int done) {
@@ -30,11 +30,27 @@ void ProgressBar::show(int done) {
   drawn_ = true;
   const double fraction = static_cast<double>(done) / total_;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const int left = static_cast<int>(elapsed * (1.0 - fraction) / fraction + 0.5);
+  const int left = static_cast<int>(std::lround(elapsed * (1.0 - fraction) / fraction));
   const auto filled = static_cast<size_t>(fraction * kWidth);
-  fmt::print(stderr, "\r\033[K{}  [{}{}]  {}/{}  {}:{:02} left", label_, std::string(filled, '#'),
-             std::string(kWidth - filled, '-'), done, total_, left / 60, left % 60);
+  const std::string line =
+      fmt::format("\r\033[K{}  [{}{}]  {}/{}  {}:{:02} left", label_, std::string(filled, '#'),
+                  std::string(kWidth - filled, '-'), done, total_, left / 60, left % 60);
+  std::fputs(line.c_str(), stderr);  // a terminal that is gone is no reason to stop the work
   std::fflush(stderr);
+}
+
+void SolveProgress::show(const IterationRecord& record) {
+  if (!on_terminal_) return;
+  drawn_ = true;
+  const std::string line = fmt::format(
+      "\r\033[Kstep {}  load {:5.1f} %  increment {}  iteration {}  residual {:.1e}  min J {:.3f}", step_,
+      100 * record.load_factor, record.increment, record.iteration, record.residual, record.min_jacobian);
+  std::fputs(line.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+void SolveProgress::finish() {
+  if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
+#include "offline/cli/progress_bar.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
@@ -67,6 +68,7 @@ nlohmann::json summary_of(const SolveReport& report, double seconds, const Model
   return {{"converged", report.converged},
           {"load_factor", report.load_factor},
           {"increments", report.increments},
+          {"cutbacks", report.cutbacks},
           {"iterations", report.iterations},
           {"factorizations", report.factorizations},
           {"residual", report.residual},
@@ -86,9 +88,10 @@ void print_failure(const SolveReport& report, size_t step, const Model& model) {
   }
   fmt::print(
       stderr,
-      "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments; element {} is "
+      "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments and {} cutbacks; "
+      "element {} is "
       "squeezed most (J = {:.3g}); use a finer increment, a smaller load or a better shaped mesh there\n",
-      model.file, step, report.load_factor, report.increments,
+      model.file, step, report.load_factor, report.increments, report.cutbacks,
       model.elements[static_cast<size_t>(report.worst_element)].label, report.min_jacobian);
 }
 
@@ -191,7 +194,7 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "the node),\n"
       "result.vtu for ParaView, summary.json. If a step does not converge: exit code 2, and the last "
       "converged state in\n"
-      "partial.csv. Results of an earlier solve in DIR are removed first.\n\n"
+      "partial.csv. Results of an earlier solve in DIR are removed once the model is read.\n\n"
       "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
   command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")
       ->type_name("")

@@ -6,6 +6,7 @@ namespace palpate {
 namespace {
 
 std::string row_text(const char* model, const pack::ErrorBin& bin, const char* range) {
+  if (bin.samples() == 0) return fmt::format("  {:<14} {:<12} {:>7}   not measured\n", model, range, 0);
   return fmt::format("  {:<14} {:<12} {:>7}   {:8.4f} {:8.4f} {:8.4f}   {:8.4f} {:8.4f} {:8.4f}\n", model,
                      range, bin.samples(), 100 * bin.displacement_median(), 100 * bin.displacement_p95(),
                      100 * bin.displacement_max(), 100 * bin.force_median(), 100 * bin.force_p95(),

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace palpate {
@@ -58,13 +59,15 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated) : mo
     rest.gradients.col(0) = -rest.gradients.rightCols<3>().rowwise().sum();
     rest_.push_back(rest);
   }
-  Eigen::Vector3d low = model.positions.front();
-  Eigen::Vector3d high = low;
-  for (const Eigen::Vector3d& position : model.positions) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
+  for (size_t e = 0; e < rest_.size(); ++e) {
+    const double modulus = stress_and_tangent(law(static_cast<int>(e)), Eigen::Matrix3d::Identity())
+                               .tangent.cwiseAbs()
+                               .maxCoeff();
+    const double gradient = rest_[e].gradients.colwise().norm().maxCoeff();
+    const double force = modulus * rest_[e].volume * gradient;
+    rounding_at_rest_ = std::hypot(rounding_at_rest_, force);
+    rounding_per_length_ = std::hypot(rounding_per_length_, force * gradient);
   }
-  model_size_ = (high - low).maxCoeff();
 
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
@@ -159,6 +162,11 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   }
   if (energy != nullptr) *energy = stored;
   return state;
+}
+
+double Assembly::rounding_force(const Eigen::VectorXd& displacement) const {
+  return std::numeric_limits<double>::epsilon() *
+         (rounding_at_rest_ + displacement.cwiseAbs().maxCoeff() * rounding_per_length_);
 }
 
 void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const {

@@ -50,8 +50,10 @@ class Assembly {
   // K(u) v for full-length vectors, without assembling: shape (num_dofs, columns).
   Eigen::MatrixXd tangent_times(const Eigen::VectorXd& displacement, const Eigen::MatrixXd& vectors) const;
 
-  // The largest reference coordinate range: the length scale for round-off floors.
-  double model_size() const { return model_size_; }
+  // The 2-norm of what rounding leaves in P(u), however exact u is. With eps = 2^-52, A an element's largest
+  // modulus and g the largest of its shape gradients, F = 1 + sum_a u_a g_a^T is known to eps (1 + |u| g),
+  // its stress to A times that, and its nodal forces to V g times the stress; elements round independently.
+  double rounding_force(const Eigen::VectorXd& displacement) const;
 
  private:
   using Gradients = Eigen::Matrix<double, 3, 4>;  // column a: dN_a/dX
@@ -72,7 +74,8 @@ class Assembly {
   // in the value array, or -1 where a dof is eliminated.
   static constexpr int kEntries = 78;
   std::vector<std::array<int, kEntries>> scatter_;
-  double model_size_ = 0;
+  double rounding_at_rest_ = 0;     // norm of A V g over the elements
+  double rounding_per_length_ = 0;  // norm of A V g^2
 };
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 // Of the OpenMP runtime that CHOLMOD brings; <omp.h> belongs to a compiler, and we compile nothing with
 // OpenMP.
@@ -29,6 +30,15 @@ cholmod_sparse view(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& mat
   return sparse;
 }
 
+// For the negative values of CHOLMOD's status; a matrix that is not positive definite is a warning,
+// CHOLMOD_NOT_POSDEF.
+[[noreturn]] void throw_failure(int status) {
+  if (status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (status == CHOLMOD_TOO_LARGE)
+    throw std::runtime_error("the factor of this model has more than 2^31 entries");
+  throw std::runtime_error("CHOLMOD failed with status " + std::to_string(status));
+}
+
 }  // namespace
 
 Cholesky::Cholesky(const SparseLower& pattern) {
@@ -49,8 +59,9 @@ Cholesky::Cholesky(const SparseLower& pattern) {
     factor_ = cholmod_analyze(&sparse, &common_);
   }
   if (factor_ == nullptr) {
+    const int status = common_.status;
     cholmod_finish(&common_);
-    throw std::bad_alloc();
+    throw_failure(status);
   }
 }
 
@@ -66,7 +77,7 @@ bool Cholesky::factorize(const SparseLower& matrix) {
   cholmod_sparse sparse = view(matrix);
   common_.status = CHOLMOD_OK;
   cholmod_factorize(&sparse, factor_, &common_);
-  if (common_.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (common_.status < CHOLMOD_OK) throw_failure(common_.status);
   return common_.status == CHOLMOD_OK && factor_->minor == factor_->n;
 }
 
@@ -90,7 +101,7 @@ void Cholesky::solve_dense(double* values, int columns) {
   dense.dtype = CHOLMOD_DOUBLE;
   const int done = cholmod_solve2(CHOLMOD_A, factor_, &dense, nullptr, &solution_, nullptr, &forward_,
                                   &permuted_, &common_);
-  if (done == 0) throw std::bad_alloc();
+  if (done == 0) throw_failure(common_.status);
   std::copy_n(static_cast<const double*>(solution_->x), dense.nzmax, values);
 }
 

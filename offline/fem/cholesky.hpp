@@ -21,7 +21,8 @@ class Cholesky {
   Cholesky& operator=(const Cholesky&) = delete;
 
   // Numeric factor of a matrix with the analysed pattern. False where it is not positive definite to
-  // rounding; solve() then must not be called. Throws std::bad_alloc when memory runs out.
+  // rounding; solve() then must not be called. Throws std::bad_alloc when memory runs out, std::runtime_error
+  // when CHOLMOD fails otherwise.
   [[nodiscard]] bool factorize(const SparseLower& matrix);
 
   // Replaces each column of `right_hand_sides` (n rows) by K^-1 times it. Columns in blocks share each read

@@ -12,6 +12,8 @@ constexpr double kSufficientDecrease = 1e-4;
 // A residual that shrinks to this part of itself is progress whatever the energy's rounding says.
 constexpr double kResidualDecrease = 0.9;
 constexpr int kMaxBacktracks = 12;
+// A residual within so many times the rounding of P is rounding too.
+constexpr double kRoundings = 2;
 // An increment that converged within this many iterations is followed by one half as large again.
 constexpr int kEasyIterations = 6;
 
@@ -25,23 +27,14 @@ Assembly::SparseLower rest_stiffness(const Assembly& assembly) {
 
 LoadCase LoadCase::rest(const Model& model) {
   LoadCase load;
-  load.held.assign(static_cast<size_t>(model.num_dofs()), 0);
-  for (const PrescribedDisplacement& fixed : model.fixed)
-    load.held[static_cast<size_t>(3 * fixed.node + fixed.axis)] = 1;
+  load.held = model.fixed_dofs();
   load.displacement.setZero(model.num_dofs());
   load.force.setZero(model.num_dofs());
   return load;
 }
 
 StaticSolver::StaticSolver(const Assembly& assembly)
-    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)), cholesky_(stiffness_) {
-  // Round-off of P: displacements are known to about eps times the size of the model, and stiffness turns
-  // that into a force. Below it no iteration can go.
-  double stiffest = 0;
-  for (Eigen::Index i = 0; i < stiffness_.nonZeros(); ++i)
-    stiffest = std::max(stiffest, std::abs(stiffness_.valuePtr()[i]));
-  rounding_force_ = 0.1 * std::numeric_limits<double>::epsilon() * stiffest * assembly.model_size();
-}
+    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)), cholesky_(stiffness_) {}
 
 double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const {
   double held = 0;
@@ -112,8 +105,8 @@ void StaticSolver::back_solve(Eigen::MatrixXd& columns) {
 }
 
 bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
-                          Eigen::VectorXd& displacement, const SolverSettings& settings, SolveReport& report,
-                          const std::function<void(const IterationRecord&)>& progress) {
+                          Eigen::VectorXd& displacement, double start_scale, const SolverSettings& settings,
+                          SolveReport& report, const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
   Eigen::VectorXd residual_force;
   double energy = 0;
@@ -126,10 +119,14 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       factor_fits(load);  // of the predictor, or of a neighbour: one back-solve tells whether it serves
   bool projected = false;
 
+  const auto scale_of = [&](const Eigen::VectorXd& force) {
+    return std::max({start_scale, force_scale(load, force), std::numeric_limits<double>::min()});
+  };
   for (int iteration = 1;; ++iteration) {
-    const double scale = std::max(force_scale(load, internal), std::numeric_limits<double>::min());
+    const double scale = scale_of(internal);
     if (!std::isfinite(norm)) return false;
-    if (norm <= settings.residual_tolerance * scale || norm <= rounding_force_) {
+    if (norm <= settings.residual_tolerance * scale ||
+        norm <= kRoundings * assembly_->rounding_force(displacement)) {
       report.residual = norm / scale;
       report.min_jacobian = state.min_jacobian;
       report.worst_element = state.worst_element;
@@ -181,7 +178,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       state = assembly_->internal_force(displacement, internal);
       residual(load, internal, residual_force);
     }
-    record.residual = norm / std::max(force_scale(load, internal), std::numeric_limits<double>::min());
+    record.residual = norm / scale_of(internal);
     record.min_jacobian = state.min_jacobian;
     report.history.push_back(record);
     if (progress) progress(record);
@@ -198,9 +195,9 @@ SolveReport StaticSolver::correct(const LoadCase& load, Eigen::VectorXd& displac
                                   const SolverSettings& settings) {
   SolveReport report;
   Eigen::VectorXd trial = displacement;
-  report.increments = 1;
-  report.converged = newton(load, 1.0, 1, trial, settings, report, {});
+  report.converged = newton(load, 1.0, 1, trial, 0.0, settings, report, {});
   if (report.converged) {
+    report.increments = 1;
     report.load_factor = 1.0;
     displacement = trial;
   }
@@ -215,7 +212,8 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
   // Where the ramp starts: what is held there, and the force that the outside applies at the dofs `to` leaves
   // free.
   Eigen::VectorXd start_force;
-  ElementState state = assembly_->internal_force(displacement, start_force);
+  const ElementState state = assembly_->internal_force(displacement, start_force);
+  const double start_scale = force_scale(from, start_force);
   const Eigen::VectorXd start_displacement = displacement;
   for (int dof = 0; dof < num_dofs; ++dof) {
     if (!from.held[static_cast<size_t>(dof)]) start_force[dof] = from.force[dof];
@@ -242,7 +240,7 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) return report;
-    ++report.increments;
+    const int attempt = report.increments + 1;
     // A last increment that would leave a sliver is made whole.
     const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
     const LoadCase load = load_at(target);
@@ -270,7 +268,7 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
       }
     }
     const int iterations_before = report.iterations;
-    if (factored) converged = newton(load, target, report.increments, trial, settings, report, progress);
+    if (factored) converged = newton(load, target, attempt, trial, start_scale, settings, report, progress);
     if (converged) {
       displacement = trial;
       for (int dof = 0; dof < num_dofs; ++dof) {
@@ -278,10 +276,12 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
           displacement[dof] = load.displacement[dof];  // exact at the end
       }
       reached = target;
+      report.increments = attempt;
       report.load_factor = reached;
       if (report.iterations - iterations_before <= kEasyIterations) increment *= 1.5;
       increment = std::min({increment, settings.largest_increment, 1.0 - reached});
     } else {
+      ++report.cutbacks;
       increment = 0.5 * (target - reached);
       if (increment < settings.smallest_increment) return report;
     }

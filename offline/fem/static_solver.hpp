@@ -35,12 +35,14 @@ struct LoadCase {
 };
 
 struct SolverSettings {
-  // Converged when |f_ext - P| over the free dofs is below this fraction of |P| over the held ones plus
-  // |f_ext| (all 2-norms). 1e-10 leaves reactions right to about 10 digits; Newton's last iteration usually
-  // goes well below it.
+  // Converged when |f_ext - P| over the free dofs is below this fraction of the force at play: |P| over the
+  // held ones plus |f_ext| (all 2-norms), at the state or, if it is larger, where the ramp starts; an organ
+  // let go has no force of its own. 1e-10 leaves reactions right to about 10 digits; Newton's last iteration
+  // usually goes well below it.
   double residual_tolerance = 1e-10;
   int max_iterations = 30;  // per increment, before the increment is cut
-  int max_increments = 100;
+  int max_increments =
+      100;  // converged ones, as INC of *STEP; what is cut back is bounded by smallest_increment
   double first_increment = 1.0;  // fraction of the ramp
   double smallest_increment = 1e-5;
   double largest_increment = 1.0;
@@ -64,7 +66,8 @@ struct IterationRecord {
 struct SolveReport {
   bool converged = false;
   double load_factor = 0;  // reached: 1 when converged
-  int increments = 0;
+  int increments = 0;      // converged
+  int cutbacks = 0;
   int iterations = 0;
   int factorizations = 0;
   double residual = 0;      // relative, at the last converged state
@@ -112,9 +115,10 @@ class StaticSolver {
 
  private:
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
-              const SolverSettings& settings, SolveReport& report,
+              double start_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);
   bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
+  // |P| over the held dofs plus |f_ext| over the free ones.
   double force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const;
   void residual(const LoadCase& load, const Eigen::VectorXd& internal, Eigen::VectorXd& out) const;
 
@@ -123,7 +127,6 @@ class StaticSolver {
   Cholesky cholesky_;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
-  double rounding_force_ = 0;  // force below which a residual is rounding: see the constructor
 };
 
 }  // namespace palpate

@@ -13,6 +13,8 @@ namespace {
 
 // Deeper than any model is nested, shallow enough that a chain of generated files ends in a message.
 constexpr std::size_t kDeepestInclude = 32;
+// More files than any model has: a few files that include each other twice would be read for hours.
+constexpr int kMostIncludes = 10000;
 
 bool is_comment(std::string_view line) {
   return line.substr(0, 2) == "**";
@@ -97,6 +99,8 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   if (open_.size() >= kDeepestInclude) {
     refuse("files are nested more than " + std::to_string(kDeepestInclude) + " deep; flatten them");
   }
+  if (++num_opened_ > kMostIncludes)
+    refuse("more than " + std::to_string(kMostIncludes) + " files are included");
   const std::string unreadable = read_text_file(file, opened->content);
   if (!unreadable.empty()) refuse(unreadable);
   if (opened->content.rfind("\xEF\xBB\xBF", 0) == 0) opened->next = 3;  // a UTF-8 byte order mark

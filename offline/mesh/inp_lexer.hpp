@@ -79,6 +79,7 @@ class InpLexer {
 
   SourceFiles files_;
   std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE last
+  int num_opened_ = 0;
   Kind kind_ = Kind::unread;
   KeywordLine keyword_;
   KeywordLine returned_keyword_;

@@ -18,7 +18,6 @@ int set_of(const InpLexer& lexer, const KeywordLine& keyword, const char* parame
 // Adds what `other` holds at this line. Sorted and unique afterwards, so that sets built from sets built from
 // sets do not hold an entry many times over.
 void include_set(DraftSets& sets, int set, int other) {
-  if (other == set) return;
   const auto key = [](const LabelRange& range) { return std::tuple(range.first, range.last, range.step); };
   std::vector<LabelRange>& ranges = sets[set].ranges;
   const std::vector<LabelRange>& added = sets[other].ranges;
@@ -49,7 +48,11 @@ void read_listed(const InpLexer& lexer, const DataLine& line, const char* kind, 
   for (std::size_t i = 0; i < line.fields.size(); ++i) {
     if (fields.is_empty(i)) continue;
     if (is_name(fields.text(i))) {
-      include_set(sets, set, known_set(lexer, sets, kind, fields.text(i), line.place));
+      const int other = known_set(lexer, sets, kind, fields.text(i), line.place);
+      if (other == set)
+        lexer.fail(line.place,
+                   std::string(kind) + " " + printable(sets[set].name) + " lists itself; remove it");
+      include_set(sets, set, other);
     } else {
       const int label = fields.label(i, "label");
       sets[set].ranges.push_back({label, label, 1, line.place});

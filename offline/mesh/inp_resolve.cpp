@@ -184,7 +184,12 @@ class Resolver {
 
   std::vector<int> targets(const DraftTarget& target, Place place, const char* keyword) const {
     if (target.set < 0) return {node(target.label, place, keyword)};
-    return model_.node_sets.at(draft_.node_sets.all()[static_cast<std::size_t>(target.set)].name);
+    const std::string& name = draft_.node_sets.all()[static_cast<std::size_t>(target.set)].name;
+    const std::vector<int>& nodes = model_.node_sets.at(name);
+    if (nodes.empty())
+      fail(place, std::string(keyword) + " acts on node set " + printable(name) +
+                      ", which is empty; add nodes to it");
+    return nodes;
   }
 
   AxisValue displacements(const std::vector<DraftDisplacement>& drafts) const {

@@ -83,6 +83,10 @@ struct Model {
   int num_nodes() const { return static_cast<int>(positions.size()); }
   int num_dofs() const { return 3 * num_nodes(); }
 
+  // For each degree of freedom (num_dofs) and each node (num_nodes), whether `fixed` holds it, or any of it.
+  std::vector<char> fixed_dofs() const;
+  std::vector<char> fixed_nodes() const;
+
   // Index of the node with this label, or -1. Cost: O(log nodes).
   int find_node(int label) const;
 

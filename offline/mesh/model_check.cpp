@@ -94,6 +94,15 @@ void warn_unused_nodes(Model& model) {
                   unused == 1 ? "node belongs" : "nodes belong", label(model, static_cast<int>(first))));
 }
 
+void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
+  const std::vector<LoosePart> hinged = hinged_parts(model, held);
+  if (hinged.empty()) return;
+  model.warnings.push_back(fmt::format(
+      "{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join them face to "
+      "face, or hold them with *BOUNDARY",
+      model.file, label(model, hinged.front().node), hinged.front().motion));
+}
+
 }  // namespace
 
 double signed_volume(const Model& model, const Tetrahedron& element) {
@@ -119,7 +128,10 @@ void check_model(Model& model, const ModelOrigin& origin) {
   check_volumes(model, origin);
   check_faces(model, origin);
   // Later steps only add to what the first one prescribes.
-  check_held(model, model.steps.empty() ? model.fixed : model.steps.front().prescribed);
+  const std::vector<PrescribedDisplacement>& held =
+      model.steps.empty() ? model.fixed : model.steps.front().prescribed;
+  check_held(model, held);
+  warn_hinged_parts(model, held);
   warn_unused_nodes(model);
 }
 

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
+
+#include "offline/mesh/element_faces.hpp"
 
 namespace palpate {
 namespace {
@@ -64,6 +67,26 @@ std::string free_motion(const Model& model, const std::vector<PrescribedDisplace
   return free_motion(gram / static_cast<double>(held.size()));
 }
 
+// The part of each element among those joined face to face, numbered from 0.
+std::vector<int> face_joined_parts(const Model& model) {
+  std::vector<int> parent(model.elements.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const std::vector<ElementFace> faces = sorted_faces(model);
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    if (faces[i].sorted != faces[i - 1].sorted) continue;
+    parent[static_cast<std::size_t>(root_of(parent, faces[i].element))] =
+        root_of(parent, faces[i - 1].element);
+  }
+  std::vector<int> part(parent.size(), -1);
+  int num_parts = 0;
+  for (std::size_t element = 0; element < part.size(); ++element) {
+    int& number = part[static_cast<std::size_t>(root_of(parent, static_cast<int>(element)))];
+    if (number < 0) number = num_parts++;
+    part[element] = number;
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<int> connected_parts(const Model& model) {
@@ -106,6 +129,44 @@ std::vector<LoosePart> loose_parts(const Model& model, const std::vector<Prescri
     if (!motion.empty()) loose.push_back({first_node[i], std::move(motion)});
   }
   return loose;
+}
+
+std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held) {
+  const std::vector<int> part_of = face_joined_parts(model);
+  const int num_parts = part_of.empty() ? 0 : 1 + *std::max_element(part_of.begin(), part_of.end());
+  if (num_parts < 2) return {};
+  std::vector<std::set<int>> nodes(static_cast<std::size_t>(num_parts));
+  for (std::size_t element = 0; element < part_of.size(); ++element) {
+    const auto& corners = model.elements[element].nodes;
+    nodes[static_cast<std::size_t>(part_of[element])].insert(corners.begin(), corners.end());
+  }
+  std::vector<char> stands(nodes.size(), 0);
+  std::vector<char> node_stands(model.positions.size(), 0);
+  std::vector<LoosePart> hinged;
+  for (bool changed = true; changed;) {
+    changed = false;
+    hinged.clear();
+    for (std::size_t part = 0; part < nodes.size(); ++part) {
+      if (stands[part]) continue;
+      std::vector<PrescribedDisplacement> stopped;
+      for (const PrescribedDisplacement& dof : held) {
+        if (nodes[part].contains(dof.node)) stopped.push_back(dof);
+      }
+      for (const int node : nodes[part]) {
+        if (!node_stands[static_cast<std::size_t>(node)]) continue;
+        for (int axis = 0; axis < 3; ++axis) stopped.push_back({node, axis, 0});
+      }
+      std::string motion = free_motion(model, stopped);
+      if (!motion.empty()) {
+        hinged.push_back({*nodes[part].begin(), std::move(motion)});
+        continue;
+      }
+      stands[part] = 1;
+      changed = true;
+      for (const int node : nodes[part]) node_stands[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  return hinged;
 }
 
 }  // namespace palpate

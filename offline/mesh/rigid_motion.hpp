@@ -24,4 +24,9 @@ struct LoosePart {
 // held dof is thus a row of six numbers, and a part is held when its rows have rank 6.
 std::vector<LoosePart> loose_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
+// The parts of elements joined face to face that nothing stops from turning about the corner or edge by which
+// they hang on others: neither `held` nor nodes shared with parts that stand. A few hinged parts that brace
+// each other are reported too, though they stand. Cost: O(elements log elements).
+std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
+
 }  // namespace palpate

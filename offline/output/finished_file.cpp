@@ -86,4 +86,17 @@ void write_finished_file(const fs::path& path, const std::function<void(const fs
   }
 }
 
+void write_finished_bytes(const fs::path& path, std::span<const unsigned char> bytes) {
+  write_finished_file(path, [&](const fs::path& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) throw std::runtime_error(path.string() + ": cannot be written");
+  });
+}
+
+void write_finished_text(const fs::path& path, std::string_view text) {
+  write_finished_bytes(path, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+}
+
 }  // namespace palpate

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -14,6 +16,11 @@ namespace palpate {
 // std::runtime_error "PATH: REASON" where the rename fails.
 void write_finished_file(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
+
+// The same for bytes that are at hand. Throws std::runtime_error "PATH: cannot be written" on a full disk
+// too.
+void write_finished_bytes(const std::filesystem::path& path, std::span<const unsigned char> bytes);
+void write_finished_text(const std::filesystem::path& path, std::string_view text);
 
 // For before long work: throws std::runtime_error "PATH: REASON; REMEDY" if write_finished_file would find no
 // folder there, or none that it may write to. Leaves what stands at `path` alone.

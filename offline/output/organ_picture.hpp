@@ -3,9 +3,10 @@
 //     +------------------------------------------------+
 //     | title                                          |
 //     |                                                |
-//     |      (organ,               (organ, ball   |#|  |
-//     |       tissue colour)        and arrow)    |#|  |    colours of the right panel: length of the
-//     displacement |       at rest                 pushed           | | caption |
+//     |      (organ,               (organ, ball   |#|  |    colours of the right panel:
+//     |       tissue colour)        and arrow)    |#|  |    length of the displacement
+//     |       at rest                 pushed           |
+//     | caption                                        |
 //     +------------------------------------------------+
 //
 // Drawn in software, so that it needs neither screen nor graphics driver, and the same input gives the same

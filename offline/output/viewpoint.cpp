@@ -82,7 +82,8 @@ Eigen::Vector3d automatic_view(std::span<const Eigen::Vector3d> pushed,
   Eigen::Vector3d best = inward;
   double best_score = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3 * kAzimuths; ++i) {
-    const double off_axis = (50.0 + 7.5 * (i / kAzimuths)) * kDegree;  // 50 to 65 degrees
+    const int ring = i / kAzimuths;
+    const double off_axis = (50.0 + 7.5 * ring) * kDegree;  // 50 to 65 degrees
     const double azimuth = 2.0 * std::numbers::pi * (i % kAzimuths) / kAzimuths;
     const Eigen::Vector3d view =
         std::cos(off_axis) * inward +

@@ -40,7 +40,7 @@ struct GeometrySegments {
   pack::Segment labels, positions, triangles;
 };
 struct SiteSegments {
-  pack::Segment contact_nodes, site_nodes, patch_starts, patch_nodes;
+  pack::Segment contact_nodes, site_nodes, patch_starts, patch_nodes, inward_normals;
 };
 struct LinearSegments {
   pack::Segment contact_compliance, field_compliance;
@@ -72,17 +72,20 @@ GeometrySegments add_geometry(const Model& model, const ContactSites& sites, Seg
   return {store.add(labels), store.add(positions), store.add(triangles)};
 }
 
-SiteSegments add_sites(const ContactSites& sites, SegmentStore& store) {
+SiteSegments add_sites(const ContactSites& sites, Directions directions, SegmentStore& store) {
   std::vector<uint32_t> site_nodes;
   std::vector<uint32_t> starts = {0};
   std::vector<uint32_t> members;
+  std::vector<double> normals;
   for (const ContactSite& site : sites.sites) {
     site_nodes.push_back(static_cast<uint32_t>(site.packed_node));
     for (const int member : site.patch) members.push_back(static_cast<uint32_t>(member));
     starts.push_back(static_cast<uint32_t>(members.size()));
+    if (directions == Directions::inward)
+      normals.insert(normals.end(), site.inward.begin(), site.inward.end());
   }
   return {store.add(as_unsigned(sites.contact_nodes)), store.add(site_nodes), store.add(starts),
-          store.add(members)};
+          store.add(members), store.add(normals)};
 }
 
 LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
@@ -156,7 +159,7 @@ void AlignedBytes::Release::operator()(unsigned char* data) const {
 AlignedBytes write_pack(const PackContent& content) {
   SegmentStore store;
   const GeometrySegments geometry = add_geometry(content.model, content.sites, store);
-  const SiteSegments sites = add_sites(content.sites, store);
+  const SiteSegments sites = add_sites(content.sites, content.scene.directions, store);
   LinearSegments linear;
   PolynomialSegments polynomial;
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
@@ -191,11 +194,13 @@ AlignedBytes write_pack(const PackContent& content) {
     const pack::Segment site_nodes = at(sites.site_nodes);
     const pack::Segment patch_starts = at(sites.patch_starts);
     const pack::Segment patch_nodes = at(sites.patch_nodes);
+    const pack::Segment inward_normals = at(sites.inward_normals);
     const auto sites_table = pack::CreateContactSites(
         builder, static_cast<uint32_t>(content.sites.contact_nodes.size()), &contact_nodes,
         static_cast<uint32_t>(content.sites.sites.size()), &site_nodes, &patch_starts, &patch_nodes,
         content.scene.tip_radius, content.scene.max_displacement,
-        static_cast<uint32_t>(content.scene.max_contacts), content.scene.directions == Directions::inward);
+        static_cast<uint32_t>(content.scene.max_contacts),
+        content.scene.directions == Directions::inward ? &inward_normals : nullptr);
     flatbuffers::Offset<pack::LinearDd> linear_table;
     if (content.linear != nullptr) {
       const pack::Segment contact_compliance = at(linear.contact_compliance);

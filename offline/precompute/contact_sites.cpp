@@ -7,8 +7,7 @@ namespace palpate {
 ContactSites find_contact_sites(const Scene& scene, const Model& model) {
   const Surface surface = extract_surface(model);
   const std::vector<Eigen::Vector3d> normals = outward_normals(model, surface);
-  std::vector<char> fixed(static_cast<size_t>(model.num_nodes()), 0);
-  for (const PrescribedDisplacement& held : model.fixed) fixed[static_cast<size_t>(held.node)] = 1;
+  const std::vector<char> fixed = model.fixed_nodes();
 
   ContactSites result;
   result.mean_surface_edge = surface.mean_edge;
@@ -30,7 +29,10 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
     site.node = node;
     site.packed_node = packed_of[static_cast<size_t>(node)];
     site.inward = -normals[static_cast<size_t>(node)];
-    for (const int near : nodes_within(surface, node, scene.tip_radius)) {
+    const std::vector<int> within = nodes_within(surface, node, scene.tip_radius);
+    result.sites_at_fixed_nodes +=
+        std::any_of(within.begin(), within.end(), [&](int near) { return fixed[static_cast<size_t>(near)]; });
+    for (const int near : within) {
       if (fixed[static_cast<size_t>(near)]) continue;
       site.patch.push_back(packed_of[static_cast<size_t>(near)]);
       is_contact[static_cast<size_t>(site.patch.back())] = 1;

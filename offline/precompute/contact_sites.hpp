@@ -24,6 +24,7 @@ struct ContactSites {
   std::vector<ContactSite> sites;             // by ascending label
   std::vector<std::array<int, 3>> triangles;  // surface triangles with all nodes packed, in packed_nodes
   double mean_surface_edge = 0;
+  int sites_at_fixed_nodes = 0;  // with a fixed node within tip_radius, which their patch leaves out
 
   int model_node(int contact_node) const {
     return packed_nodes[static_cast<size_t>(contact_nodes[static_cast<size_t>(contact_node)])];

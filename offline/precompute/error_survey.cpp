@@ -16,7 +16,7 @@ ErrorFigures figures(const std::vector<double>& errors) {
 }  // namespace
 
 double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
+  if (values.empty()) return 1;
   std::sort(values.begin(), values.end());
   const double place = q * static_cast<double>(values.size() - 1);
   const auto below = static_cast<size_t>(place);

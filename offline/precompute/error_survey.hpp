@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "offline/precompute/sampling.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 
 // Quartiles of |d| / max_displacement, so that a reader sees the error grow.
-inline constexpr int kSurveyBins = 4;
+inline constexpr int kSurveyBins = pack::kSurveyBins;
 
 // Median, 95th percentile and maximum of a set of errors.
 struct ErrorFigures {
@@ -49,7 +50,8 @@ using Responder = std::function<Answer(size_t site, const Eigen::Vector3d& displ
 SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
                           const Responder& model);
 
-// Value below which the fraction q of `values` lies, interpolated between neighbours; 0 for none.
+// Value below which the fraction q of `values` lies, interpolated between neighbours; of none, 1: an error
+// that was not measured may be all there is.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace palpate

@@ -13,7 +13,9 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
   if (!solver.factorize_at(LoadCase::rest(assembly.model()), Eigen::VectorXd::Zero(assembly.num_dofs()),
                            false)) {
     throw std::runtime_error(
-        "the stiffness at rest is not positive definite: is every part of the organ held?");
+        assembly.model().file +
+        ": the stiffness at rest is not positive definite; hold every part with *BOUNDARY, and join "
+        "parts face to face");
   }
   const auto num_contact_dofs = static_cast<Eigen::Index>(3 * sites.contact_nodes.size());
   const auto num_packed = static_cast<Eigen::Index>(sites.packed_nodes.size());

@@ -104,13 +104,16 @@ SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const 
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();
+  for (const int node : sites.packed_nodes) {
+    for (int axis = 0; axis < 3; ++axis) packed_dofs_.push_back(3 * node + axis);
+  }
   solver.forget_factor();
   Anchor rest;
   rest.displacement.setZero();
   rest.u.setZero(num_dofs);
   if (!solver.tangent_response(load_for(rest.displacement), rest.u, patch_motion_, rest.tangent)) {
     throw std::runtime_error(
-        "the organ at rest has no stable answer to a push at node " +
+        solver.assembly().model().file + ": the organ at rest has no stable answer to a push at node " +
         std::to_string(solver.assembly().model().labels[static_cast<size_t>(site.node)]));
   }
   anchors_.push_back(std::move(rest));
@@ -127,7 +130,27 @@ LoadCase SiteSampler::load_for(const Eigen::Vector3d& displacement) const {
   return load;
 }
 
-bool SiteSampler::solve(const Eigen::Vector3d& displacement, bool with_tangent, Sample& sample) {
+void SiteSampler::count(const SolveReport& report) {
+  counts_.solves += report.converged;
+  counts_.iterations += report.iterations;
+  counts_.factorizations += report.factorizations;
+}
+
+bool SiteSampler::ramp_from_rest(const LoadCase& load, const SolverSettings& settings, Eigen::VectorXd& u) {
+  u.setZero(patch_motion_.rows());
+  const SolveReport report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, settings);
+  count(report);
+  return report.converged;
+}
+
+void SiteSampler::read_sample(const Eigen::VectorXd& u, Sample& sample) const {
+  Eigen::VectorXd internal;
+  sample.min_jacobian = solver_->assembly().internal_force(u, internal, &sample.energy).min_jacobian;
+  sample.force = patch_motion_.transpose() * internal;
+  sample.field = u(packed_dofs_);
+}
+
+bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
   const SolverSettings settings;
   const LoadCase load = load_for(displacement);
   const Anchor* nearest = &anchors_.front();
@@ -135,40 +158,32 @@ bool SiteSampler::solve(const Eigen::Vector3d& displacement, bool with_tangent, 
     if ((anchor.displacement - displacement).norm() < (nearest->displacement - displacement).norm())
       nearest = &anchor;
   }
-  Eigen::VectorXd u = nearest->u + nearest->tangent * (displacement - nearest->displacement);
-  SolveReport report = solver_->correct(load, u, settings);
-  counts_.iterations += report.iterations;
-  counts_.factorizations += report.factorizations;
-  if (!report.converged) {
-    u.setZero();
-    report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, settings);
-    counts_.iterations += report.iterations;
-    counts_.factorizations += report.factorizations;
-    if (!report.converged) return false;
-  }
-  ++counts_.solves;
-
-  const Assembly& assembly = solver_->assembly();
-  Eigen::VectorXd internal;
-  sample = {};
-  sample.displacement = displacement;
-  sample.min_jacobian = assembly.internal_force(u, internal, &sample.energy).min_jacobian;
-  sample.force = patch_motion_.transpose() * internal;
-  std::vector<Eigen::Index> packed_dofs;
-  for (const int node : sites_->packed_nodes) {
-    for (int axis = 0; axis < 3; ++axis) packed_dofs.push_back(3 * node + axis);
-  }
-  sample.field = u(packed_dofs);
-  if (!with_tangent) return true;
-
   Anchor anchor;
   anchor.displacement = displacement;
-  if (!solver_->tangent_response(load, u, patch_motion_, anchor.tangent)) return false;
-  sample.field_tangent = anchor.tangent(packed_dofs, Eigen::all);
-  sample.stiffness = patch_motion_.transpose() * assembly.tangent_times(u, anchor.tangent);
+  anchor.u = nearest->u + nearest->tangent * (displacement - nearest->displacement);
+  const SolveReport report = solver_->correct(load, anchor.u, settings);
+  count(report);
+  if (!report.converged && !ramp_from_rest(load, settings, anchor.u)) return false;
+
+  sample = {};
+  sample.displacement = displacement;
+  read_sample(anchor.u, sample);
+  if (!solver_->tangent_response(load, anchor.u, patch_motion_, anchor.tangent)) return false;
+  sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
+  sample.stiffness = patch_motion_.transpose() * solver_->assembly().tangent_times(anchor.u, anchor.tangent);
   sample.stiffness = 0.5 * (sample.stiffness + sample.stiffness.transpose()).eval();
-  anchor.u = std::move(u);
   anchors_.push_back(std::move(anchor));
+  return true;
+}
+
+bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample) {
+  SolverSettings settings;
+  settings.largest_increment = 1.0 / increments;
+  Eigen::VectorXd u;
+  if (!ramp_from_rest(load_for(displacement), settings, u)) return false;
+  sample = {};
+  sample.displacement = displacement;
+  read_sample(u, sample);
   return true;
 }
 

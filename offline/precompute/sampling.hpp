@@ -44,14 +44,19 @@ struct SolveCounts {
   long factorizations = 0;
 };
 
-// Solves the tool displacements of one site one after the other, each started from the nearest one solved
-// before.
+// Solves the tool displacements of one site one after the other.
 class SiteSampler {
  public:
   SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site);
 
-  // False when no equilibrium was found, from the neighbour or along the straight path from rest.
-  [[nodiscard]] bool solve(const Eigen::Vector3d& displacement, bool with_tangent, Sample& sample);
+  // From the nearest displacement solved before, and where that fails along the straight path from rest. The
+  // sample also gets its tangent, and serves as a neighbour from then on. False when no equilibrium was
+  // found.
+  [[nodiscard]] bool solve(const Eigen::Vector3d& displacement, Sample& sample);
+
+  // The truth for a survey: the straight path from rest in at least so many increments, whatever the
+  // neighbours say. Field, energy and force only.
+  [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
 
   const SolveCounts& counts() const { return counts_; }
 
@@ -62,12 +67,16 @@ class SiteSampler {
     Eigen::MatrixXd tangent;  // all dofs x 3
   };
   LoadCase load_for(const Eigen::Vector3d& displacement) const;
+  bool ramp_from_rest(const LoadCase& load, const SolverSettings& settings, Eigen::VectorXd& u);
+  void count(const SolveReport& report);
+  void read_sample(const Eigen::VectorXd& u, Sample& sample) const;
 
   StaticSolver* solver_;
   const ContactSites* sites_;
   const ContactSite* site_;
   Eigen::MatrixXd patch_motion_;  // all dofs x 3: the patch moves as one
-  std::vector<Anchor> anchors_;   // the first is rest
+  std::vector<Eigen::Index> packed_dofs_;
+  std::vector<Anchor> anchors_;  // the first is rest
   SolveCounts counts_;
 };
 

@@ -11,12 +11,10 @@
 #include "offline/mesh/surface.hpp"
 #include "offline/mesh/text_number.hpp"
 #include "offline/precompute/scene_table.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
-
-// More tools at once than any device has; each adds rows to the small solve of every frame.
-constexpr int kMostContacts = 64;
 
 constexpr const char* kSites = "a node set, an array of node labels, or \"surface\"";
 
@@ -50,9 +48,13 @@ void read_contact(const SceneTable& contact, Scene& scene) {
                  "max_displacement = 6.0");
   }
   scene.max_displacement = *displacement;
+  if (scene.max_displacement < 1e-15 || scene.max_displacement > 1e15) {
+    contact.fail("max_displacement",
+                 "contact.max_displacement lies outside 1e-15 to 1e15; state the model in other units");
+  }
   if (contact.choice("directions", {"all", "inward"}) == 1) scene.directions = Directions::inward;
   scene.tip_radius = contact.number_from_zero("tip_radius").value_or(scene.tip_radius);
-  scene.max_contacts = contact.integer("max_contacts", 1, kMostContacts).value_or(scene.max_contacts);
+  scene.max_contacts = contact.integer("max_contacts", 1, pack::kMostContacts).value_or(scene.max_contacts);
 }
 
 void read_models(const SceneTable& models, Scene& scene) {
@@ -104,9 +106,8 @@ struct Body {
       : model(checked),
         surface(extract_surface(checked)),
         on_surface(checked.positions.size(), 0),
-        fixed(checked.positions.size(), 0) {
+        fixed(checked.fixed_nodes()) {
     for (const int node : surface.nodes) on_surface[static_cast<std::size_t>(node)] = 1;
-    for (const PrescribedDisplacement& dof : checked.fixed) fixed[static_cast<std::size_t>(dof.node)] = 1;
   }
 
   bool is_on_surface(int node) const { return on_surface[static_cast<std::size_t>(node)] != 0; }
@@ -151,7 +152,9 @@ std::vector<int> read_sites(const SceneTable& contact, const Body& body) {
       contact.fail("sites", shown + " is not on the surface, where no tool reaches it; take it out");
     }
     if (body.is_fixed(node)) {
-      contact.fail("sites", shown + " is fixed by *BOUNDARY, so no tool can move it; take it out");
+      contact.fail(
+          "sites",
+          shown + " is fixed by *BOUNDARY along an axis at least, so no tool can move it; take it out");
     }
   }
   return sites;

@@ -1,10 +1,14 @@
 #include "offline/precompute/site_survey.hpp"
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 namespace palpate {
@@ -28,7 +32,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     std::vector<Sample> samples;
     for (size_t i = 0; i < sample_points.size();) {
       Sample sample;
-      if (sampler.solve(radius * frame * sample_points[i], true, sample)) {
+      if (sampler.solve(radius * frame * sample_points[i], sample)) {
         result.min_jacobian = std::min(result.min_jacobian, sample.min_jacobian);
         samples.push_back(std::move(sample));
         ++i;
@@ -36,9 +40,11 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
       }
       radius *= kShrink;
       if (radius < kSmallestBall * scene.max_displacement) {
-        throw std::runtime_error("no equilibrium found for a push of " + std::to_string(radius) +
-                                 " at node " + std::to_string(label) +
-                                 "; reduce max_displacement, or give the tool a tip_radius");
+        throw std::runtime_error(
+            fmt::format("{}: no equilibrium found for pushes of {:.3g} at node {}, though max_displacement "
+                        "is {:.3g}; reduce "
+                        "max_displacement, or raise tip_radius",
+                        scene.file.string(), radius, label, scene.max_displacement));
       }
       samples.clear();
       result.min_jacobian = 1;
@@ -51,8 +57,12 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
        choose_survey_points(plan.survey_samples, half, static_cast<std::uint64_t>(label))) {
     SurveySample sample;
     sample.site = index;
-    if (sampler.solve(radius * frame * point, false, sample.truth))
+    const int increments = point.norm() > 0.5 ? 2 : 1;
+    if (sampler.solve_from_rest(radius * frame * point, increments, sample.truth)) {
       result.survey.push_back(std::move(sample));
+    } else {
+      ++result.unsolved;
+    }
   }
   result.counts = sampler.counts();
   return result;
@@ -68,6 +78,7 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
   const std::vector<Eigen::Vector3d> sample_points =
       choose_sample_points(plan.degree + 1, plan.samples, scene.directions == Directions::inward);
   std::vector<SiteResult> results(sites.sites.size());
+  const int jobs = std::min(plan.jobs, static_cast<int>(results.size()));
   std::atomic<size_t> next = 0;
   std::mutex report;
   int done = 0;
@@ -82,6 +93,9 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
       try {
         if (!solver) solver.emplace(assembly);
         results[site] = sample_site(*solver, scene, sites, site, linear, plan, sample_points);
+        const std::lock_guard lock(report);
+        ++done;
+        if (progress) progress(done, static_cast<int>(sites.sites.size()));
       } catch (...) {
         const std::lock_guard lock(report);
         if (site < failed_site) {
@@ -91,15 +105,17 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
         next = sites.sites.size();
         return;
       }
-      const std::lock_guard lock(report);
-      ++done;
-      if (progress) progress(done, static_cast<int>(sites.sites.size()));
     }
   };
-  std::vector<std::thread> threads;
-  for (int i = 1; i < plan.jobs; ++i) threads.emplace_back(work);
-  work();
-  for (std::thread& thread : threads) thread.join();
+  {
+    std::vector<std::jthread> threads;
+    try {
+      for (int i = 1; i < jobs; ++i) threads.emplace_back(work);
+    } catch (const std::system_error&) {
+      // The machine gives no more threads: those there are do all the work.
+    }
+    work();
+  }
   if (failure) std::rethrow_exception(failure);
   return results;
 }

@@ -12,13 +12,14 @@ namespace palpate {
 struct SamplingPlan {
   int degree = 3;
   int samples = 12;  // solves with tangent a site; each is 4 equations for the 16 nonlinear terms of degree 3
-  int survey_samples = 8;  // held-out solves a site, two in each quarter of the range
+  int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range
   int jobs = 1;            // threads; the result does not depend on it
 };
 
 struct SiteResult {
   SitePolynomial polynomial;  // radius 0 when none was asked for
   std::vector<SurveySample> survey;
+  int unsolved = 0;         // survey displacements at which no equilibrium was found along the path from rest
   double min_jacobian = 1;  // smallest det F over the samples
   SolveCounts counts;
 };

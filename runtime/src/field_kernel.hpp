@@ -18,7 +18,7 @@ void add_columns_scalar(const float* columns, size_t stride, const float* weight
                         float* sum);
 
 // The fastest kernel that this processor runs. Differs from the scalar one by the rounding of `count`
-// products at most: |difference| <= count * 2^-23 * sum |weights[j] columns[j][i]|.
+// products at most: |difference| <= count * 2^-23 * (|sum[i]| + sum over j of |weights[j] columns[j][i]|).
 AddColumns choose_add_columns();
 
 }  // namespace palpate

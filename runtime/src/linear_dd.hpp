@@ -5,8 +5,9 @@
 // (18). A contact moves its patch as one, u_H = E d with d the displacements of the contacts and zero rows at
 // fixed nodes (eq. (20)), so
 //
-//   f = X d,  X = A^-1 E      force of the contacts  F = E^T f = S d,  S = E^T X  (3 contacts x 3 contacts,
-//   symmetric) u = C f                   everywhere, C the columns of K^-1 that belong to H, eq. (19)
+//   f = X d,  X = A^-1 E                nodal forces
+//   F = E^T f = S d,  S = E^T X         forces of the contacts; S is symmetric
+//   u = C f                             everywhere, C the columns of K^-1 that belong to H, eq. (19)
 //
 // A node held by two contacts follows their mean: its rows of E hold 1/2 for each. X and S change only with
 // the set of held nodes; a frame with the same set is two small products.
@@ -29,7 +30,7 @@ struct LinearState {
   bool valid;           // X and S belong to `sites` and the fixed nodes
   uint32_t flags;       // PAL_FLAG_OVERLAPPING, PAL_FLAG_ILL_CONDITIONED
   uint32_t* sites;      // [max_contacts]
-  uint32_t* held;       // [max_held] contact nodes, first those of contacts
+  uint32_t* held;       // [max_held] contact nodes, first the fixed ones
   uint32_t* slot_of;    // [num_contact_nodes] position in `held` + 1; 0 = not held
   double* share;        // [max_held] 1 / number of contacts that hold the node; 0 = fixed
   double* factor;       // [3 max_held][3 max_held] upper triangle U, A = U^T U, rows of 3 num_held

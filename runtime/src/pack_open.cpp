@@ -99,6 +99,15 @@ bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pa
          indices_valid(pack.triangles, size_t{3} * pack.num_triangles, pack.num_nodes, false);
 }
 
+bool are_unit_vectors(const double* vectors, size_t count) {
+  constexpr double kRounding = 1e-9;
+  for (const double* v = vectors; v != vectors + 3 * count; v += 3) {
+    const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (!(square >= 1 - kRounding && square <= 1 + kRounding)) return false;
+  }
+  return true;
+}
+
 bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack& pack) {
   pack.num_contact_nodes = sites.num_contact_nodes();
   pack.num_sites = sites.num_sites();
@@ -106,8 +115,9 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
   pack.tip_radius = sites.tip_radius();
   pack.max_displacement = sites.max_displacement();
   if (pack.num_sites == 0 || pack.num_contact_nodes == 0 || pack.max_contacts < 1 ||
-      pack.max_contacts > kMostContacts || !(pack.tip_radius >= 0 && pack.tip_radius <= kLargestScale) ||
-      !is_scale(pack.max_displacement) || !is_scale(pack.max_displacement * pack.metres)) {
+      pack.max_contacts > pack::kMostContacts ||
+      !(pack.tip_radius >= 0 && pack.tip_radius <= kLargestScale) || !is_scale(pack.max_displacement) ||
+      !is_scale(pack.max_displacement * pack.metres)) {
     return false;
   }
   pack.contact_nodes = array_of<uint32_t>(pack, sites.contact_nodes(), first_offset, pack.num_contact_nodes);
@@ -135,7 +145,10 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
                        true))
       return false;
   }
-  return true;
+  if (sites.inward_normals() == nullptr) return true;
+  pack.inward_normals =
+      array_of<double>(pack, sites.inward_normals(), first_offset, uint64_t{3} * pack.num_sites);
+  return pack.inward_normals != nullptr && are_unit_vectors(pack.inward_normals, pack.num_sites);
 }
 
 // A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj. That much is checked for every
@@ -203,7 +216,8 @@ bool is_error(double value) {
 bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     const auto model = static_cast<uint32_t>(survey->model());
-    if (model >= kNumModels || survey->bins()->size() == 0 || survey->bins()->size() > kMaxBins) return false;
+    if (model >= kNumModels) continue;  // of a model that a later builder knows
+    if (survey->bins()->size() == 0 || survey->bins()->size() > pack::kSurveyBins) return false;
     SurveyView& view = pack.surveys[model];
     if (view.num_bins != 0) return false;  // a model is surveyed once
     double from = 0;
@@ -212,9 +226,11 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
           !is_error(bin->displacement_p95()) || !is_error(bin->force_p95())) {
         return false;
       }
+      if (bin->samples() == 0 && !(bin->displacement_p95() >= 1 && bin->force_p95() >= 1)) return false;
       from = bin->to();
       view.bins[view.num_bins++] = {bin->to(), bin->displacement_p95(), bin->force_p95()};
     }
+    if (from != 1.0) return false;
   }
   return true;
 }
@@ -264,8 +280,9 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
 }
 
 pal_status check_storage(const void* storage, size_t storage_bytes) {
-  if (storage_bytes < sizeof(pal_pack)) return PAL_STATUS_ARENA_TOO_SMALL;
-  if (reinterpret_cast<uintptr_t>(storage) % alignof(pal_pack) != 0) return PAL_STATUS_ARENA_MISALIGNED;
+  // As documented, though a pal_pack is smaller: callers must not come to depend on this version's size.
+  if (storage_bytes < PAL_PACK_STORAGE_BYTES) return PAL_STATUS_ARENA_TOO_SMALL;
+  if (reinterpret_cast<uintptr_t>(storage) % 16 != 0) return PAL_STATUS_ARENA_MISALIGNED;
   return PAL_STATUS_OK;
 }
 

@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "schemas/pack_layout.hpp"
+
 namespace palpate {
 
 // One bin of an error survey; ErrorBin in schemas/pack.fbs.
@@ -14,13 +16,11 @@ struct ErrorBinView {
   double force_p95;
 };
 
-inline constexpr uint32_t kMaxBins = 4;
-inline constexpr uint32_t kNumModels = 2;      // ResponseModel of the schema
-inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
+inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema that this library knows
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model
-  ErrorBinView bins[kMaxBins];
+  ErrorBinView bins[pack::kSurveyBins];
 };
 
 }  // namespace palpate
@@ -47,6 +47,7 @@ struct pal_pack {
   const uint32_t* site_nodes;
   const uint32_t* patch_starts;
   const uint32_t* patch_nodes;
+  const double* inward_normals;  // [num_sites][3] unit; null where every direction was sampled
   double tip_radius;
   double max_displacement;
 

@@ -15,7 +15,7 @@ using pack::num_monomials;
 constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree + 1);
 static_assert(num_monomials(1, pack::kMaxDegree) <= sizeof(PolynomialState::weights) / sizeof(float));
 
-// Value, gradient and Hessian (xx xy xz yy yz zz) of one homogeneous part of the energy.
+// Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
 struct Part {
   double value;
   double gradient[3];
@@ -66,7 +66,47 @@ Continuation continue_energy(uint32_t degree, double s) {
   return {q * power, (q1 - n * q / s) * power, (q2 - 2.0 * n * q1 / s + n * (n + 1.0) * q / (s * s)) * power};
 }
 
+// phi(c) and its first two derivatives.
+struct Fade {
+  double phi, first, second;
+};
+
+Fade fade_behind_surface(double c) {
+  constexpr double kWidth = 0.5;
+  if (c >= 0.0) return {1.0, 0.0, 0.0};
+  if (c <= -kWidth) return {0.0, 0.0, 0.0};
+  const double t = -c / kWidth;
+  const double rest = 1.0 - t;
+  return {1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * t * t * rest * rest / kWidth,
+          -60.0 * t * rest * (rest - t) / (kWidth * kWidth)};
+}
+
+// Adds g(s) E_n with t = x / s:  grad = g grad E + E g' t,
+// Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
+  const Continuation continuation = continue_energy(degree, s);
+  sum.value += continuation.g * part.value;
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    sum.gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
+    for (int j = i; j < 3; ++j, ++ij) {
+      sum.hessian[ij] += continuation.g * part.hessian[ij];
+      if (s > 1.0) {
+        sum.hessian[ij] += continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
+                           part.value * (continuation.second * t[i] * t[j] +
+                                         continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
+      }
+    }
+  }
+}
+
 }  // namespace
+
+bool is_behind_surface(const pal_pack& pack, uint32_t site, const double d[3]) {
+  constexpr double kRounding = 1e-9;
+  if (pack.inward_normals == nullptr) return false;
+  const double* n = pack.inward_normals + size_t{3} * site;
+  return d[0] * n[0] + d[1] * n[1] + d[2] * n[2] < -kRounding * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
+}
 
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          double length_scale, PolynomialState& state) {
@@ -75,7 +115,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   state.site = site;
   state.flags = 0;
-  if (s > 1.0) state.flags |= PAL_FLAG_EXTRAPOLATED;
+  if (s > 1.0 || is_behind_surface(pack, site, x)) state.flags |= PAL_FLAG_EXTRAPOLATED;
   if (s > kLargestExtrapolation) {
     state.flags |= PAL_FLAG_CLAMPED;
     for (double& component : x) component *= kLargestExtrapolation / s;
@@ -85,32 +125,28 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   double monomials[kMostMonomials];
   pack::evaluate_monomials(x, pack.degree + 1, monomials);
 
-  // Sum over the parts of g E_n; with t = x / s:  grad = g grad E + E g' t,
-  // Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
-  double gradient[3] = {};
-  double hessian[6] = {};
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + size_t{site} * num_monomials(2, pack.degree + 1);
+  Part quadratic = {};
+  Part rest = {};
   for (uint32_t degree = 2; degree <= pack.degree + 1; ++degree) {
     const Part part = differentiate(monomials, coefficients, degree);
     coefficients += num_monomials(degree);
-    const Continuation continuation = continue_energy(degree, s);
-    for (int i = 0, ij = 0; i < 3; ++i) {
-      gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
-      for (int j = i; j < 3; ++j, ++ij) {
-        hessian[ij] += continuation.g * part.hessian[ij];
-        if (s > 1.0) {
-          hessian[ij] += continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
-                         part.value * (continuation.second * t[i] * t[j] +
-                                       continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
-        }
-      }
-    }
+    add_continued(part, degree, s, t, degree == 2 ? quadratic : rest);
   }
+
+  constexpr double kNoNormal[3] = {};
+  const double* n = pack.inward_normals != nullptr ? pack.inward_normals + size_t{3} * site : kNoNormal;
+  const Fade fade = fade_behind_surface(x[0] * n[0] + x[1] * n[1] + x[2] * n[2]);
   for (int i = 0, ij = 0; i < 3; ++i) {
-    state.force[i] = gradient[i] / radius;
+    state.force[i] =
+        (quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i]) / radius;
     for (int j = i; j < 3; ++j, ++ij) {
-      state.stiffness[3 * i + j] = state.stiffness[3 * j + i] = hessian[ij] / (radius * radius);
+      const double faded = fade.phi * rest.hessian[ij] +
+                           fade.first * (n[i] * rest.gradient[j] + rest.gradient[i] * n[j]) +
+                           fade.second * rest.value * n[i] * n[j];
+      state.stiffness[3 * i + j] = state.stiffness[3 * j + i] =
+          (quadratic.hessian[ij] + faded) / (radius * radius);
     }
   }
 
@@ -118,7 +154,8 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   double power = 1.0;  // s^-n beyond the ball
   for (uint32_t degree = 1; degree <= pack.degree; ++degree) {
     if (s > 1.0) power /= s;
-    const double scale = length_scale * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
+    const double fading = degree > 1 ? fade.phi : 1.0;
+    const double scale = length_scale * fading * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
     for (uint32_t i = 0; i < num_monomials(degree); ++i) {
       state.weights[term++] = static_cast<float>(scale * monomials[monomial_start(degree) + i]);
     }

@@ -10,9 +10,13 @@
 // sampled ball is
 //   energy  sum_n E_n(x)          field  sum_n u_n(x).
 // Beyond it (s > 1) each part, s^n along a ray, is continued by its expansion at s = 1:
-//   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: force and stiffness are
-//   continuous) field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
+//   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: continuous stiffness)
+//   field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
 // that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n.
+//
+// Where only inward displacements were sampled (n the inward normal, c = x . n >= 0), the nonlinear part
+// fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1 for c >= 0, 0 for c <=
+// -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -32,6 +36,9 @@ struct PolynomialState {
   double stiffness[9];  // row-major
   float weights[128];   // monomials of degree 1 .. degree, times the continuation and the length scale
 };
+
+// Whether a displacement points out of the tissue at a site where only inward ones were sampled.
+bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
 // Force and stiffness at a site of the pack for a finite displacement, model units. `length_scale` goes into
 // the field weights. Cost at degree 3: 31 energy terms, about 700 multiply-adds.

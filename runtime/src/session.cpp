@@ -49,7 +49,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
 pal_status check_config(const pal_pack* pack, const pal_session_config* config) {
   if (pack == nullptr || config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (config->struct_size != sizeof *config) return PAL_STATUS_BAD_STRUCT_SIZE;
-  if (config->max_contacts < 1 || config->max_contacts > kMostContacts || config->max_fixed > kMostFixed) {
+  if (config->max_contacts < 1 || config->max_contacts > pack::kMostContacts ||
+      config->max_fixed > kMostFixed) {
     return PAL_STATUS_BAD_ARGUMENT;
   }
   int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
@@ -89,11 +90,12 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// p95 of the survey bin that holds |d|, or kUnknownError.
-void estimate_errors(const pal_pack& pack, pal_model model, const double displacement[3],
+// p95 of the survey bin that holds |d|, or kUnknownError: for a case that no survey has, or a flagged answer.
+void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      pal_contact_result& result) {
   result.displacement_error = kUnknownError;
   result.force_error = kUnknownError;
+  if (!surveyed || result.flags != 0) return;
   const SurveyView& survey = pack.surveys[model == PAL_MODEL_LINEAR ? 0 : 1];
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
@@ -136,12 +138,9 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     result.flags = linear.flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    result.displacement_error = kUnknownError;
-    result.force_error = kUnknownError;
-    if (surveyed) estimate_errors(pack, PAL_MODEL_LINEAR, d, result);
-    if (length(d) > pack.max_displacement * (1.0 + 1e-9)) {
+    if (length(d) > pack.max_displacement * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
       result.flags |= PAL_FLAG_EXTRAPOLATED;
-    }
+    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       for (uint32_t j = 0; j < 3; ++j) {
@@ -162,8 +161,7 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   result = {};
   result.model = PAL_MODEL_POLYNOMIAL;
   result.flags = session.polynomial.flags | session.input_flags[0];
-  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, d, result);
-  if (result.flags != 0) result.displacement_error = result.force_error = kUnknownError;
+  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
   for (int i = 0; i < 3; ++i) {
     result.force[i] = session.polynomial.force[i] * pack.newtons;
     for (int j = 0; j < 3; ++j)
@@ -225,12 +223,17 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   // The polynomials know nothing of nodes fixed later.
   if (count > 0 &&
       (session->pack->contact_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
-    return PAL_STATUS_NO_SUCH_MODEL;
+    return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
-  for (uint32_t i = 0; i < count; ++i) session->fixed[i] = contact_nodes[i];
+  // The field of the last frame keeps its weights: only the next frame knows of the change.
+  bool changed = count != session->num_fixed;
+  for (uint32_t i = 0; i < count; ++i) {
+    changed = changed || session->fixed[i] != contact_nodes[i];
+    session->fixed[i] = contact_nodes[i];
+  }
+  if (!changed) return PAL_STATUS_OK;
   session->num_fixed = count;
   session->linear.valid = false;
-  session->answered = PAL_MODEL_AUTO;
   return PAL_STATUS_OK;
 }
 
@@ -252,7 +255,7 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* 
   const bool polynomial = session->config.model != PAL_MODEL_LINEAR && pack.radii != nullptr && count == 1 &&
                           session->num_fixed == 0;
   if (!polynomial && (session->config.model == PAL_MODEL_POLYNOMIAL || pack.contact_compliance == nullptr)) {
-    return PAL_STATUS_NO_SUCH_MODEL;
+    return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
   for (uint32_t c = 0; c < count; ++c) {
     session->input_flags[c] =

@@ -18,6 +18,8 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "the pack has no such contact node";
     case PAL_STATUS_NO_SUCH_MODEL:
       return "the pack does not carry this response model";
+    case PAL_STATUS_MODEL_CANNOT_ANSWER:
+      return "several contacts or fixed nodes need linear_dd, which this pack or session does not use";
     case PAL_STATUS_ARENA_TOO_SMALL:
       return "the memory given is smaller than required";
     case PAL_STATUS_ARENA_MISALIGNED:

@@ -312,6 +312,29 @@ TEST_F(Contradiction, Surveys) {
   broken = survey;
   broken.table.bins[2].force.p95 = -1;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  broken = survey;
+  broken.table.bins[2].samples = 0;  // measured on nothing, and yet sure
+  broken.table.bins[2].force.p95 = 0.5;
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1};
+  EXPECT_EQ(written({broken}), PAL_STATUS_OK);
+  broken = survey;
+  broken.table.bins.back().to = 0.9;  // not the whole range
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+}
+
+TEST_F(Contradiction, InwardNormals) {
+  PackContent content = small_.content();
+  Scene inward = small_.scene;
+  inward.directions = Directions::inward;
+  ContactSites sites = small_.sites;
+  const PackContent changed{content.model,       inward,         sites,          content.linear,
+                            content.polynomials, content.degree, content.inputs, content.surveys};
+  EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_OK);
+  sites.sites[3].inward *= 1.1;
+  EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_CORRUPT_CONTENT);
+  sites.sites[3].inward.setConstant(std::nan(""));
+  EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_CORRUPT_CONTENT);
 }
 
 TEST_F(Contradiction, NoModelAtAll) {

@@ -138,7 +138,7 @@ TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
   const pal_contact contacts[2] = {{0, {0, 0, -0.01}}, {5, {0, 0, -0.01}}};
   const bool can = GetParam() != PAL_MODEL_POLYNOMIAL;
   EXPECT_EQ(pal_haptic_frame(session_.get(), contacts, 2, nullptr),
-            can ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL);
+            can ? PAL_STATUS_OK : PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(session_.field() == field, !can);
 }
 

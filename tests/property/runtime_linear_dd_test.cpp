@@ -85,7 +85,7 @@ class RuntimeLinearDd : public ::testing::Test {
   }
 
   const SmallPack& small_ = small_pack();
-  Assembly assembly_{small_.model, fixed_dofs(small_.model)};
+  Assembly assembly_{small_.model, small_.model.fixed_dofs()};
   DenseReference dense_{assembly_, small_.sites};
   OpenPack pack_;
   OwnedSession session_;
@@ -132,7 +132,7 @@ TEST_F(RuntimeLinearDd, FixedWhileRunningIsFixedInTheModel) {
   Scene scene = small_.scene;
   std::erase(scene.sites, node);
   const ContactSites sites = find_contact_sites(scene, fixed_model);
-  const Assembly assembly(fixed_model, fixed_dofs(fixed_model));
+  const Assembly assembly(fixed_model, fixed_model.fixed_dofs());
   const LinearDd linear = compute_linear_dd(assembly, sites);
   const AlignedBytes bytes = write_pack({fixed_model, scene, sites, &linear, nullptr, 0, {}, {}});
   const OpenPack pack(bytes);
@@ -312,6 +312,28 @@ TEST_F(RuntimeLinearDd, ErrorEstimateIsTheSurveysBin) {
   EXPECT_EQ(beyond.displacement_error, 1);
   const auto two = session_.touch(as_runtime({{0, {0, 0, -0.01}}, {11, {0, 0, -0.01}}}));
   EXPECT_EQ(two[0].displacement_error, 1);  // nothing was measured with two
+}
+
+TEST_F(RuntimeLinearDd, FixingANodeChangesNothingBeforeTheNextFrame) {
+  const auto contacts = as_runtime({{4, {0.01, 0, -0.03}}});
+  OwnedSession session(pack_.get(), PAL_MODEL_LINEAR, 1, 2);
+  session.touch(contacts);
+  const std::vector<float> before = session.field();
+  session.fix({0, 1});
+  EXPECT_EQ(session.field(), before);
+  session.touch(contacts);
+  EXPECT_NE(session.field(), before);
+}
+
+TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
+  PackContent content = small_.content();
+  content.surveys[0].table = survey_errors({}, kMaxDisplacement, {});
+  const AlignedBytes bytes = write_pack(content);
+  const OpenPack pack(bytes);
+  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 1, 0);
+  const auto result = session.touch(as_runtime({{4, {0, 0, -0.01}}})).front();
+  EXPECT_EQ(result.displacement_error, 1);
+  EXPECT_EQ(result.force_error, 1);
 }
 
 TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {

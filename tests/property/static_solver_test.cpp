@@ -14,7 +14,6 @@ namespace palpate {
 namespace {
 
 using test::BlockShape;
-using test::fixed_dofs;
 using test::no_dofs;
 using test::nodes_on_plane;
 using test::rotation_about;
@@ -87,7 +86,7 @@ const Eigen::Vector3d kPull(0.03, 0.0, 0.12);
 
 TEST(StaticSolverProperty, RampsHeldDisplacements) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = moved_top(model, kPush);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
@@ -121,7 +120,7 @@ TEST(StaticSolverProperty, RampsHeldDisplacements) {
 
 TEST(StaticSolverProperty, ReactionsBalanceAppliedForces) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = pulled_top(model, kPull);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
@@ -138,7 +137,7 @@ TEST(StaticSolverProperty, ReactionsBalanceAppliedForces) {
 
 TEST(StaticSolverProperty, StepsFollowOneAnother) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase first = moved_top(model, {0.0, 0.0, -0.2});
   const LoadCase second = moved_top(model, kPush);
@@ -153,7 +152,7 @@ TEST(StaticSolverProperty, StepsFollowOneAnother) {
 
 TEST(StaticSolverProperty, ForceAfterForceMovesBetweenThem) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase pull = pulled_top(model, kPull);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
@@ -165,7 +164,7 @@ TEST(StaticSolverProperty, ForceAfterForceMovesBetweenThem) {
 
 TEST(StaticSolverProperty, AReleasedDofIsLetGo) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase pushed = moved_top(model, {0.0, 0.0, -0.2});
   LoadCase free_sideways = pushed;  // keeps the height, lets x and y go
@@ -206,7 +205,7 @@ TEST(StaticSolverProperty, AReleasedDofIsLetGo) {
 
 TEST(StaticSolverProperty, ADofHeldLaterStartsWhereItIs) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase pull = pulled_top(model, kPull);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
@@ -221,7 +220,7 @@ TEST(StaticSolverProperty, ADofHeldLaterStartsWhereItIs) {
 
 TEST(StaticSolverProperty, ConvergesQuadratically) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   SolverSettings settings;
   settings.reuse_contraction = 0;
@@ -245,7 +244,7 @@ TEST(StaticSolverProperty, ConvergesQuadratically) {
 
 TEST(StaticSolverProperty, OldFactorsGiveTheSameAnswer) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = moved_top(model, kPush);
   SolverSettings settings;
@@ -263,7 +262,7 @@ TEST(StaticSolverProperty, OldFactorsGiveTheSameAnswer) {
 
 TEST(StaticSolverProperty, CorrectLeavesItsGuessWhenItFails) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   SolverSettings settings;
   settings.max_iterations = 1;
@@ -289,7 +288,7 @@ TEST(StaticSolverProperty, CorrectLeavesItsGuessWhenItFails) {
 
 TEST(StaticSolverProperty, AnUnstableStartIsLeftDownhill) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase nothing = LoadCase::rest(model);
   // Flattened to 0.3 and let go: pressed elements would rather turn, so K is not positive definite.
@@ -308,7 +307,7 @@ TEST(StaticSolverProperty, AnImpossibleLoadStopsAtAnEquilibrium) {
   BlockShape shape;
   shape.cells = {2, 2, 2};
   const Model model = with_fixed_base(tetrahedral_block(shape));
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase crushed = moved_top(model, {0, 0, -1.25});  // the top below the base
   SolverSettings settings;
@@ -331,7 +330,7 @@ TEST(StaticSolverProperty, AnImpossibleLoadStopsAtAnEquilibrium) {
 
 TEST(StaticSolverProperty, IncrementsKeepTheirBounds) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = moved_top(model, {0, 0, -0.1});
   // Load factors of the increments, as an easy problem takes them.
@@ -374,7 +373,7 @@ TEST(StaticSolverProperty, IncrementsKeepTheirBounds) {
 TEST(StaticSolverProperty, UnitsDoNotMatter) {
   const Model metres = organ();
   const auto solve = [](const Model& model, double length, double force) {
-    const Assembly assembly(model, fixed_dofs(model));
+    const Assembly assembly(model, model.fixed_dofs());
     StaticSolver solver(assembly);
     LoadCase load = moved_top(model, length * kPush);
     load.force = force * Eigen::VectorXd::Constant(model.num_dofs(), 1e-3);
@@ -405,7 +404,7 @@ TEST(StaticSolverProperty, OriginDoesNotMatter) {
   Model far = near;
   for (Eigen::Vector3d& position : far.positions) position += Eigen::Vector3d(1.1e4, -0.7e4, 0.9e4);
   const auto solve = [&](const Model& model) {
-    const Assembly assembly(model, fixed_dofs(model));
+    const Assembly assembly(model, model.fixed_dofs());
     StaticSolver solver(assembly);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
     EXPECT_TRUE(solver.ramp(LoadCase::rest(model), moved_top(near, kPush), u, SolverSettings()).converged);
@@ -423,7 +422,7 @@ TEST(StaticSolverProperty, TurnsWithTheObserver) {
   for (Eigen::Vector3d& position : turned.positions) position = Q * position;
   LoadCase load = moved_top(upright, kPush);
   const auto solve = [&](const Model& model) {
-    const Assembly assembly(model, fixed_dofs(model));
+    const Assembly assembly(model, model.fixed_dofs());
     StaticSolver solver(assembly);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
     EXPECT_TRUE(solver.ramp(LoadCase::rest(model), load, u, SolverSettings()).converged);
@@ -436,7 +435,7 @@ TEST(StaticSolverProperty, TurnsWithTheObserver) {
 
 TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   SolverSettings settings;
   settings.residual_tolerance = 1e-13;
@@ -475,12 +474,13 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
 }
 
-// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a refusal.
+// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a
+// refusal.
 TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
   BlockShape shape;
   shape.law = {0.48, 0.48e8};
   const Model model = with_fixed_base(tetrahedral_block(shape));
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = moved_top(model, Eigen::Vector3d::Zero());
   Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
@@ -495,9 +495,74 @@ TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
   EXPECT_LE(unbalanced, 1e-12 * force.norm());
 }
 
+// What is let go comes back to rest, where no force is left to measure the residual by.
+TEST(StaticSolverProperty, UnloadedToRestConvergesToRest) {
+  const Model model = organ();
+  const Assembly assembly(model, model.fixed_dofs());
+  StaticSolver solver(assembly);
+  const LoadCase rest = LoadCase::rest(model);
+  for (const LoadCase& load : {moved_top(model, kPush), pulled_top(model, kPull)}) {
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
+    ASSERT_TRUE(solver.ramp(rest, load, u, SolverSettings()).converged);
+    const double pushed = u.norm();
+    const SolveReport report = solver.ramp(load, rest, u, SolverSettings());
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.residual, SolverSettings().residual_tolerance);
+    EXPECT_LE(u.norm(), kSameAnswer * pushed);
+    EXPECT_LE(report.iterations, 12);
+  }
+}
+
+// The residual of a tiny push drowns in the rounding of P: near enough is all there is, and no failure.
+TEST(StaticSolverProperty, TinyPushesConverge) {
+  for (const double lambda : {0.2, 2e2, 2e4}) {
+    BlockShape shape;
+    shape.law = {0.48, lambda};
+    const Model model = with_fixed_base(tetrahedral_block(shape));
+    const Assembly assembly(model, model.fixed_dofs());
+    StaticSolver solver(assembly);
+    Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
+    for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
+    Eigen::MatrixXd linear;
+    ASSERT_TRUE(solver.tangent_response(moved_top(model, Eigen::Vector3d::Zero()),
+                                        Eigen::VectorXd::Zero(model.num_dofs()), directions, linear));
+    for (const double size : {1e-4, 1e-6, 1e-8, 1e-10}) {
+      Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
+      const SolveReport report =
+          solver.ramp(LoadCase::rest(model), moved_top(model, size * kPush), u, SolverSettings());
+      EXPECT_TRUE(report.converged) << lambda << " " << size;
+      EXPECT_EQ(report.cutbacks, 0);
+      const Eigen::VectorXd expected = size * linear * kPush;
+      // Second order in the strain, stiffened by lambda, and the rounding of F over the strain.
+      EXPECT_LE((u - expected).norm(), (10 * size + 1e-13 / size) * expected.norm()) << lambda << " " << size;
+    }
+  }
+}
+
+TEST(StaticSolverProperty, CutbacksAreNotIncrements) {
+  const Model model = organ();
+  const Assembly assembly(model, model.fixed_dofs());
+  StaticSolver solver(assembly);
+  SolverSettings settings;
+  settings.max_iterations = 3;  // too few for the whole push at once
+  settings.reuse_contraction = 0;
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
+  const LoadCase load = moved_top(model, 2 * kPush);
+  const SolveReport first = solver.ramp(LoadCase::rest(model), load, u, settings);
+  ASSERT_TRUE(first.converged);
+  ASSERT_GT(first.cutbacks, 0);
+  settings.max_increments = first.increments;
+  u.setZero();
+  solver.forget_factor();
+  const SolveReport again = solver.ramp(LoadCase::rest(model), load, u, settings);
+  EXPECT_TRUE(again.converged);
+  EXPECT_EQ(again.increments, first.increments);
+  EXPECT_EQ(again.cutbacks, first.cutbacks);
+}
+
 TEST(StaticSolverProperty, AfterForgettingNothingIsRemembered) {
   const Model model = organ();
-  const Assembly assembly(model, fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   const LoadCase load = pulled_top(model, kPull);
   StaticSolver fresh(assembly);
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(model.num_dofs());

@@ -1,6 +1,10 @@
 // `palpate build`, `info` and `verify` as a user meets them.
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
+#include <csignal>
+#include <cstdlib>
 #include <thread>
 
 #include "tests/support/scene_files.hpp"
@@ -59,6 +63,18 @@ TEST(Build, KilledLeavesThePackThatWasThere) {
   const SceneFiles files(kSlow, block_inp(5));
   files.dir.write("block.pack", "the pack of yesterday");
   kill_build_half_way(files);
+  EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
+}
+
+// The kernel kills a process that writes past its file size limit: here in the middle of writing the pack.
+TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
+  const SceneFiles files;
+  files.dir.write("block.pack", "the pack of yesterday");
+  const std::string command = "ulimit -c 0; ulimit -f 8; exec " PALPATE_PROGRAM " build " +
+                              files.scene.string() + " -o " + files.pack.string() +
+                              " --json > /dev/null 2>&1";
+  const int status = std::system(("sh -c '" + command + "'").c_str());
+  ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
   EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
 }
 

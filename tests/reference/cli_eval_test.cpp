@@ -143,6 +143,32 @@ TEST_F(Eval, ForceAndFieldAreThoseOfAFullSolve) {
               distance(vector_of(json["contacts"][0]["force"]), truth) / size, 1e-9);
 }
 
+TEST_F(Eval, ReferenceThatIsNoneIsRefused) {
+  const std::vector<std::string> push = {"eval", files_.pack.string(), "--contact", "23=0,0,-0.02"};
+  const auto refusal = [&](const std::filesystem::path& table) {
+    std::vector<std::string> arguments = push;
+    arguments.insert(arguments.end(), {"--reference", table.string()});
+    return refusal_of(arguments);
+  };
+  const std::filesystem::path own = files_.dir.path() / "own.csv";
+  ASSERT_EQ(eval({"--contact", "23=0,0,-0.02", "-o", own.string()}).exit_code, 0);
+  EXPECT_NE(refusal(own).find("has no force; give a stepN.csv of `solve`"), std::string::npos)
+      << refusal(own);
+  const std::string header = "node,x,y,z,ux,uy,uz,fx,fy,fz\n";
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"nan,0,0,0,0,0,0,0,0,0", "a field is not a number"},
+      {"1.5,0,0,0,0,0,0,0,0,0", "a field is not a number"},
+      {"1,0,0,0,0,0,inf,0,0,0", "a field is not a number"},
+      {"1,0,0,0,0,0,0,0,0,0x", "a field is not a number"},
+      {"1,0,0,0,0,0,0,0,,0", "a field is not a number"},
+      {"1,0,0,0,0,0,0,0,0", "there must be 10 fields"},
+      {"1,0,0,0,0,0,0,0,0,0,0", "there must be 10 fields"}};
+  for (const auto& [row, reason] : wrong) {
+    const std::filesystem::path table = files_.dir.write("wrong.csv", header + row + "\n");
+    EXPECT_EQ(refusal(table), table.string() + ":2: " + reason) << row;
+  }
+}
+
 TEST_F(Eval, LinearModelIsTheFullSolveOfATinyPush) {
   const std::array<double, 3> d = {2e-6, -1e-6, -3e-6};
   const std::filesystem::path table = solve({{23, d}});

@@ -13,7 +13,6 @@
 namespace palpate {
 namespace {
 
-using test::fixed_dofs;
 using test::touched_block;
 using test::TouchedBlock;
 
@@ -24,7 +23,7 @@ constexpr double kResponse = 1e-10;
 
 struct LinearDdOffline : ::testing::Test {
   TouchedBlock block = touched_block(4, 0.26);  // patches of five nodes and more
-  Assembly assembly{block.model, fixed_dofs(block.model)};
+  Assembly assembly{block.model, block.model.fixed_dofs()};
   int calls = 0;
   int last = 0;
   LinearDd linear = compute_linear_dd(assembly, block.sites, [this](int done, int total) {
@@ -121,7 +120,7 @@ TEST_F(LinearDdOffline, ResponseOfASiteIsTheConstrainedLinearSolve) {
 TEST(LinearDdOfflineRefusal, ABodyThatFloatsIsRefused) {
   TouchedBlock block = touched_block(2, 0.0);
   block.model.fixed.clear();
-  const Assembly assembly(block.model, fixed_dofs(block.model));
+  const Assembly assembly(block.model, block.model.fixed_dofs());
   EXPECT_EQ(assembly.num_equations(), block.model.num_dofs());
   EXPECT_THROW(compute_linear_dd(assembly, block.sites), std::runtime_error);
 }

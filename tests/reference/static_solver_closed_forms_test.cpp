@@ -280,7 +280,7 @@ TEST(StaticSolverClosedForm, AnInvertedRootIsNotTaken) {
   const double linear = law.lambda + pressure;
   const double s = (linear + std::sqrt(linear * linear + 4 * sum_of_moduli * law.mu)) / (2 * sum_of_moduli);
   ASSERT_GT(s, 0);
-  const Assembly assembly(model, test::fixed_dofs(model));
+  const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(12);
   const SolveReport report = solver.correct(load, u, exact());

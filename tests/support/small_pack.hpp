@@ -24,13 +24,6 @@ inline constexpr double kMaxDisplacement = 0.05;
 // where the mesh has diagonals of the other kind.
 inline constexpr double kTipRadius = 0.13;
 
-inline std::vector<char> fixed_dofs(const Model& model) {
-  std::vector<char> fixed(static_cast<size_t>(model.num_dofs()), 0);
-  for (const PrescribedDisplacement& held : model.fixed)
-    fixed[static_cast<size_t>(3 * held.node + held.axis)] = 1;
-  return fixed;
-}
-
 class SmallPack {
  public:
   static constexpr int kDegree = 3;
@@ -47,7 +40,7 @@ class SmallPack {
     scene = loaded.scene;
     model = loaded.model;
     sites = find_contact_sites(scene, model);
-    const Assembly assembly(model, fixed_dofs(model));
+    const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
     SamplingPlan plan;
     plan.degree = kDegree;

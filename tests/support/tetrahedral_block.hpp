@@ -116,13 +116,6 @@ inline Model with_fixed_base(Model model) {
   return model;
 }
 
-inline std::vector<char> fixed_dofs(const Model& model) {
-  std::vector<char> dofs(static_cast<std::size_t>(model.num_dofs()), 0);
-  for (const PrescribedDisplacement& fixed : model.fixed)
-    dofs[static_cast<std::size_t>(3 * fixed.node + fixed.axis)] = 1;
-  return dofs;
-}
-
 inline std::vector<char> no_dofs(const Model& model) {
   return std::vector<char>(static_cast<std::size_t>(model.num_dofs()), 0);
 }

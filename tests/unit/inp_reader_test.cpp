@@ -231,6 +231,22 @@ TEST_F(InpReader, HoldsEachPart) {
   EXPECT_EQ(refusal(two_parts + "6, 1, 3\n7, 1, 3\n8, 3\n"), "accepted");
 }
 
+TEST_F(InpReader, WarnsOfPartsThatHangByACornerOrAnEdge) {
+  const auto warning = [&](const std::string& nodes, const std::string& element) {
+    const Model model = read(with_line(6, "5, 1, 1, 1\n" + nodes, with_line(9, "2, 2, 5, 3, 4\n" + element)));
+    return model.warnings.empty() ? "none" : without_folder(model.warnings.front());
+  };
+  const auto hangs = [](const std::string& motion) {
+    return "organ.inp: the elements at node 5 hang on the rest by a corner or an edge and can " + motion +
+           "; join them face to face, or hold them with *BOUNDARY";
+  };
+  EXPECT_EQ(warning("6, 2, 1, 1\n7, 1, 2, 1\n8, 1, 1, 2", "3, 5, 6, 7, 8"),
+            hangs("turn about an axis along x"));
+  EXPECT_EQ(warning("6, 1, 1, 2\n7, 2, 1, 1.5", "3, 5, 6, 4, 7").substr(0, 20), "organ.inp: the eleme");
+  // By a face it stands.
+  EXPECT_EQ(warning("6, 2, 2, 1", "3, 2, 6, 3, 5"), "none");
+}
+
 TEST_F(InpReader, WarnsOfNodesWithoutElements) {
   const Model model = read(with_line(6, "5, 1, 1, 1\n99, 3, 3, 3\n98, 4, 4, 4"));
   ASSERT_EQ(model.warnings.size(), 1U);

@@ -206,13 +206,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = \"NOTHING\"\nmax_displacement = 1\n",
                  "scene.toml:3: contact.sites: node set NOTHING is empty; add nodes to it"},
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = \"ALL\"\nmax_displacement = 1\n",
-                 "scene.toml:3: contact.sites: node 10 is fixed by *BOUNDARY, so no tool can move it; take "
+                 "scene.toml:3: contact.sites: node 10 is fixed by *BOUNDARY along an axis at least, so no "
+                 "tool can move it; take "
                  "it out"},
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = \"FLOATING\"\nmax_displacement = 1\n",
                  "scene.toml:3: contact.sites: node 90 is not on the surface, where no tool reaches it; take "
                  "it out"},
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = [50,\n 40]\nmax_displacement = 1\n",
-                 "scene.toml:3: contact.sites: node 40 is fixed by *BOUNDARY, so no tool can move it; take "
+                 "scene.toml:3: contact.sites: node 40 is fixed by *BOUNDARY along an axis at least, so no "
+                 "tool can move it; take "
                  "it out"},
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = [55]\nmax_displacement = 1\n",
                  "scene.toml:3: contact.sites: node 55 is not in organ.inp; correct it"},

@@ -1,9 +1,9 @@
 /* Palpate runtime: soft tissue that answers a touch at haptic rate.
  *
- *   pal_pack_open    maps an asset pack and checks it once; constant afterwards, shared by any number of
- * sessions pal_session_*    all the state of one simulation, in memory that the caller gives pal_haptic_frame
- * contacts in, forces and stiffness out; the fast one pal_visual_frame displacements of the nodes that the
- * scene shows, of the last haptic frame
+ *   pal_pack_open      maps an asset pack and checks it once; constant afterwards, shared by any sessions
+ *   pal_session_*      all the state of one simulation, in memory that the caller gives
+ *   pal_haptic_frame   contacts in, forces and stiffness out; the fast one
+ *   pal_visual_frame   displacements of the nodes that the scene shows, of the last haptic frame
  *
  *        organ.pack (read-only mapping)            caller's memory
  *      +-------------------------------+      +---------------------+
@@ -18,7 +18,14 @@
  *
  * Errors. Every call that can fail returns a pal_status, and then has changed nothing: outputs are untouched.
  * What is physically doubtful about an answer is not an error but a flag beside the answer. Nothing here
- * allocates, throws, locks or prints; only pal_pack_open and pal_pack_close enter the operating system.
+ * allocates, throws, locks or prints; only pal_pack_open and pal_pack_close call the operating system.
+ *
+ * Files. A pack is read from its mapping: a page that is not in memory is fetched from the disk by whichever
+ * frame touches it first; for hard real time call mlock on pal_pack_get_bytes, or open from locked memory.
+ * Replace a pack file only by renaming another onto it, as the builder does: a file that is cut short
+ * or written into while it is mapped takes the process down, or gives other forces than were checked.
+ *
+ * Handles come from these functions; memory that was not initialised by them is not recognised.
  *
  * NULL pointers are refused with PAL_STATUS_NULL_ARGUMENT unless a comment allows them.
  */
@@ -47,7 +54,8 @@ typedef enum pal_status {
   PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
-  PAL_STATUS_NO_SUCH_MODEL = 16, /* the pack does not carry the response model asked for */
+  PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model asked for */
+  PAL_STATUS_MODEL_CANNOT_ANSWER = 17, /* several contacts or fixed nodes, and no linear_dd to answer them */
   /* memory */
   PAL_STATUS_ARENA_TOO_SMALL = 20,
   PAL_STATUS_ARENA_MISALIGNED = 21,
@@ -68,23 +76,26 @@ typedef enum pal_status {
 const char* pal_status_text(pal_status status) PAL_NOEXCEPT;
 
 typedef enum pal_model {
-  PAL_MODEL_AUTO = 0,      /* the most accurate one in the pack that can answer the contacts at hand */
+  PAL_MODEL_AUTO = 0, /* polynomial_dd where the pack has it and it can answer the contacts, else linear_dd */
   PAL_MODEL_LINEAR = 1,    /* linear_dd: any contacts, nodes fixed while running */
   PAL_MODEL_POLYNOMIAL = 2 /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
 } pal_model;
 
 /* What is doubtful about an answer. */
 enum {
-  PAL_FLAG_EXTRAPOLATED =
-      1 << 0,                /* displacement beyond what was sampled: energy and field are continued along the
-                                ray by their second and first order expansion at the boundary */
-  PAL_FLAG_CLAMPED = 1 << 1, /* displacement beyond four times that (linear_dd: a million times the scene's
-                                largest): the answer is for the shortened one */
-  PAL_FLAG_LINEAR_FALLBACK =
-      1 << 2, /* the nonlinear model cannot answer several contacts or fixed nodes; linear_dd did */
-  PAL_FLAG_OVERLAPPING = 1 << 3, /* two contacts hold the same node: it follows their mean */
-  PAL_FLAG_ILL_CONDITIONED =
-      1 << 4 /* contact nodes so close that the compliance is singular to rounding; regularised */
+  /* Displacement beyond what was sampled. Energy and field are continued along the ray by their second and
+   * first order expansion at the boundary; out of a surface where only inward displacements were sampled, the
+   * nonlinear part fades out. */
+  PAL_FLAG_EXTRAPOLATED = 1 << 0,
+  /* Displacement beyond four times that (linear_dd: a million times the scene's largest): the answer is for
+   * the shortened one. */
+  PAL_FLAG_CLAMPED = 1 << 1,
+  /* The nonlinear model cannot answer several contacts or fixed nodes; linear_dd did. */
+  PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
+  /* Two contacts hold the same node: it follows their mean. */
+  PAL_FLAG_OVERLAPPING = 1 << 3,
+  /* Contact nodes so close that the compliance is singular to rounding; regularised. */
+  PAL_FLAG_ILL_CONDITIONED = 1 << 4
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -95,7 +106,7 @@ enum { PAL_PACK_STORAGE_BYTES = 512 };
 
 /* Maps the file read-only and checks it: header, FlatBuffer verifier, meaning of every table and segment,
  * checksum over the whole file. `storage`: PAL_PACK_STORAGE_BYTES bytes aligned to 16, the caller's until
- * pal_pack_close. Cost: one pass over the file at memory speed. Real-time safe: no. */
+ * pal_pack_close. Cost: a few passes over the file at memory speed. Real-time safe: no. */
 PAL_NODISCARD pal_status pal_pack_open(const char* path, void* storage, size_t storage_bytes,
                                        pal_pack** pack) PAL_NOEXCEPT;
 
@@ -196,9 +207,12 @@ typedef struct pal_contact {
 
 typedef struct pal_contact_result {
   double force[3]; /* that the tool must apply to the tissue: N, or force unit. A device plays its negative */
-  double stiffness[3][3]; /* d force / d displacement of this contact, the others held; symmetric */
-  pal_model model;        /* that answered */
-  uint32_t flags;         /* PAL_FLAG_... */
+  double
+      stiffness[3]
+               [3]; /* d force / d displacement of this contact, the others held; symmetric. Of the shortened
+                             displacement where the answer is PAL_FLAG_CLAMPED */
+  pal_model model;  /* that answered */
+  uint32_t flags;   /* PAL_FLAG_... */
   double
       displacement_error; /* estimate: largest error of any shown node, as a fraction of |displacement|; the
                              p95 of the survey at this |displacement|, or 1 where nothing was measured */
@@ -206,8 +220,10 @@ typedef struct pal_contact_result {
 } pal_contact_result;
 
 /* Forces and stiffness for the contacts held now (count 0: the tissue is at rest). `results`: count entries,
- * may be NULL. Cost, worst case: polynomial_dd about 0.3 us. linear_dd with the contacts of the frame before,
- * 9 k^2 multiply-adds for k held nodes; with a new set, a (3 k)^3 / 3 factor more. Real-time safe: yes. */
+ * may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of
+ * degree 3 about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), with a new set
+ * n^3 / 6 + 3 c n^2 more, four times that where it is ill-conditioned. Real-time safe: yes, for the n that
+ * the budget allows. */
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                           pal_contact_result* results) PAL_NOEXCEPT;
 

@@ -1,0 +1,91 @@
+#include "offline/cli/frame_timing.hpp"
+
+#include <random>
+
+namespace palpate {
+namespace {
+
+// Contacts in the sampled ball, at sites that change every 50 frames as a tool that slides would make them.
+std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
+  const pal_pack_info info = opened.info();
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<pal_contact> contacts;
+  std::uint32_t site = 0;
+  for (int i = 0; i < 4096; ++i) {
+    if (new_site_each_frame || i % 50 == 0) site = (site + 1) % info.num_sites;
+    Eigen::Vector3d d;
+    do {
+      d = Eigen::Vector3d(unit(generator), unit(generator), unit(generator));
+    } while (d.norm() > 1);
+    d *= info.max_displacement;
+    contacts.push_back({site, {d[0], d[1], d[2]}});
+  }
+  return contacts;
+}
+
+// A session in memory of its own.
+class TimedSession {
+ public:
+  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts)
+      : arena_(required_bytes(opened, config_of(opened, model, max_contacts))), results_(max_contacts) {
+    require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts), arena_.bytes()),
+               "session");
+  }
+  void haptic(std::span<const pal_contact> contacts) {
+    require_ok(session_.haptic_frame(contacts, {results_.data(), contacts.size()}), "frame");
+  }
+  void visual(float* field) { require_ok(session_.visual_frame(field), "frame"); }
+
+ private:
+  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts) {
+    pal_session_config config = pal_default_session_config(opened.pack().get());
+    config.model = model;
+    config.max_contacts = max_contacts;
+    return config;
+  }
+  static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {
+    size_t bytes = 0;
+    require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
+    return bytes;
+  }
+
+  AlignedBytes arena_;
+  std::vector<pal_contact_result> results_;
+  Session session_;
+};
+
+}  // namespace
+
+std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames) {
+  TimedSession session(opened, model, 1);
+  const std::vector<pal_contact> staying = random_contacts(opened, false);
+  const std::vector<pal_contact> moving = random_contacts(opened, true);
+  const auto touch = [&](const std::vector<pal_contact>& contacts) {
+    return [&](int frame) { session.haptic({&contacts[static_cast<size_t>(frame) % contacts.size()], 1}); };
+  };
+  std::vector<Timing> timings;
+  timings.push_back(time_frames(model_name(model), "force + stiffness", frames, touch(staying)));
+  // At a single site nothing moves: the same row again would claim a new factor in each frame.
+  if (opened.info().num_sites > 1)
+    timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
+  session.haptic({&staying.front(), 1});
+  std::vector<float> field(size_t{3} * opened.info().num_nodes);
+  timings.push_back(time_frames(model_name(model), "field of shown nodes", frames,
+                                [&](int) { session.visual(field.data()); }));
+  return timings;
+}
+
+Timing time_scene(const OpenedPack& opened, int frames) {
+  const pal_pack_info info = opened.info();
+  const bool several = info.has_linear != 0;  // polynomials answer one contact alone
+  const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
+  TimedSession session(opened, PAL_MODEL_AUTO, count);
+  const std::vector<pal_contact> contacts = random_contacts(opened, true);
+  return time_frames("", "scene", frames, [&](int frame) {
+    const size_t first = static_cast<size_t>(frame) * count % (contacts.size() - count);
+    session.haptic({&contacts[first], count});
+  });
+}
+
+}  // namespace palpate
