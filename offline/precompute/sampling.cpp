@@ -100,7 +100,7 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
 }
 
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site)
-    : solver_(&solver), sites_(&sites), site_(&site) {
+    : solver_(&solver), site_(&site) {
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();

@@ -72,7 +72,6 @@ class SiteSampler {
   void read_sample(const Eigen::VectorXd& u, Sample& sample) const;
 
   StaticSolver* solver_;
-  const ContactSites* sites_;
   const ContactSite* site_;
   Eigen::MatrixXd patch_motion_;  // all dofs x 3: the patch moves as one
   std::vector<Eigen::Index> packed_dofs_;
