@@ -91,6 +91,7 @@ int run_build(const BuildArguments& arguments) {
   check_keeps_inputs(arguments.pack, inputs);
   check_can_finish(arguments.pack);
   std::vector<InputFile> descriptions;  // of what was just read, not of what an editor may save meanwhile
+  descriptions.reserve(inputs.size());
   for (const std::filesystem::path& file : inputs) descriptions.push_back(describe_input(file));
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;

@@ -8,12 +8,13 @@ namespace {
 // Contacts in the sampled ball, at sites that change every 50 frames as a tool that slides would make them.
 std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
   const pal_pack_info info = opened.info();
+  const std::uint32_t num_sites = std::max(info.num_sites, 1u);
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<pal_contact> contacts;
   std::uint32_t site = 0;
   for (int i = 0; i < 4096; ++i) {
-    if (new_site_each_frame || i % 50 == 0) site = (site + 1) % info.num_sites;
+    if (new_site_each_frame || i % 50 == 0) site = (site + 1) % num_sites;
     Eigen::Vector3d d;
     do {
       d = Eigen::Vector3d(unit(generator), unit(generator), unit(generator));
