@@ -131,7 +131,7 @@ Eigen::Matrix3d Assembly::deformation_gradient(int element, const Eigen::VectorX
   return F;
 }
 
-const CompressibleNeoHookean& Assembly::law(int element) const {
+const Law& Assembly::law(int element) const {
   return model_->materials[static_cast<size_t>(model_->elements[static_cast<size_t>(element)].material)].law;
 }
 
@@ -145,7 +145,8 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   for (int e = 0; e < num_elements; ++e) {
     const Rest& rest = rest_[static_cast<size_t>(e)];
     const Eigen::Matrix3d F = deformation_gradient(e, displacement);
-    const double J = F.determinant();
+    // Small strain knows no inversion.
+    const double J = std::holds_alternative<LinearElastic>(law(e)) ? 1.0 : F.determinant();
     if (!(J >= state.min_jacobian)) {
       state.min_jacobian = J;
       state.worst_element = e;

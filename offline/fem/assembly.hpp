@@ -11,7 +11,7 @@
 #include <array>
 #include <vector>
 
-#include "offline/material/compressible_neo_hookean.hpp"
+#include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 
 namespace palpate {
@@ -63,7 +63,7 @@ class Assembly {
   };
 
   Eigen::Matrix3d deformation_gradient(int element, const Eigen::VectorXd& displacement) const;
-  const CompressibleNeoHookean& law(int element) const;
+  const Law& law(int element) const;
 
   const Model* model_;
   std::vector<Rest> rest_;

@@ -99,6 +99,7 @@ struct DraftForce {
 
 struct DraftStep {
   Step step;  // increments only
+  bool nlgeom = false;
   bool has_static = false;
   bool ended = false;
   std::vector<DraftDisplacement> prescribed;

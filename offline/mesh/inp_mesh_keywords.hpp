@@ -1,5 +1,4 @@
-// The keywords that describe the body: *NODE, *ELEMENT, *NSET, *ELSET, *MATERIAL, *HYPERELASTIC, *SOLID
-// SECTION.
+// The keywords that describe the mesh: *NODE, *ELEMENT, *NSET, *ELSET.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -13,8 +12,5 @@ void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_element_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
-void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
-void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);  // of the last *MATERIAL
-void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include "offline/mesh/inp_draft.hpp"
 #include "offline/mesh/inp_lexer.hpp"
+#include "offline/mesh/inp_material_keywords.hpp"
 #include "offline/mesh/inp_mesh_keywords.hpp"
 #include "offline/mesh/inp_resolve.hpp"
 #include "offline/mesh/inp_step_keywords.hpp"
@@ -60,6 +61,7 @@ constexpr std::array kRules = {
     KeywordRule{"ELSET", "*ELSET", Where::before_steps, read_element_set},
     KeywordRule{"MATERIAL", "*MATERIAL", Where::before_steps, read_material},
     KeywordRule{"HYPERELASTIC", "*HYPERELASTIC", Where::before_steps, read_hyperelastic},
+    KeywordRule{"ELASTIC", "*ELASTIC", Where::before_steps, read_elastic},
     KeywordRule{"SOLIDSECTION", "*SOLID SECTION", Where::before_steps, read_solid_section},
     KeywordRule{"BOUNDARY", "*BOUNDARY", Where::anywhere, read_boundary},
     KeywordRule{"STEP", "*STEP", Where::anywhere, read_step},
@@ -78,7 +80,6 @@ struct Remedy {
 };
 constexpr std::array kRemedies = {
     Remedy{"DENSITY", "remove it: a static solve does not use mass"},
-    Remedy{"ELASTIC", "write *HYPERELASTIC, COMPRESSIBLE NEO HOOKE and a data line mu, lambda"},
     Remedy{"PART", "export the model as a flat input file, without parts and instances"},
     Remedy{"ASSEMBLY", "export the model as a flat input file, without parts and instances"},
     Remedy{"INSTANCE", "export the model as a flat input file, without parts and instances"},
@@ -127,14 +128,14 @@ Model read_inp(const std::filesystem::path& file) {
     lexer.fail(line->place, "data before the first keyword: '" + printable(line->text) +
                                 "'; an .inp file begins with a keyword such as *NODE");
   }
-  std::string previous;
+  bool below_material = false;
   while (const KeywordLine* keyword = lexer.next_keyword()) {
     const KeywordRule& rule = rule_of(lexer, *keyword);
     check_where(lexer, *keyword, rule, draft);
-    if (keyword->name == "HYPERELASTIC" && previous != "MATERIAL" && previous != "HYPERELASTIC") {
-      lexer.fail(keyword->place, "*HYPERELASTIC belongs to no material; move it below *MATERIAL");
-    }
-    previous = keyword->name;
+    const bool is_law = keyword->name == "HYPERELASTIC" || keyword->name == "ELASTIC";
+    if (is_law && !below_material)
+      lexer.fail(keyword->place, keyword->shown + " belongs to no material; move it below *MATERIAL");
+    below_material = is_law || keyword->name == "MATERIAL";
     rule.read(lexer, *keyword, draft);
     if (const DataLine* line = lexer.next_data()) {
       lexer.fail(line->place, "unexpected data after " + std::string(rule.shown) + ": '" +

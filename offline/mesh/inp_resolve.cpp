@@ -135,9 +135,18 @@ class Resolver {
     for (const DraftMaterial& material : draft_.materials) {
       if (!material.has_law) {
         fail(material.place, "material " + printable(material.material.name) +
-                                 " has no law; add *HYPERELASTIC, COMPRESSIBLE NEO HOOKE below it");
+                                 " has no law; add *HYPERELASTIC or *ELASTIC below it");
       }
       model_.materials.push_back(material.material);
+      Law& law = model_.materials.back().law;
+      const auto* elastic = std::get_if<LinearElastic>(&law);
+      if (elastic == nullptr && !draft_.steps.empty() && !draft_.steps.front().nlgeom) {
+        fail(draft_.steps.front().place,
+             "*STEP without NLGEOM asks for small strain, which the hyperelastic material " +
+                 printable(material.material.name) + " does not know; write *STEP, NLGEOM");
+      }
+      if (elastic != nullptr && !draft_.steps.empty() && draft_.steps.front().nlgeom)
+        law = StVenantKirchhoff{elastic->mu, elastic->lambda};
     }
   }
 

@@ -76,13 +76,17 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   }
   const Parameter* nlgeom = keyword.find("NLGEOM");
   const std::string value = nlgeom == nullptr ? "NO" : normalised_name(nlgeom->value.value_or("YES"));
-  if (value != "YES") {
-    lexer.fail(keyword.place,
-               "*STEP without NLGEOM asks for small displacements, which are not supported; "
-               "write *STEP, NLGEOM: this material is nonlinear");
-  }
+  if (value != "YES" && value != "NO")
+    lexer.fail(keyword.place, "NLGEOM=" + printable(value) + " is neither YES nor NO; correct it");
   DraftStep step;
   step.place = keyword.place;
+  step.nlgeom = value == "YES";
+  // As in Abaqus, what follows a step with NLGEOM has it too.
+  if (!draft.steps.empty() && draft.steps.front().nlgeom) step.nlgeom = true;
+  if (!draft.steps.empty() && step.nlgeom != draft.steps.front().nlgeom) {
+    lexer.fail(keyword.place,
+               "NLGEOM begins in a later step than the first; write it in the first, or in none");
+  }
   if (keyword.find("INC") != nullptr) {
     const std::string increments = lexer.required_value(keyword, "INC");
     const std::optional<int> count = parse_integer(increments);

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "offline/material/law.hpp"
+
 namespace palpate {
 
 // Where a thing was said, for messages: "liver.inp:214".
@@ -19,15 +21,9 @@ struct SourceLine {
   int line = 0;
 };
 
-// Compressible neo-Hookean solid, Zhong et al. 2005 eq. (1). Moduli in force unit / length unit^2.
-struct CompressibleNeoHookean {
-  double mu = 0;
-  double lambda = 0;
-};
-
 struct Material {
   std::string name;
-  CompressibleNeoHookean law;
+  Law law;
 };
 
 // A four-node linear tetrahedron (C3D4). Its signed volume (x1-x0) . ((x2-x0) x (x3-x0)) / 6 is positive.

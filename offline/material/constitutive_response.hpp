@@ -1,0 +1,24 @@
+// Energy, stress and tangent of whatever law a material holds.
+#pragma once
+
+#include "offline/material/compressible_neo_hookean.hpp"
+#include "offline/material/elastic.hpp"
+#include "offline/material/invariant_law.hpp"
+#include "offline/material/ogden.hpp"
+
+namespace palpate {
+
+// W, per reference volume. All laws but LinearElastic and StVenantKirchhoff require det F > 0.
+inline double strain_energy_density(const Law& law, const Eigen::Matrix3d& F) {
+  return std::visit([&](const auto& one) { return strain_energy_density(one, F); }, law);
+}
+
+inline Eigen::Matrix3d first_piola_kirchhoff(const Law& law, const Eigen::Matrix3d& F) {
+  return std::visit([&](const auto& one) { return first_piola_kirchhoff(one, F); }, law);
+}
+
+inline StressAndTangent stress_and_tangent(const Law& law, const Eigen::Matrix3d& F) {
+  return std::visit([&](const auto& one) { return stress_and_tangent(one, F); }, law);
+}
+
+}  // namespace palpate

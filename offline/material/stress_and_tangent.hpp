@@ -1,0 +1,58 @@
+// What every law answers at one deformation gradient, and the pieces that several laws are made of.
+//
+// Notation: F the deformation gradient, J = det F, H = F^-T. dJ/dF = J H and dH[dF] = -H dF^T H.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include "offline/material/law.hpp"
+
+namespace palpate {
+
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+// Stresses in force unit / length unit^2.
+struct StressAndTangent {
+  Eigen::Matrix3d first_piola_kirchhoff;
+  Matrix9d tangent;  // dP_iJ / dF_kL at (i + 3 J, k + 3 L)
+};
+
+// The value of a function of one variable with its first two derivatives.
+struct Derivatives {
+  double value = 0;
+  double first = 0;
+  double second = 0;
+};
+
+// U(J) = sum over i of (J - 1)^(2 i) / D_i.
+inline Derivatives volumetric_energy(const VolumetricEnergy& energy, double J) {
+  const double t = J - 1.0;
+  const double t2 = t * t;
+  const auto& [d1, d2, d3] = energy.inverse_d;
+  return {t2 * (d1 + t2 * (d2 + t2 * d3)), t * (2.0 * d1 + t2 * (4.0 * d2 + t2 * 6.0 * d3)),
+          2.0 * d1 + t2 * (12.0 * d2 + t2 * 30.0 * d3)};
+}
+
+// Adds scale * a b^T, both as columns of nine.
+inline void add_dyad(double scale, const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, Matrix9d& tangent) {
+  tangent.noalias() += (scale * a.reshaped()) * b.reshaped().transpose();
+}
+
+// Adds scale * dF.
+inline void add_identity(double scale, Matrix9d& tangent) {
+  tangent.diagonal().array() += scale;
+}
+
+// Adds scale * H dF^T H: (H dF^T H)_iJ = H_iL dF_kL H_kJ.
+inline void add_transposed(double scale, const Eigen::Matrix3d& H, Matrix9d& tangent) {
+  for (int L = 0; L < 3; ++L) {
+    for (int k = 0; k < 3; ++k) {
+      for (int J = 0; J < 3; ++J) {
+        for (int i = 0; i < 3; ++i) tangent(i + 3 * J, k + 3 * L) += scale * H(i, L) * H(k, J);
+      }
+    }
+  }
+}
+
+}  // namespace palpate
