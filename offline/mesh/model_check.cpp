@@ -9,6 +9,7 @@
 #include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/rigid_motion.hpp"
+#include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
@@ -94,6 +95,22 @@ void warn_unused_nodes(Model& model) {
                   unused == 1 ? "node belongs" : "nodes belong", label(model, static_cast<int>(first))));
 }
 
+// Above it linear tetrahedra are too stiff by tens of percent: a block compressed by a tenth came out 20 % too
+// stiff at 0.45 on a coarse mesh, and twice as stiff at 0.49.
+constexpr double kLockingPoissonRatio = 0.45;
+
+void warn_locking(Model& model) {
+  for (const Material& material : model.materials) {
+    const double nu = small_strain_moduli(material.law).poisson_ratio();
+    if (nu <= kLockingPoissonRatio + 1e-12) continue;
+    model.warnings.push_back(
+        fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} linear "
+                    "tetrahedra lock, and forces come "
+                    "out too large",
+                    model.file, printable(material.name), nu, kLockingPoissonRatio));
+  }
+}
+
 void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
   const std::vector<LoosePart> hinged = hinged_parts(model, held);
   if (hinged.empty()) return;
@@ -133,6 +150,7 @@ void check_model(Model& model, const ModelOrigin& origin) {
   check_held(model, held);
   warn_hinged_parts(model, held);
   warn_unused_nodes(model);
+  warn_locking(model);
 }
 
 }  // namespace palpate

@@ -34,7 +34,7 @@ Model two_materials() {
   shape.cells = {2, 2, 2};
   shape.size = {1.0, 1.25, 0.75};
   Model model = tetrahedral_block(shape);
-  model.materials.push_back({"STIFF", {2.4, 10.0}});
+  model.materials.push_back({"STIFF", CompressibleNeoHookean{2.4, 10.0}});
   for (size_t e = 0; e < model.elements.size(); e += 3) model.elements[e].material = 1;
   return model;
 }
@@ -260,7 +260,7 @@ TEST(AssemblyProperty, OriginDoesNotMatter) {
 TEST(AssemblyProperty, RoundingIsAsSmallAsSaid) {
   for (const double stiffness : {1.0, 1e6}) {
     BlockShape shape;
-    shape.law = {0.48, 0.2 * stiffness};
+    shape.law = CompressibleNeoHookean{0.48, 0.2 * stiffness};
     const Model model = tetrahedral_block(shape);
     const Assembly assembly(model, no_dofs(model));
     for (const double far : {0.0, 1e3}) {

@@ -88,8 +88,8 @@ Eigen::Matrix3d random_rotation(TestRandom& random) {
 // Random rotations on both sides of given stretches: distinct ones, two and three equal, near inversion.
 std::vector<Case> cases() {
   TestRandom random(11);
-  const std::vector<Eigen::Vector3d> stretches = {{1.0, 1.0, 1.0}, {1.3, 0.9, 0.8}, {1.6, 0.6, 1.1},
-                                                  {0.5, 0.6, 0.7}, {2.5, 1.5, 0.4}, {1.4, 1.4, 0.7},
+  const std::vector<Eigen::Vector3d> stretches = {{1.0, 1.0, 1.0}, {1.3, 0.9, 0.8},  {1.6, 0.6, 1.1},
+                                                  {0.5, 0.6, 0.7}, {2.5, 1.5, 0.4},  {1.4, 1.4, 0.7},
                                                   {1.2, 1.2, 1.2}, {1.0, 1.2, 0.05}, {3.0, 1.0, 0.02}};
   std::vector<Case> result;
   for (const NamedLaw& law : finite_strain_laws()) {
@@ -125,14 +125,18 @@ void expect_second_order(const std::function<Eigen::VectorXd(const Eigen::Matrix
   // determinant that lost two digits to near inversion takes two more.
   constexpr double kFloor = 2e-8;
   double before = 0;
+  int compared = 0;
   for (int halving = 0; halving < 5; ++halving) {
     const double step = 0.02 * c.smallest_stretch * std::pow(0.5, halving);
     const double error = (central_difference(value, c.F, step) - exact).norm();
-    if (halving > 0) {
+    const double rounding = std::numeric_limits<double>::epsilon() * (value(c.F).norm() + c.shear()) / step;
+    if (halving > 0 && error > 300 * rounding) {
       EXPECT_NEAR(before / error, 4.0, 0.1) << c.name << ", halving " << halving;
+      ++compared;
     }
     before = error;
   }
+  EXPECT_GE(compared, 2) << c.name;
   double best = std::numeric_limits<double>::infinity();
   for (const double relative_step : {1e-4, 1e-5, 1e-6}) {
     const Eigen::MatrixXd difference = central_difference(value, c.F, relative_step * c.smallest_stretch);
@@ -208,7 +212,8 @@ TEST(MaterialLaw, RestAndRotationsAreFreeOfStress) {
   for (const NamedLaw& law : finite_strain_laws()) {
     const SmallStrainModuli moduli = small_strain_moduli(law.law);
     const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
-    EXPECT_LE(first_piola_kirchhoff(law.law, unit).norm(), 1e-15 * moduli.shear) << law.name << ": rest must not creep";
+    EXPECT_LE(first_piola_kirchhoff(law.law, unit).norm(), 1e-15 * moduli.shear)
+        << law.name << ": rest must not creep";
     EXPECT_LE(std::abs(strain_energy_density(law.law, unit)), 1e-15 * moduli.shear) << law.name;
     const Eigen::Matrix3d Q = random_rotation(random);
     EXPECT_LE(first_piola_kirchhoff(law.law, Q).norm(), 1e-14 * (moduli.shear + moduli.bulk)) << law.name;
@@ -226,7 +231,8 @@ TEST(MaterialLaw, SmallStrainTangentIsHookesLaw) {
       for (int J = 0; J < 3; ++J) {
         for (int k = 0; k < 3; ++k) {
           for (int L = 0; L < 3; ++L) {
-            const double hooke = lambda * (i == J) * (k == L) + mu * ((i == k) * (J == L) + (i == L) * (J == k));
+            const double hooke =
+                lambda * (i == J) * (k == L) + mu * ((i == k) * (J == L) + (i == L) * (J == k));
             EXPECT_NEAR(tangent(i + 3 * J, k + 3 * L), hooke, 1e-14 * (mu + bulk)) << law.name;
           }
         }
@@ -236,10 +242,12 @@ TEST(MaterialLaw, SmallStrainTangentIsHookesLaw) {
 }
 
 TEST(MaterialLaw, PoissonRatioIsThatOfTheModuli) {
-  EXPECT_NEAR(small_strain_moduli(CompressibleNeoHookean{0.48, 0.2}).poisson_ratio(), 0.2 / (2 * 0.68), 1e-15);
+  EXPECT_NEAR(small_strain_moduli(CompressibleNeoHookean{0.48, 0.2}).poisson_ratio(), 0.2 / (2 * 0.68),
+              1e-15);
   EXPECT_NEAR(small_strain_moduli(LinearElastic{1.0, 4.0}).poisson_ratio(), 0.4, 1e-15);
   // C10 = mu / 2 and D1 = 2 / K.
-  EXPECT_NEAR(small_strain_moduli(neo_hooke(0.5, 2.0 / 50)).poisson_ratio(), (150.0 - 2) / (2 * 151.0), 1e-15);
+  EXPECT_NEAR(small_strain_moduli(neo_hooke(0.5, 2.0 / 50)).poisson_ratio(), (150.0 - 2) / (2 * 151.0),
+              1e-15);
 }
 
 TEST(CompressibleNeoHookeanLaw, CauchyStressIsThePapersSecondEquation) {
@@ -249,7 +257,8 @@ TEST(CompressibleNeoHookeanLaw, CauchyStressIsThePapersSecondEquation) {
     const double J = c.F.determinant();
     const Eigen::Matrix3d cauchy = first_piola_kirchhoff(*law, c.F) * c.F.transpose() / J;
     const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
-    const Eigen::Matrix3d expected = law->mu / J * (c.F * c.F.transpose() - unit) + law->lambda * (J - 1) * unit;
+    const Eigen::Matrix3d expected =
+        law->mu / J * (c.F * c.F.transpose() - unit) + law->lambda * (J - 1) * unit;
     EXPECT_LE((cauchy - expected).norm(), kIdentity * (expected.norm() + law->mu / J)) << c.name;
   }
 }
@@ -278,7 +287,8 @@ TEST(InvariantLaws, CauchyStressIsTheTextbooks) {
     const double slope = law->c10 + 2 * law->c20 * (A - 3) + 3 * law->c30 * (A - 3) * (A - 3);
     const Eigen::Matrix3d s = (slope + A * law->c01) * b - law->c01 * b * b;
     const double t = J - 1;
-    const double pressure = 2 * t * law->volumetric.inverse_d[0] + 4 * t * t * t * law->volumetric.inverse_d[1] +
+    const double pressure = 2 * t * law->volumetric.inverse_d[0] +
+                            4 * t * t * t * law->volumetric.inverse_d[1] +
                             6 * std::pow(t, 5) * law->volumetric.inverse_d[2];
     const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
     const Eigen::Matrix3d expected = 2 / J * (s - s.trace() / 3 * unit) + pressure * unit;
@@ -314,7 +324,9 @@ TEST(OgdenLaw, TangentOfNearlyEqualStretchesIsThatOfEqualOnes) {
   const Matrix9d at = stress_and_tangent(law, equal.asDiagonal()).tangent;
   for (const double gap : {1e-3, 1e-4, 3e-5, 1e-5, 1e-6, 1e-9, 1e-13}) {
     const Eigen::Vector3d near = equal + Eigen::Vector3d(gap, 0, 0);
-    EXPECT_LE((stress_and_tangent(law, near.asDiagonal()).tangent - at).norm(), (10 * gap + 1e-10) * at.norm()) << gap;
+    EXPECT_LE((stress_and_tangent(law, near.asDiagonal()).tangent - at).norm(),
+              (10 * gap + 1e-10) * at.norm())
+        << gap;
   }
 }
 
@@ -329,7 +341,8 @@ TEST(LinearElasticLaw, IsLinear) {
     const Eigen::Matrix3d stress = 2 * law.mu * strain + law.lambda * strain.trace() * unit;
     EXPECT_LE((response.first_piola_kirchhoff - stress).norm(), 1e-14 * stress.norm());
     EXPECT_LE((response.tangent * gradient.reshaped() - stress.reshaped()).norm(), 1e-14 * stress.norm());
-    EXPECT_NEAR(strain_energy_density(law, unit + gradient), 0.5 * stress.cwiseProduct(strain).sum(), 1e-14 * stress.norm());
+    EXPECT_NEAR(strain_energy_density(law, unit + gradient), 0.5 * stress.cwiseProduct(strain).sum(),
+                1e-14 * stress.norm());
   }
 }
 

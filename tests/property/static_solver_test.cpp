@@ -391,8 +391,9 @@ TEST(StaticSolverProperty, UnitsDoNotMatter) {
   for (const Units units : {Units{1e6, 1.0}, Units{1e-3, 1.0}, Units{1e6, 1e-9}, Units{1e-3, 1e12}}) {
     Model model = metres;
     for (Eigen::Vector3d& position : model.positions) position *= units.length;
-    model.materials[0].law.mu *= units.modulus;
-    model.materials[0].law.lambda *= units.modulus;
+    auto& law = std::get<CompressibleNeoHookean>(model.materials[0].law);
+    law.mu *= units.modulus;
+    law.lambda *= units.modulus;
     const Eigen::VectorXd u = solve(model, units.length, units.modulus * units.length * units.length);
     EXPECT_LE((u - expected).norm(), kSameAnswer * expected.norm())
         << "length unit " << units.length << ", modulus unit " << units.modulus;
@@ -478,7 +479,7 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
 // refusal.
 TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
   BlockShape shape;
-  shape.law = {0.48, 0.48e8};
+  shape.law = CompressibleNeoHookean{0.48, 0.48e8};
   const Model model = with_fixed_base(tetrahedral_block(shape));
   const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
@@ -517,7 +518,7 @@ TEST(StaticSolverProperty, UnloadedToRestConvergesToRest) {
 TEST(StaticSolverProperty, TinyPushesConverge) {
   for (const double lambda : {0.2, 2e2, 2e4}) {
     BlockShape shape;
-    shape.law = {0.48, lambda};
+    shape.law = CompressibleNeoHookean{0.48, lambda};
     const Model model = with_fixed_base(tetrahedral_block(shape));
     const Assembly assembly(model, model.fixed_dofs());
     StaticSolver solver(assembly);

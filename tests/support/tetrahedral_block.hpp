@@ -45,7 +45,7 @@ struct BlockShape {
   // Interior nodes are moved by up to this part of a cell along each axis; 0.15 leaves every element upright.
   double jitter = 0.15;
   unsigned seed = 1;
-  CompressibleNeoHookean law = {0.48, 0.2};
+  Law law = CompressibleNeoHookean{0.48, 0.2};
 };
 
 // A block with a corner at the origin, every cell cut into six tetrahedra around its diagonal. Nodes run

@@ -31,8 +31,9 @@ TEST_F(InpReader, ReadsABody) {
   EXPECT_EQ(model.elements[1].nodes, (std::array<int, 4>{1, 4, 2, 3}));
   ASSERT_EQ(model.materials.size(), 1U);
   EXPECT_EQ(model.materials[0].name, "TISSUE");
-  EXPECT_EQ(model.materials[0].law.mu, 0.48);
-  EXPECT_EQ(model.materials[0].law.lambda, 0.2);
+  const auto& law = std::get<CompressibleNeoHookean>(model.materials[0].law);
+  EXPECT_EQ(law.mu, 0.48);
+  EXPECT_EQ(law.lambda, 0.2);
   EXPECT_EQ(model.node_sets.at("BASE"), (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(model.element_sets.at("BODY"), (std::vector<int>{0, 1}));
   ASSERT_EQ(model.fixed.size(), 9U);
@@ -96,7 +97,7 @@ TEST_F(InpReader, TakesAbaqusSpelling) {
   EXPECT_EQ(model.elements[0].label, 10);
   EXPECT_EQ(model.elements[0].material, 0);
   EXPECT_EQ(model.elements[1].material, 1);
-  EXPECT_EQ(model.materials[1].law.lambda, -1.0);
+  EXPECT_EQ(std::get<CompressibleNeoHookean>(model.materials[1].law).lambda, -1.0);
   EXPECT_EQ(model.fixed.size(), 15U);
 }
 
@@ -200,6 +201,52 @@ TEST_F(InpReader, StepsCarryOver) {
             "organ.inp:31: *NODE PRINT is passed over: results are written for every node");
   EXPECT_EQ(without_folder(model.warnings[1]),
             "organ.inp:33: *EL FILE is passed over: results are written for every node");
+}
+
+TEST_F(InpReader, WarnsOfMaterialsThatLock) {
+  const auto warnings = [&](const std::string& lambda) {
+    return read(with_line(14, "1, " + lambda)).warnings;
+  };
+  EXPECT_EQ(warnings("9").size(), 0U) << "nu = 0.45";
+  ASSERT_EQ(warnings("49").size(), 1U);
+  EXPECT_EQ(without_folder(warnings("49")[0]),
+            "organ.inp: material TISSUE has a Poisson ratio of 0.49 at small strain; above 0.45 linear "
+            "tetrahedra lock, "
+            "and forces come out too large");
+}
+
+TEST_F(InpReader, ReadsEveryLaw) {
+  const auto law_of = [&](const std::string& keyword_and_data, const std::string& steps = "") {
+    return read(with_line(13, keyword_and_data, with_line(14, "")) + steps).materials[0].law;
+  };
+  const auto invariant = [&](const std::string& text) { return std::get<InvariantLaw>(law_of(text)); };
+  const InvariantLaw neo_hooke = invariant("*Hyperelastic, neo hooke\n0.24, 4");
+  EXPECT_EQ(neo_hooke.c10, 0.24);
+  EXPECT_EQ(neo_hooke.c01, 0);
+  EXPECT_EQ(neo_hooke.volumetric.inverse_d, (std::array<double, 3>{0.25, 0, 0}));
+  const InvariantLaw mooney = invariant("*HYPERELASTIC, MOONEY-RIVLIN\n0.24, 0.1, 2");
+  EXPECT_EQ(mooney.c10, 0.24);
+  EXPECT_EQ(mooney.c01, 0.1);
+  EXPECT_EQ(mooney.volumetric.inverse_d, (std::array<double, 3>{0.5, 0, 0}));
+  const InvariantLaw yeoh = invariant("*HYPERELASTIC, YEOH\n1, -0.1, 0.01, 2, 0, 8");
+  EXPECT_EQ(yeoh.c10, 1);
+  EXPECT_EQ(yeoh.c20, -0.1);
+  EXPECT_EQ(yeoh.c30, 0.01);
+  EXPECT_EQ(yeoh.volumetric.inverse_d, (std::array<double, 3>{0.5, 0, 0.125}));
+  const Ogden ogden = std::get<Ogden>(law_of("*HYPERELASTIC, OGDEN, N=3\n1, 2, 3, 4, 5, -6, 2, 4\n8"));
+  ASSERT_EQ(ogden.terms.size(), 3U);
+  EXPECT_EQ(ogden.terms[2].mu, 5);
+  EXPECT_EQ(ogden.terms[2].alpha, -6);
+  EXPECT_EQ(ogden.volumetric.inverse_d, (std::array<double, 3>{0.5, 0.25, 0.125}));
+  EXPECT_EQ(std::get<Ogden>(law_of("*HYPERELASTIC, OGDEN\n1, 2, 4")).terms.size(), 1U);
+
+  const std::string elastic = "*ELASTIC, TYPE=ISO\n2.8, 0.4";
+  EXPECT_NEAR(std::get<LinearElastic>(law_of(elastic)).mu, 1.0, 1e-15);
+  EXPECT_NEAR(std::get<LinearElastic>(law_of(elastic, "*STEP\n*STATIC\n*END STEP\n")).lambda, 4.0, 1e-14);
+  EXPECT_NEAR(std::get<StVenantKirchhoff>(law_of(elastic, kStep + kEnd)).lambda, 4.0, 1e-14);
+  EXPECT_NEAR(std::get<StVenantKirchhoff>(law_of(elastic, kStep + kEnd + "*STEP\n*STATIC\n*END STEP\n")).mu,
+              1.0, 1e-15)
+      << "what follows a step with NLGEOM has it too";
 }
 
 TEST_F(InpReader, HoldsCountWhenEveryStepMakesThem) {
