@@ -56,7 +56,8 @@ void write_result(const std::filesystem::path& file, const Model& model, const E
   VtuIntegerArray labels = {"element", {}};
   VtuIntegerArray materials = {"material", {}};
   for (const Tetrahedron& element : model.elements) {
-    mesh.connectivity.insert(mesh.connectivity.end(), element.nodes.begin(), element.nodes.end());
+    mesh.connectivity.insert(mesh.connectivity.end(), element.nodes().begin(), element.nodes().end());
+    mesh.cells.push_back(element.num_nodes == 4 ? VtuCell::kTetrahedron : VtuCell::kQuadraticTetrahedron);
     labels.values.push_back(element.label);
     materials.values.push_back(element.material);
   }

@@ -1,9 +1,9 @@
 // The discrete equations of an organ: internal force P(u), stored energy and tangent stiffness K(u) = dP/du,
-// assembled from linear tetrahedra on a sparsity pattern that is fixed once.
+// assembled from tetrahedra of four and ten nodes on a sparsity pattern that is fixed once.
 //
-// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the
-// constant shape gradients g_a of an element of volume V,
-//   F = 1 + sum_a u_a g_a^T,   P_a = V P(F) g_a,   K_ab = V g_a . dP/dF . g_b.
+// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the shape
+// gradients g_a at an integration point that stands for the volume V,
+//   F = 1 + sum_a u_a g_a^T,   P_a = sum V P(F) g_a,   K_ab = sum V g_a . dP/dF . g_b.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,7 @@
 
 #include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
+#include "offline/mesh/tetrahedron_shape.hpp"
 
 namespace palpate {
 
@@ -56,24 +57,35 @@ class Assembly {
   double rounding_force(const Eigen::VectorXd& displacement) const;
 
  private:
-  using Gradients = Eigen::Matrix<double, 3, 4>;  // column a: dN_a/dX
-  struct Rest {
-    Gradients gradients;
-    double volume = 0;
+  // The elements of one kind: where they are, their rest geometry, and where their stiffness goes.
+  template <int kNodes>
+  struct Group {
+    static constexpr int kDofs = 3 * kNodes;
+    static constexpr int kEntries = kDofs * (kDofs + 1) / 2;
+    using Points = std::array<ShapeAtPoint<kNodes>, TetrahedronShape<kNodes>::kPoints>;
+    std::vector<int> elements;  // in Model::elements
+    std::vector<Points> rest;
+    // For each element the lower triangle of its stiffness (a >= b over its dofs, column by column) as positions
+    // in the value array, or -1 where a dof is eliminated.
+    std::vector<std::array<int, kEntries>> scatter;
   };
 
-  Eigen::Matrix3d deformation_gradient(int element, const Eigen::VectorXd& displacement) const;
+  template <typename Visitor>
+  void for_each_group(Visitor&& visit) const {
+    visit(linear_);
+    visit(quadratic_);
+  }
+  template <int kNodes>
+  Eigen::Matrix<double, 3, kNodes> nodal_values(int element, const double* values) const;
+  int equation_of(const Tetrahedron& element, int local) const;
   const Law& law(int element) const;
 
   const Model* model_;
-  std::vector<Rest> rest_;
+  Group<4> linear_;
+  Group<10> quadratic_;
   std::vector<int> dof_equations_;
   std::vector<int> equation_dofs_;
   SparseLower pattern_;
-  // For each element its 78 lower-triangle entries (a >= b over its 12 dofs, column by column) as positions
-  // in the value array, or -1 where a dof is eliminated.
-  static constexpr int kEntries = 78;
-  std::vector<std::array<int, kEntries>> scatter_;
   double rounding_at_rest_ = 0;     // norm of A V g over the elements
   double rounding_per_length_ = 0;  // norm of A V g^2
 };

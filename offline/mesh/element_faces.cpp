@@ -3,12 +3,24 @@
 #include <algorithm>
 #include <tuple>
 
+#include "offline/mesh/tetrahedron_shape.hpp"
+
 namespace palpate {
 namespace {
 
 // Seen from outside a tetrahedron of positive volume, counter-clockwise; face i lies opposite node i.
 constexpr std::array<std::array<std::size_t, 3>, 4> kOutwardFaces = {
     {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+// Place of the node between two corners of a ten-node element.
+std::size_t middle_of(std::size_t a, std::size_t b) {
+  std::size_t edge = 0;
+  while (static_cast<std::size_t>(kTetrahedronEdges[edge][0]) != std::min(a, b) ||
+         static_cast<std::size_t>(kTetrahedronEdges[edge][1]) != std::max(a, b)) {
+    ++edge;
+  }
+  return 4 + edge;
+}
 
 bool is_even(const std::array<int, 3>& nodes) {
   const int inversions = (nodes[0] > nodes[1]) + (nodes[0] > nodes[2]) + (nodes[1] > nodes[2]);
@@ -23,12 +35,16 @@ std::vector<ElementFace> sorted_faces(const Model& model) {
   std::vector<ElementFace> unsorted;
   unsorted.reserve(4 * model.elements.size());
   for (std::size_t element = 0; element < model.elements.size(); ++element) {
-    const std::array<int, 4>& nodes = model.elements[element].nodes;
+    const std::span<const int> nodes = model.elements[element].nodes();
     for (const auto& corners : kOutwardFaces) {
       ElementFace face;
       face.outward = {nodes[corners[0]], nodes[corners[1]], nodes[corners[2]]};
       face.sorted = face.outward;
       std::sort(face.sorted.begin(), face.sorted.end());
+      if (nodes.size() == 10) {
+        for (std::size_t i = 0; i < 3; ++i)
+          face.middles[i] = nodes[middle_of(corners[i], corners[(i + 1) % 3])];
+      }
       face.element = static_cast<int>(element);
       face.even = is_even(face.outward);
       ++start[static_cast<std::size_t>(face.sorted[0]) + 1];

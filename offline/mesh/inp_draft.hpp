@@ -61,7 +61,8 @@ struct DraftNode {
 struct DraftElement {
   int label = 0;
   Place place;
-  std::array<int, 4> node_labels = {};
+  int num_nodes = 4;
+  std::array<int, 10> node_labels = {};
 };
 
 struct DraftMaterial {

@@ -93,33 +93,37 @@ void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   lexer.allow_parameters(keyword, {"TYPE", "ELSET"});
   const std::string type = normalised_name(lexer.required_value(keyword, "TYPE"));
-  if (type != "C3D4") {
+  if (type != "C3D4" && type != "C3D10") {
     lexer.fail(keyword.place, "elements of type " + printable(type) +
-                                  " are not supported; mesh the body with four-node tetrahedra, TYPE=C3D4");
+                                  " are not supported; mesh the body with tetrahedra, TYPE=C3D4 or C3D10");
   }
   const int set = set_of(lexer, keyword, "ELSET", draft.element_sets);
+  const std::size_t num_nodes = type == "C3D4" ? 4 : 10;
+  const std::size_t wanted = 1 + num_nodes;
   // Abaqus lets an element go on in the next line when its own ends in a comma.
-  std::array<int, 5> numbers = {};
+  std::array<int, 11> numbers = {};
   std::size_t count = 0;
   DraftElement element;
-  const char* layout = "an element label and four node labels";
+  const char* layout =
+      num_nodes == 4 ? "an element label and four node labels" : "an element label and ten node labels";
   while (const DataLine* line = lexer.next_data()) {
     if (count == 0) element.place = line->place;
-    const FieldReader fields(lexer, *line, 1, 5 - count, count == 0 ? layout : "the rest of an element");
-    const std::size_t in_line = std::min(line->fields.size(), 5 - count);
+    const FieldReader fields(lexer, *line, 1, wanted - count, count == 0 ? layout : "the rest of an element");
+    const std::size_t in_line = std::min(line->fields.size(), wanted - count);
     const bool goes_on = fields.is_empty(in_line - 1);
     const std::size_t used = goes_on ? in_line - 1 : in_line;
     for (std::size_t i = 0; i < used; ++i) {
       numbers[count] = fields.label(i, count == 0 ? "element label" : "node label");
       ++count;
     }
-    if (count < 5 && goes_on) continue;
-    if (count < 5) {
+    if (count < wanted && goes_on) continue;
+    if (count < wanted) {
       lexer.fail(line->place, std::string("expected ") + layout + ", found " + std::to_string(count) +
                                   (count == 1 ? " field" : " fields"));
     }
     element.label = numbers[0];
-    element.node_labels = {numbers[1], numbers[2], numbers[3], numbers[4]};
+    element.num_nodes = static_cast<int>(num_nodes);
+    std::copy_n(numbers.begin() + 1, num_nodes, element.node_labels.begin());
     draft.elements.push_back(element);
     if (set >= 0) draft.element_sets[set].ranges.push_back({element.label, element.label, 1, element.place});
     count = 0;

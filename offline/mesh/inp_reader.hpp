@@ -10,7 +10,7 @@ namespace palpate {
 // Reads and checks a model.
 //
 // Keywords (any case, spaces free, continuation by a trailing comma on a keyword line): *HEADING, *INCLUDE,
-// *NODE, *ELEMENT (TYPE=C3D4), *NSET, *ELSET (both with GENERATE, and naming other sets), *MATERIAL,
+// *NODE, *ELEMENT (TYPE=C3D4, C3D10), *NSET, *ELSET (both with GENERATE, and naming other sets), *MATERIAL,
 // *HYPERELASTIC, *ELASTIC, *SOLID SECTION, *BOUNDARY, *STEP (NLGEOM, INC),
 // *STATIC, *CLOAD, *NODE PRINT, *NODE FILE, *EL FILE (these three are passed over with a warning), *END STEP,
 // and ** comments. Anything else is refused by name and line.

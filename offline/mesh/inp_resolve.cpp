@@ -95,12 +95,13 @@ class Resolver {
     for (const DraftElement& draft : draft_.elements) {
       Tetrahedron element;
       element.label = draft.label;
-      for (std::size_t i = 0; i < 4; ++i) {
-        element.nodes[i] = model_.find_node(draft.node_labels[i]);
-        if (element.nodes[i] < 0)
-          node(draft.node_labels[i], draft.place, "element " + std::to_string(draft.label));
+      element.num_nodes = draft.num_nodes;
+      for (std::size_t i = 0; i < element.nodes().size(); ++i) {
+        const int found = model_.find_node(draft.node_labels[i]);
+        if (found < 0) node(draft.node_labels[i], draft.place, "element " + std::to_string(draft.label));
+        element.node_array[i] = found;
+        used_[static_cast<std::size_t>(found)] = 1;
       }
-      for (const int corner : element.nodes) used_[static_cast<std::size_t>(corner)] = 1;
       model_.elements.push_back(element);
       origin_.elements.push_back(draft.place);
     }

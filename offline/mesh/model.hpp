@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,17 @@ struct Material {
   Law law;
 };
 
-// A four-node linear tetrahedron (C3D4). Its signed volume (x1-x0) . ((x2-x0) x (x3-x0)) / 6 is positive.
+// A tetrahedron of four nodes (C3D4) or of ten (C3D10: the corners, then the middles of the edges 01 12 02 03 13
+// 23). It is upright: (x1-x0) . ((x2-x0) x (x3-x0)) > 0, and so is the map of ten nodes at its integration points.
 struct Tetrahedron {
   int label = 0;
-  int material = 0;               // index in Model::materials
-  std::array<int, 4> nodes = {};  // indices in Model::positions
+  int material = 0;  // index in Model::materials
+  int num_nodes = 4;
+  std::array<int, 10> node_array = {};  // indices in Model::positions, num_nodes of them
+
+  std::span<const int> nodes() const { return {node_array.data(), static_cast<std::size_t>(num_nodes)}; }
+  std::span<int> nodes() { return {node_array.data(), static_cast<std::size_t>(num_nodes)}; }
+  std::span<const int, 4> corners() const { return std::span<const int, 10>(node_array).first<4>(); }
 };
 
 // One degree of freedom held at a value at the end of the step (length unit).

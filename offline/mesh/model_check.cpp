@@ -9,6 +9,7 @@
 #include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/rigid_motion.hpp"
+#include "offline/mesh/tetrahedron_shape.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
@@ -31,11 +32,22 @@ double longest_edge(const Model& model, const Tetrahedron& element) {
   double longest = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      const Eigen::Vector3d edge = position(model, element.nodes[i]) - position(model, element.nodes[j]);
+      const Eigen::Vector3d edge =
+          position(model, element.corners()[i]) - position(model, element.corners()[j]);
       longest = std::max(longest, edge.norm());
     }
   }
   return longest;
+}
+
+bool is_upright_at_every_point(const Model& model, const Tetrahedron& element) {
+  Eigen::Matrix<double, 3, 10> positions;
+  for (int a = 0; a < 10; ++a)
+    positions.col(a) = position(model, element.node_array[static_cast<std::size_t>(a)]);
+  for (int point = 0; point < TetrahedronShape<10>::kPoints; ++point) {
+    if (!(ShapeAtPoint<10>(positions, point).volume > 0)) return false;
+  }
+  return true;
 }
 
 void check_volumes(const Model& model, const ModelOrigin& origin) {
@@ -45,7 +57,7 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
       throw InputError(origin.files.at(origin.elements[i]),
                        fmt::format("element {} {}", element.label, message));
     };
-    std::array<int, 4> sorted = element.nodes;
+    std::vector<int> sorted(element.nodes().begin(), element.nodes().end());
     std::sort(sorted.begin(), sorted.end());
     const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
     if (twice != sorted.end()) fail(fmt::format("names node {} twice; correct it", label(model, *twice)));
@@ -56,6 +68,8 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
       fail(fmt::format("is flat (volume {:.3g}, longest edge {:.3g}); remesh there", volume, edge));
     }
     if (volume < 0) fail(fmt::format("is inverted (volume {:.3g}); reorder its nodes", volume));
+    if (element.num_nodes == 10 && !is_upright_at_every_point(model, element))
+      fail("is inverted at an integration point; move its middle nodes towards the middles of its edges");
   }
 }
 
@@ -75,6 +89,17 @@ void check_faces(const Model& model, const ModelOrigin& origin) {
       throw InputError(origin.files.at(origin.elements[static_cast<std::size_t>(third.element)]),
                        fmt::format("non-manifold mesh: elements {}, {} and {} share {}; remove one of them",
                                    element(first), element(second), element(third), shown));
+    }
+    std::array<int, 3> first_middles = first.middles;
+    std::array<int, 3> second_middles = second.middles;
+    std::sort(first_middles.begin(), first_middles.end());
+    std::sort(second_middles.begin(), second_middles.end());
+    if (first_middles != second_middles) {
+      throw InputError(
+          origin.files.at(origin.elements[static_cast<std::size_t>(second.element)]),
+          fmt::format("elements {} and {} share {} but not the nodes between them; give both the same "
+                      "middle nodes, and no element of ten nodes a neighbour of four",
+                      element(first), element(second), shown));
     }
     if (first.even == second.even) {
       throw InputError(
@@ -100,13 +125,19 @@ void warn_unused_nodes(Model& model) {
 constexpr double kLockingPoissonRatio = 0.45;
 
 void warn_locking(Model& model) {
-  for (const Material& material : model.materials) {
+  std::vector<char> linear(model.materials.size(), 0);  // has elements of four nodes
+  for (const Tetrahedron& element : model.elements) {
+    if (element.num_nodes == 4) linear[static_cast<std::size_t>(element.material)] = 1;
+  }
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const Material& material = model.materials[i];
+    if (!linear[i]) continue;
     const double nu = small_strain_moduli(material.law).poisson_ratio();
     if (nu <= kLockingPoissonRatio + 1e-12) continue;
     model.warnings.push_back(
-        fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} linear "
-                    "tetrahedra lock, and forces come "
-                    "out too large",
+        fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} tetrahedra of "
+                    "four nodes lock, and "
+                    "forces come out too large; mesh with C3D10",
                     model.file, printable(material.name), nu, kLockingPoissonRatio));
   }
 }
@@ -123,10 +154,11 @@ void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& 
 }  // namespace
 
 double signed_volume(const Model& model, const Tetrahedron& element) {
-  const Eigen::Vector3d& origin = position(model, element.nodes[0]);
-  const Eigen::Vector3d a = position(model, element.nodes[1]) - origin;
-  const Eigen::Vector3d b = position(model, element.nodes[2]) - origin;
-  const Eigen::Vector3d c = position(model, element.nodes[3]) - origin;
+  const std::span<const int, 4> corners = element.corners();
+  const Eigen::Vector3d& origin = position(model, corners[0]);
+  const Eigen::Vector3d a = position(model, corners[1]) - origin;
+  const Eigen::Vector3d b = position(model, corners[2]) - origin;
+  const Eigen::Vector3d c = position(model, corners[3]) - origin;
   return a.dot(b.cross(c)) / 6;
 }
 

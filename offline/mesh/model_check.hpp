@@ -24,6 +24,6 @@ void check_model(Model& model, const ModelOrigin& origin);
 void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 // Signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element, length unit^3.
-double signed_volume(const Model& model, const Tetrahedron& element);
+double signed_volume(const Model& model, const Tetrahedron& element);  // of its corners
 
 }  // namespace palpate

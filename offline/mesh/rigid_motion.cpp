@@ -94,8 +94,8 @@ std::vector<int> connected_parts(const Model& model) {
   std::iota(parent.begin(), parent.end(), 0);
   std::vector<char> used(model.positions.size(), 0);
   for (const Tetrahedron& element : model.elements) {
-    const int first = root_of(parent, element.nodes[0]);
-    for (const int node : element.nodes) {
+    const int first = root_of(parent, element.nodes()[0]);
+    for (const int node : element.nodes()) {
       used[static_cast<std::size_t>(node)] = 1;
       parent[static_cast<std::size_t>(root_of(parent, node))] = first;
     }
@@ -137,8 +137,8 @@ std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<Prescr
   if (num_parts < 2) return {};
   std::vector<std::set<int>> nodes(static_cast<std::size_t>(num_parts));
   for (std::size_t element = 0; element < part_of.size(); ++element) {
-    const auto& corners = model.elements[element].nodes;
-    nodes[static_cast<std::size_t>(part_of[element])].insert(corners.begin(), corners.end());
+    const std::span<const int> own = model.elements[element].nodes();
+    nodes[static_cast<std::size_t>(part_of[element])].insert(own.begin(), own.end());
   }
   std::vector<char> stands(nodes.size(), 0);
   std::vector<char> node_stands(model.positions.size(), 0);

@@ -24,10 +24,10 @@ double distance(const Model& model, int a, int b) {
 }
 
 // The distinct edges in both directions, sorted.
-std::vector<std::pair<int, int>> directed_edges(const Surface& surface) {
+std::vector<std::pair<int, int>> directed_edges(const std::vector<std::array<int, 3>>& triangles) {
   std::vector<std::pair<int, int>> edges;
-  edges.reserve(6 * surface.triangles.size());
-  for (const std::array<int, 3>& triangle : surface.triangles) {
+  edges.reserve(6 * triangles.size());
+  for (const std::array<int, 3>& triangle : triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       const int a = triangle[i];
       const int b = triangle[(i + 1) % 3];
@@ -45,21 +45,31 @@ std::vector<std::pair<int, int>> directed_edges(const Surface& surface) {
 Surface extract_surface(const Model& model) {
   Surface surface;
   const std::vector<ElementFace> faces = sorted_faces(model);
+  std::vector<std::array<int, 3>> corner_triangles;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const bool shared_before = i > 0 && faces[i - 1].sorted == faces[i].sorted;
     const bool shared_behind = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
-    if (!shared_before && !shared_behind) surface.triangles.push_back(faces[i].outward);
+    if (shared_before || shared_behind) continue;
+    const auto& [a, b, c] = faces[i].outward;
+    const auto& [ab, bc, ca] = faces[i].middles;
+    corner_triangles.push_back(faces[i].outward);
+    if (ab < 0) {
+      surface.triangles.push_back({a, b, c});
+    } else {
+      surface.triangles.insert(surface.triangles.end(),
+                               {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
   }
-  const std::vector<std::pair<int, int>> edges = directed_edges(surface);
+  const std::vector<std::pair<int, int>> corner_edges = directed_edges(corner_triangles);
+  for (const auto& [from, to] : corner_edges)
+    surface.mean_edge += distance(model, from, to) / static_cast<double>(corner_edges.size());
+  const std::vector<std::pair<int, int>> edges = directed_edges(surface.triangles);
   surface.neighbour_start.assign(model.positions.size() + 1, 0);
-  double sum = 0;
   for (const auto& [from, to] : edges) {
     ++surface.neighbour_start[at(from) + 1];
     surface.neighbours.push_back(to);
     surface.neighbour_distance.push_back(distance(model, from, to));
-    sum += surface.neighbour_distance.back();
   }
-  if (!edges.empty()) surface.mean_edge = sum / static_cast<double>(edges.size());
   for (std::size_t node = 0; node < model.positions.size(); ++node) {
     if (surface.neighbour_start[node + 1] > 0) surface.nodes.push_back(static_cast<int>(node));
     surface.neighbour_start[node + 1] += surface.neighbour_start[node];

@@ -9,9 +9,10 @@
 namespace palpate {
 
 struct Surface {
-  std::vector<std::array<int, 3>> triangles;  // node indices, counter-clockwise seen from outside
-  std::vector<int> nodes;                     // sorted, unique: every node on a triangle
-  double mean_edge = 0;                       // h: mean length of the distinct triangle edges, length unit
+  // Node indices, counter-clockwise seen from outside. A face of six nodes is four triangles.
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<int> nodes;  // sorted, unique: every node on a triangle
+  double mean_edge = 0;    // h: mean length of the distinct edges of faces, corner to corner, length unit
   // Neighbours along edges, in compressed rows over all nodes of the model (empty rows off the surface).
   std::vector<int> neighbour_start;  // num_nodes + 1
   std::vector<int> neighbours;

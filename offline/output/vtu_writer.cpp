@@ -118,22 +118,29 @@ int nodes_per_cell(VtuCell cell) {
 }
 
 void write_vtu(const VtuMesh& mesh, const std::filesystem::path& path) {
-  const auto per_cell = static_cast<std::size_t>(nodes_per_cell(mesh.cell));
-  if (mesh.connectivity.size() % per_cell != 0)
+  const std::size_t num_cells = mesh.cells.size();
+  std::vector<std::int64_t> cell_ends;
+  std::vector<std::uint8_t> cell_types;
+  std::int64_t end = 0;
+  for (const VtuCell cell : mesh.cells) {
+    end += nodes_per_cell(cell);
+    cell_ends.push_back(end);
+    cell_types.push_back(static_cast<std::uint8_t>(cell));
+  }
+  if (static_cast<std::size_t>(end) != mesh.connectivity.size()) {
     throw std::invalid_argument(
-        fmt::format("{} node indices do not make whole cells of {}", mesh.connectivity.size(), per_cell));
-  const std::size_t num_cells = mesh.connectivity.size() / per_cell;
-  for (std::size_t i = 0; i < mesh.connectivity.size(); ++i)
+        fmt::format("{} cells have {} nodes, not {}", num_cells, end, mesh.connectivity.size()));
+  }
+  std::size_t cell = 0;
+  for (std::size_t i = 0; i < mesh.connectivity.size(); ++i) {
+    while (static_cast<std::size_t>(cell_ends[cell]) <= i) ++cell;
     if (mesh.connectivity[i] < 0 || static_cast<std::size_t>(mesh.connectivity[i]) >= mesh.points.size())
-      throw std::invalid_argument(fmt::format("cell {} names point {} of {}", i / per_cell,
-                                              mesh.connectivity[i], mesh.points.size()));
+      throw std::invalid_argument(
+          fmt::format("cell {} names point {} of {}", cell, mesh.connectivity[i], mesh.points.size()));
+  }
   check_fields(mesh.point_data, mesh.point_integers, mesh.points.size(), "point");
   check_fields(mesh.cell_data, mesh.cell_integers, num_cells, "cell");
 
-  std::vector<std::int64_t> cell_ends(num_cells);
-  for (std::size_t cell = 0; cell < num_cells; ++cell)
-    cell_ends[cell] = static_cast<std::int64_t>((cell + 1) * per_cell);
-  const std::vector<std::uint8_t> cell_types(num_cells, static_cast<std::uint8_t>(mesh.cell));
   const double* coordinates = mesh.points.empty() ? nullptr : mesh.points.front().data();
 
   Document document;

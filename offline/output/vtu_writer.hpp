@@ -38,8 +38,8 @@ struct VtuIntegerArray {
 
 struct VtuMesh {
   std::vector<Eigen::Vector3d> points;  // length unit
-  VtuCell cell = VtuCell::kTetrahedron;
-  std::vector<int> connectivity;  // indices in `points`, num_cells * nodes_per_cell(cell)
+  std::vector<VtuCell> cells;
+  std::vector<int> connectivity;  // indices in `points`, nodes_per_cell(cell) for each cell in turn
   std::vector<VtuArray> point_data;
   std::vector<VtuIntegerArray> point_integers;  // e.g. node labels of the input
   std::vector<VtuArray> cell_data;

@@ -167,7 +167,7 @@ std::vector<int> read_output_nodes(const SceneTable& output, const Scene& scene,
     nodes.insert(body.surface.nodes.begin(), body.surface.nodes.end());
   } else if (shown == "all") {
     for (const Tetrahedron& element : body.model.elements)
-      nodes.insert(element.nodes.begin(), element.nodes.end());
+      nodes.insert(element.nodes().begin(), element.nodes().end());
   } else {
     const std::vector<int>& set = node_set(output, "nodes", shown, body.model);
     nodes.insert(set.begin(), set.end());

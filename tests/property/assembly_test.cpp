@@ -29,23 +29,33 @@ constexpr double kRounding = 1e-13;
 constexpr double kStep = 1e-5;
 constexpr double kDifference = 1e-7;
 
-Model two_materials() {
+enum class Kind { four_nodes, ten_nodes };
+
+Model two_materials(Kind kind = Kind::four_nodes) {
   BlockShape shape;
   shape.cells = {2, 2, 2};
   shape.size = {1.0, 1.25, 0.75};
   Model model = tetrahedral_block(shape);
   model.materials.push_back({"STIFF", CompressibleNeoHookean{2.4, 10.0}});
   for (size_t e = 0; e < model.elements.size(); e += 3) model.elements[e].material = 1;
-  return model;
+  return kind == Kind::four_nodes ? model : test::with_middle_nodes(model, 0.02);
 }
+
+// What must hold for elements of either kind; those of ten nodes have curved edges.
+class AssemblyOfEachKind : public ::testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(Assembly, AssemblyOfEachKind, ::testing::Values(Kind::four_nodes, Kind::ten_nodes),
+                         [](const auto& one) {
+                           return one.param == Kind::four_nodes ? "FourNodes" : "TenNodes";
+                         });
 
 // A state far from rest: large shear, stretch and rotation, and every node moved at random on top.
 Eigen::VectorXd distorted(const Model& model) {
   Eigen::Matrix3d F;
   F << 1.2, 0.4, -0.1, 0.05, 0.8, 0.2, 0.1, -0.15, 0.9;
-  Eigen::VectorXd displacement = affine_displacement(model, rotation_about({1, 2, 3}, 1.1) * F) +
-                                 0.05 * TestRandom(5).vector(model.num_dofs());
-  return displacement;
+  // Ten nodes lie half as far apart.
+  const double noise = model.elements.front().num_nodes == 4 ? 0.05 : 0.01;
+  return affine_displacement(model, rotation_about({1, 2, 3}, 1.1) * F) +
+         noise * TestRandom(5).vector(model.num_dofs());
 }
 
 Eigen::MatrixXd dense_of(const Assembly::SparseLower& lower) {
@@ -60,8 +70,8 @@ double stored_energy(const Assembly& assembly, const Eigen::VectorXd& displaceme
   return energy;
 }
 
-TEST(AssemblyProperty, ForceIsTheGradientOfTheEnergy) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, ForceIsTheGradientOfTheEnergy) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   Eigen::VectorXd force;
@@ -77,8 +87,8 @@ TEST(AssemblyProperty, ForceIsTheGradientOfTheEnergy) {
   }
 }
 
-TEST(AssemblyProperty, TangentIsTheGradientOfTheForce) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, TangentIsTheGradientOfTheForce) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   const int n = model.num_dofs();
@@ -101,8 +111,8 @@ TEST(AssemblyProperty, TangentIsTheGradientOfTheForce) {
   }
 }
 
-TEST(AssemblyProperty, TangentKeepsOnePatternForAllStates) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, TangentKeepsOnePatternForAllStates) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   Assembly::SparseLower rest;
   assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, rest);
@@ -124,8 +134,8 @@ TEST(AssemblyProperty, TangentKeepsOnePatternForAllStates) {
   EXPECT_EQ((dense_of(later) - dense_of(rest)).norm(), 0.0);
 }
 
-TEST(AssemblyProperty, ProjectedTangentHasNoNegativeEigenvalue) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, ProjectedTangentHasNoNegativeEigenvalue) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   // Squeezed to 0.6: pressure makes rotations, and with them the true tangent, unstable.
   const Eigen::VectorXd squeezed = affine_displacement(model, 0.6 * Eigen::Matrix3d::Identity()) +
@@ -144,8 +154,8 @@ TEST(AssemblyProperty, ProjectedTangentHasNoNegativeEigenvalue) {
   EXPECT_GE(lowest(projected - exact), -kRounding * scale) << "projection only takes negative parts away";
 }
 
-TEST(AssemblyProperty, ProjectionLeavesAPositiveTangentAlone) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, ProjectionLeavesAPositiveTangentAlone) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   // Stretched a little, so that tension steadies rotations; much more, and a law with a large lambda softens
   // in shear.
@@ -174,8 +184,8 @@ TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   ASSERT_GT(difference.norm(), 1e-3 * exact.norm()) << "else this test shows nothing";
   std::vector<char> beside(static_cast<size_t>(model.num_nodes()), 0);
   for (const Tetrahedron& element : model.elements) {
-    if (std::find(element.nodes.begin(), element.nodes.end(), 0) == element.nodes.end()) continue;
-    for (const int node : element.nodes) beside[static_cast<size_t>(node)] = 1;
+    if (std::find(element.nodes().begin(), element.nodes().end(), 0) == element.nodes().end()) continue;
+    for (const int node : element.nodes()) beside[static_cast<size_t>(node)] = 1;
   }
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
     if (!beside[static_cast<size_t>(dof / 3)]) {
@@ -184,8 +194,8 @@ TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   }
 }
 
-TEST(AssemblyProperty, RigidMotionsCostNothing) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, RigidMotionsCostNothing) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   Assembly::SparseLower lower;
   assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, lower);
@@ -214,8 +224,8 @@ TEST(AssemblyProperty, RigidMotionsCostNothing) {
   }
 }
 
-TEST(AssemblyProperty, ForcesBalanceInEveryState) {
-  const Model model = two_materials();
+TEST_P(AssemblyOfEachKind, ForcesBalanceInEveryState) {
+  const Model model = two_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   Eigen::VectorXd force;
@@ -231,6 +241,51 @@ TEST(AssemblyProperty, ForcesBalanceInEveryState) {
   }
   EXPECT_LE(sum.norm(), kRounding * force.norm());
   EXPECT_LE(moment.norm(), kRounding * force.norm());
+}
+
+// The patch test: under F everywhere the stress is the law's everywhere, and no inner node feels a force.
+TEST(AssemblyProperty, ConstantStrainIsExact) {
+  for (const Kind kind : {Kind::four_nodes, Kind::ten_nodes}) {
+    BlockShape shape;
+    shape.cells = {2, 2, 2};
+    Model model = tetrahedral_block(shape);
+    if (kind == Kind::ten_nodes) model = test::with_middle_nodes(model);
+    const Assembly assembly(model, no_dofs(model));
+    const Eigen::Matrix3d F = rotation_about({1, 2, -1}, 0.4) * Eigen::Vector3d(1.3, 0.8, 1.1).asDiagonal() *
+                              rotation_about({0, 1, 1}, 1.0);
+    Eigen::VectorXd force;
+    double energy = 0;
+    assembly.internal_force(affine_displacement(model, F), force, &energy);
+    const Law& law = model.materials[0].law;
+    EXPECT_NEAR(energy, strain_energy_density(law, F), 1e-13 * energy) << "of a unit volume";
+    for (int node = 0; node < model.num_nodes(); ++node) {
+      const Eigen::Vector3d& x = model.positions[static_cast<size_t>(node)];
+      const bool inside = x.minCoeff() > 1e-9 && x.maxCoeff() < 1 - 1e-9;
+      if (inside) {
+        EXPECT_LE(force.segment<3>(3 * node).norm(), 1e-13 * force.norm());
+      }
+    }
+    // The virial of the forces, sum of f X^T, is the volume times P.
+    Eigen::Matrix3d virial = Eigen::Matrix3d::Zero();
+    for (int node = 0; node < model.num_nodes(); ++node)
+      virial += force.segment<3>(3 * node) * model.positions[static_cast<size_t>(node)].transpose();
+    EXPECT_LE((virial - first_piola_kirchhoff(law, F)).norm(), 1e-13 * virial.norm());
+  }
+}
+
+// A quadratic displacement is in the space of ten nodes: at rest their stiffness gives the exact energy of small
+// strain; for u = (a z^2, 0, 0) on the unit cube, e_xz = a z, it is the integral of 2 mu e_xz^2, 2/3 mu a^2.
+TEST(AssemblyProperty, TenNodesBendExactly) {
+  BlockShape shape;
+  shape.cells = {1, 1, 1};
+  shape.law = LinearElastic{1.0, 2.0};
+  const Model model = test::with_middle_nodes(tetrahedral_block(shape));
+  const Assembly assembly(model, no_dofs(model));
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
+  constexpr double kBend = 0.3;
+  for (int node = 0; node < model.num_nodes(); ++node)
+    displacement[3 * node] = kBend * std::pow(model.positions[static_cast<size_t>(node)].z(), 2);
+  EXPECT_NEAR(stored_energy(assembly, displacement), 2.0 / 3.0 * kBend * kBend, 1e-14);
 }
 
 TEST(AssemblyProperty, OriginDoesNotMatter) {
@@ -313,7 +368,7 @@ TEST(AssemblyProperty, ANodeWithoutElementHasNoEquation) {
   model.positions.insert(model.positions.begin(), Eigen::Vector3d(0.5, 0.5, 0.5));
   model.labels.insert(model.labels.begin(), 999);
   for (Tetrahedron& element : model.elements) {
-    for (int& node : element.nodes) ++node;
+    for (int& node : element.nodes()) ++node;
   }
   const Assembly with(model, no_dofs(model));
   EXPECT_EQ(with.num_equations(), without.num_equations());
@@ -335,7 +390,7 @@ TEST(AssemblyProperty, AnInvertedElementIsNamed) {
   // Corner 5, at (1, 0, 1), belongs to the elements 0 4 5 7 and 0 5 1 7.
   std::vector<int> around;
   for (size_t e = 0; e < model.elements.size(); ++e) {
-    const auto& nodes = model.elements[e].nodes;
+    const auto nodes = model.elements[e].nodes();
     if (std::find(nodes.begin(), nodes.end(), 5) != nodes.end()) around.push_back(static_cast<int>(e));
   }
   ASSERT_EQ(around, (std::vector<int>{4, 5}));

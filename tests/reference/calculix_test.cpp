@@ -21,6 +21,7 @@ struct SharedLaw {
   const char* name;
   const char* text;  // below *MATERIAL
   bool nlgeom = true;
+  bool ten_nodes = false;
 };
 
 std::ostream& operator<<(std::ostream& out, const SharedLaw& law) {
@@ -29,18 +30,24 @@ std::ostream& operator<<(std::ostream& out, const SharedLaw& law) {
 
 class Calculix : public ::testing::TestWithParam<SharedLaw> {
  protected:
-  // A block of 4 x 4 x 4 nodes on a fixed base, its upper corner patch pushed in and sideways, the far edge pulled.
+  // A block on a fixed base, two nodes of its upper edge pushed in and sideways, two others pulled.
   static std::string model_text(const SharedLaw& law) {
-    std::string text = block_inp(3);
+    std::string text = block_inp(law.ten_nodes ? 2 : 3, law.ten_nodes);
     const std::string ours = "*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n1, 4\n";
     text.replace(text.find(ours), ours.size(), law.text);
     const std::string geometry = law.nlgeom ? ", NLGEOM" : "";
-    return text + "*NSET, NSET=ALLNODES, GENERATE\n1, 64\n*STEP" + geometry +
-           ", INC=1000\n*STATIC\n0.25, 1\n*BOUNDARY\n64, 1, 1, 0.03\n64, 2, 2, -0.02\n64, 3, 3, -0.09\n63, "
-           "1, 1, 0.03\n"
-           "63, 2, 2, -0.02\n63, 3, 3, -0.09\n*CLOAD\n49, 3, 0.02\n53, 1, -0.01\n*NODE PRINT, "
-           "NSET=ALLNODES\nU\n"
-           "*END STEP\n";
+    // The last two corners in the row y = z = high, and two of the row y = low.
+    const int side = law.ten_nodes ? 3 : 4;
+    const int last = side * side * side;
+    const int far = last - side * (side - 1);
+    const std::string push = ", 1, 1, 0.03\n", down = ", 3, 3, -0.09\n", across = ", 2, 2, -0.02\n";
+    std::string loads = "*BOUNDARY\n";
+    for (const int node : {last, last - 1}) {
+      for (const std::string& motion : {push, across, down}) loads += std::to_string(node) + motion;
+    }
+    loads += "*CLOAD\n" + std::to_string(far) + ", 3, 0.005\n" + std::to_string(far - 1) + ", 1, -0.004\n";
+    return text + "*STEP" + geometry + ", INC=1000\n*STATIC\n0.25, 1\n" + loads +
+           "*NODE PRINT, NSET=EVERY\nU\n*END STEP\n";
   }
 
   // Node label -> displacement, from the last table of a .dat file.
@@ -67,7 +74,7 @@ TEST_P(Calculix, AgreesToSixDigits) {
   const std::vector<CsvRow> rows = read_csv(dir.path() / "ours" / "step1.csv");
 
   std::string theirs = text;
-  theirs.insert(theirs.find("*BOUNDARY\n64"), "*CONTROLS, PARAMETERS=FIELD\n1e-9, 1e-7, , , 1e-9\n");
+  theirs.insert(theirs.rfind("*BOUNDARY\n"), "*CONTROLS, PARAMETERS=FIELD\n1e-9, 1e-7, , , 1e-9\n");
   dir.write("theirs.inp", theirs);
   const CommandResult run =
       run_command("cd " + shell_word(dir.path().string()) + " && OMP_NUM_THREADS=1 ccx theirs");
@@ -89,15 +96,19 @@ TEST_P(Calculix, AgreesToSixDigits) {
 
 INSTANTIATE_TEST_SUITE_P(
     Laws, Calculix,
-    ::testing::Values(SharedLaw{"NeoHooke", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.5\n"},
-                      SharedLaw{"NeoHookeStiffInVolume", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.05\n"},
-                      SharedLaw{"MooneyRivlin", "*HYPERELASTIC, MOONEY-RIVLIN\n0.3, 0.2, 0.5\n"},
-                      SharedLaw{"Yeoh", "*HYPERELASTIC, YEOH\n0.5, 0.05, 0.02, 0.5, 2, 5\n"},
-                      SharedLaw{"OgdenOne", "*HYPERELASTIC, OGDEN, N=1\n1, 3.1, 0.5\n"},
-                      SharedLaw{"OgdenThree",
-                                "*HYPERELASTIC, OGDEN, N=3\n0.5, 1.3, 0.1, 5, 0.3, -2, 0.5, 2\n5\n"},
-                      SharedLaw{"StVenantKirchhoff", "*ELASTIC\n3, 0.3\n"},
-                      SharedLaw{"SmallStrain", "*ELASTIC\n3, 0.3\n", false}),
+    ::testing::Values(
+        SharedLaw{"NeoHooke", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.5\n"},
+        SharedLaw{"NeoHookeStiffInVolume", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.05\n"},
+        SharedLaw{"MooneyRivlin", "*HYPERELASTIC, MOONEY-RIVLIN\n0.3, 0.2, 0.5\n"},
+        SharedLaw{"Yeoh", "*HYPERELASTIC, YEOH\n0.5, 0.05, 0.02, 0.5, 2, 5\n"},
+        SharedLaw{"OgdenOne", "*HYPERELASTIC, OGDEN, N=1\n1, 3.1, 0.5\n"},
+        SharedLaw{"OgdenThree", "*HYPERELASTIC, OGDEN, N=3\n0.5, 1.3, 0.1, 5, 0.3, -2, 0.5, 2\n5\n"},
+        SharedLaw{"StVenantKirchhoff", "*ELASTIC\n3, 0.3\n"},
+        SharedLaw{"SmallStrain", "*ELASTIC\n3, 0.3\n", false},
+        SharedLaw{"TenNodesNeoHooke", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.5\n", true, true},
+        SharedLaw{"TenNodesNearlyIncompressible", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.02\n", true, true},
+        SharedLaw{"TenNodesOgden", "*HYPERELASTIC, OGDEN, N=1\n1, 3.1, 0.5\n", true, true},
+        SharedLaw{"TenNodesSmallStrain", "*ELASTIC\n3, 0.3\n", false, true}),
     [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace

@@ -143,6 +143,36 @@ TEST_F(Eval, ForceAndFieldAreThoseOfAFullSolve) {
               distance(vector_of(json["contacts"][0]["force"]), truth) / size, 1e-9);
 }
 
+// The same organ in ten-node elements, all the way from the file to the runtime's answer.
+TEST(EvalTenNodes, ForceAndFieldAreThoseOfAFullSolve) {
+  const SceneFiles files(kContact, block_inp(2, true));
+  ASSERT_EQ(files.build().exit_code, 0);
+  const nlohmann::json info = run_cleanly({"info", files.pack.string(), "--json"}).json();
+  EXPECT_EQ(info["packed_nodes"], 98) << "9 and 16 on each of six faces, edges and corners shared";
+  EXPECT_EQ(info["triangles"], 6 * 4 * 2 * 4) << "four for each face of six nodes";
+  EXPECT_NEAR(info["mean_surface_edge"].get<double>(), 0.125 * (2 + std::sqrt(2.0)) / 3, 1e-9);
+  std::string text = "*INCLUDE, INPUT=" + files.inp.string() + "\n*STEP, NLGEOM\n*STATIC\n*BOUNDARY\n";
+  for (const nlohmann::json& site : info["sites"]) {
+    if (site["node"] != 23) continue;
+    EXPECT_GE(site["patch"].size(), 9u) << "the middle nodes around it too";
+    for (const nlohmann::json& node : site["patch"]) {
+      const std::string label = std::to_string(node.get<int>());
+      text += label + ", 1, 1, 0.004\n" + label + ", 2, 2, 0.002\n" + label + ", 3, 3, -0.02\n";
+    }
+  }
+  const std::filesystem::path out = files.dir.path() / "solve";
+  run_cleanly({"solve", files.dir.write("push.inp", text + "*END STEP\n").string(), "-o", out.string()});
+  const nlohmann::json answer = run_cleanly({"eval", files.pack.string(), "--contact", "23=0.004,0.002,-0.02",
+                                             "--reference", (out / "step1.csv").string(), "--json"})
+                                    .json();
+  const nlohmann::json& survey = info["errors"]["polynomial_dd"]["overall"];
+  EXPECT_LT(answer["contacts"][0]["reference"]["force_error"].get<double>(),
+            2 * survey["force"]["max"].get<double>());
+  EXPECT_LT(answer["reference"]["displacement_error"].get<double>(),
+            2 * survey["displacement"]["max"].get<double>());
+  EXPECT_LT(survey["displacement"]["max"].get<double>(), 0.05);
+}
+
 TEST_F(Eval, ReferenceThatIsNoneIsRefused) {
   const std::vector<std::string> push = {"eval", files_.pack.string(), "--contact", "23=0,0,-0.02"};
   const auto refusal = [&](const std::filesystem::path& table) {

@@ -133,7 +133,7 @@ TEST(StaticSolverClosedForm, UniaxialByForces) {
   for (const Tetrahedron& element : model.elements) {
     std::vector<int> corners;
     std::vector<Eigen::Vector3d> at;
-    for (const int node : element.nodes) {
+    for (const int node : element.nodes()) {
       if (model.positions[static_cast<size_t>(node)].z() < kSize.z() - 1e-9) continue;
       corners.push_back(node);
       at.push_back(model.positions[static_cast<size_t>(node)]);
@@ -271,7 +271,7 @@ TEST(StaticSolverClosedForm, AnInvertedRootIsNotTaken) {
   model.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   model.labels = {1, 2, 3, 4};
   model.materials.push_back({"TISSUE", law});
-  model.elements.push_back({1, 0, {0, 1, 2, 3}});
+  model.elements.push_back({1, 0, 4, {0, 1, 2, 3}});
   for (int dof = 0; dof < 11; ++dof) model.fixed.push_back({dof / 3, dof % 3, 0.0});
   const double pressure = -10;
   LoadCase load = LoadCase::rest(model);

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <string>
 #include <utility>
 
 namespace palpate::test {
 
-// A block of n^3 cells of five tetrahedra each, alternately mirrored so that their faces match.
-inline std::string block_inp(int n) {
-  std::string text = "*NODE\n";
+// A block of n^3 cells of five tetrahedra each, alternately mirrored so that their faces match; of four nodes or
+// ten. The middle nodes of ten follow the corners, which keep their labels.
+inline std::string block_inp(int n, bool ten_nodes = false) {
+  std::string text = "*NODE, NSET=EVERY\n";
   const auto label = [&](int i, int j, int k) { return 1 + i + (n + 1) * (j + (n + 1) * k); };
   for (int k = 0; k <= n; ++k) {
     for (int j = 0; j <= n; ++j) {
@@ -19,7 +21,29 @@ inline std::string block_inp(int n) {
       }
     }
   }
-  text += "*ELEMENT, TYPE=C3D4, ELSET=E\n";
+  // By twice the coordinates in cells, which a middle node has whole too.
+  const auto twice = [&](int node) {
+    const int index = node - 1;
+    return std::array<int, 3>{2 * (index % (n + 1)), 2 * (index / (n + 1) % (n + 1)),
+                              2 * (index / (n + 1) / (n + 1))};
+  };
+  std::map<std::array<int, 3>, int> middles;
+  std::string middle_text;
+  std::string middle_base;
+  const auto middle = [&](int a, int b) {
+    std::array<int, 3> at = twice(a);
+    for (std::size_t axis = 0; axis < 3; ++axis) at[axis] = (at[axis] + twice(b)[axis]) / 2;
+    const auto [found, is_new] =
+        middles.try_emplace(at, (n + 1) * (n + 1) * (n + 1) + 1 + static_cast<int>(middles.size()));
+    if (is_new) {
+      middle_text += std::to_string(found->second);
+      for (const int coordinate : at) middle_text += ", " + std::to_string(0.0625 * coordinate);
+      middle_text += "\n";
+      if (at[2] == 0) middle_base += std::to_string(found->second) + "\n";
+    }
+    return found->second;
+  };
+  text += ten_nodes ? "*ELEMENT, TYPE=C3D10, ELSET=E\n" : "*ELEMENT, TYPE=C3D4, ELSET=E\n";
   int element = 0;
   for (int k = 0; k < n; ++k) {
     for (int j = 0; j < n; ++j) {
@@ -38,11 +62,17 @@ inline std::string block_inp(int n) {
           if (mirrored) std::swap(nodes[2], nodes[3]);
           text += std::to_string(++element);
           for (const int node : nodes) text += ", " + std::to_string(node);
+          if (ten_nodes) {
+            constexpr std::size_t kEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+            for (const auto& edge : kEdges)
+              text += ", " + std::to_string(middle(nodes[edge[0]], nodes[edge[1]]));
+          }
           text += "\n";
         }
       }
     }
   }
+  if (ten_nodes) text += "*NODE, NSET=EVERY\n" + middle_text + "*NSET, NSET=BASE\n" + middle_base;
   return text +
          "*MATERIAL, NAME=M\n*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n1, 4\n*SOLID SECTION, ELSET=E, "
          "MATERIAL=M\n"

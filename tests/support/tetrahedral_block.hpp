@@ -5,12 +5,14 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "offline/mesh/model.hpp"
+#include "offline/mesh/tetrahedron_shape.hpp"
 
 namespace palpate::test {
 
@@ -80,20 +82,44 @@ inline Model tetrahedral_block(const BlockShape& shape) {
           Tetrahedron element;
           element.label = static_cast<int>(model.elements.size()) + 1;
           for (std::size_t a = 0; a < 4; ++a) {
-            element.nodes[a] =
+            element.node_array[a] =
                 node_at(i + (corners[a] & 1), j + ((corners[a] >> 1) & 1), k + (corners[a] >> 2));
           }
           Eigen::Matrix3d edges;
           for (int a = 0; a < 3; ++a) {
-            edges.col(a) =
-                model.positions[static_cast<std::size_t>(element.nodes[static_cast<std::size_t>(a) + 1])] -
-                model.positions[static_cast<std::size_t>(element.nodes[0])];
+            edges.col(a) = model.positions[static_cast<std::size_t>(
+                               element.node_array[static_cast<std::size_t>(a) + 1])] -
+                           model.positions[static_cast<std::size_t>(element.node_array[0])];
           }
           if (!(edges.determinant() > 0)) throw std::logic_error("the jitter turned an element inside out");
           model.elements.push_back(element);
         }
       }
     }
+  }
+  return model;
+}
+
+// The same body in ten-node elements: a new node in the middle of every edge, moved by up to `jitter` along each
+// axis, so that edges are curved. Sets and what is fixed are left as they are.
+inline Model with_middle_nodes(Model model, double jitter = 0.0) {
+  std::map<std::pair<int, int>, int> middle;
+  TestRandom random(21);
+  for (Tetrahedron& element : model.elements) {
+    for (std::size_t edge = 0; edge < kTetrahedronEdges.size(); ++edge) {
+      const int a = element.node_array[static_cast<std::size_t>(kTetrahedronEdges[edge][0])];
+      const int b = element.node_array[static_cast<std::size_t>(kTetrahedronEdges[edge][1])];
+      const auto [found, is_new] = middle.try_emplace(std::minmax(a, b), model.num_nodes());
+      if (is_new) {
+        const Eigen::Vector3d centre = 0.5 * (model.positions[static_cast<std::size_t>(a)] +
+                                              model.positions[static_cast<std::size_t>(b)]);
+        model.labels.push_back(model.labels.back() + 1);
+        model.label_index.emplace_back(model.labels.back(), model.num_nodes());
+        model.positions.push_back(centre + jitter * random.vector());
+      }
+      element.node_array[4 + edge] = found->second;
+    }
+    element.num_nodes = 10;
   }
   return model;
 }

@@ -63,9 +63,11 @@ INSTANTIATE_TEST_SUITE_P(
                 "organ.inp:3: node 1 is already defined at organ.inp:2; give one of them another label"},
         BadLine{7, "*ELEMENT, ELSET=BODY", "organ.inp:7: *ELEMENT needs TYPE=...; add it"},
         BadLine{7, "*ELEMENT, TYPE=C3D10H, ELSET=BODY",
-                "organ.inp:7: elements of type C3D10H are not supported; mesh the body with four-node "
-                "tetrahedra, "
-                "TYPE=C3D4"},
+                "organ.inp:7: elements of type C3D10H are not supported; mesh the body with tetrahedra, "
+                "TYPE=C3D4 or "
+                "C3D10"},
+        BadLine{7, "*ELEMENT, TYPE=C3D10, ELSET=BODY",
+                "organ.inp:8: expected an element label and ten node labels, found 5 fields"},
         BadLine{8, "1, 1, 2, 3",
                 "organ.inp:8: expected an element label and four node labels, found 4 fields"},
         BadLine{8, "1, 1, 2, 3,", "organ.inp:9: expected the rest of an element, found 5 fields"},

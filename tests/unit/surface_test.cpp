@@ -16,7 +16,7 @@ Model model_of(const std::vector<Eigen::Vector3d>& positions,
   for (const std::array<int, 4>& nodes : elements) {
     Tetrahedron element;
     element.label = static_cast<int>(model.elements.size()) + 1;
-    element.nodes = nodes;
+    std::copy(nodes.begin(), nodes.end(), element.node_array.begin());
     model.elements.push_back(element);
   }
   return model;

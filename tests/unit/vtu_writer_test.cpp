@@ -20,6 +20,7 @@ std::filesystem::path scratch(const std::string& name) {
 VtuMesh two_tetrahedra() {
   VtuMesh mesh;
   mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.2, -1.0 / 3.0}};
+  mesh.cells = {VtuCell::kTetrahedron, VtuCell::kTetrahedron};
   mesh.connectivity = {0, 1, 2, 3, 0, 2, 1, 4};
   mesh.point_data = {{"displacement", 3, {}}, {"J <min> & \"max\"", 1, {5, 4, 3, 2, 1}}};
   for (int i = 0; i < 15; ++i) mesh.point_data[0].values.push_back(std::sqrt(i) * 1e-3);
@@ -100,15 +101,16 @@ TEST(VtuWriter, ReadsBackToTheBit) {
 TEST(VtuWriter, TrianglesAndQuadraticTetrahedra) {
   VtuMesh mesh;
   for (int i = 0; i < 10; ++i) mesh.points.push_back({i * 1.0, i * 0.5, 0});
-  mesh.cell = VtuCell::kTriangle;
+  mesh.cells = {VtuCell::kTriangle, VtuCell::kTriangle};
   mesh.connectivity = {0, 1, 2, 3, 4, 5};
   write_vtu(mesh, scratch("kinds.vtu"));
   EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"), (std::vector<std::uint8_t>{5, 5}));
-  mesh.cell = VtuCell::kQuadraticTetrahedron;
-  mesh.connectivity = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  mesh.cells = {VtuCell::kTriangle, VtuCell::kQuadraticTetrahedron};
+  mesh.connectivity = {0, 1, 2, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
   write_vtu(mesh, scratch("kinds.vtu"));
-  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"), (std::vector<std::uint8_t>{24}));
-  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::int64_t>("offsets"), (std::vector<std::int64_t>{10}));
+  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"), (std::vector<std::uint8_t>{5, 24}));
+  EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::int64_t>("offsets"),
+            (std::vector<std::int64_t>{3, 13}));
   std::filesystem::remove(scratch("kinds.vtu"));
 }
 
@@ -136,7 +138,7 @@ TEST(VtuWriter, WhatDoesNotFitIsRefusedAndTheOldFileKept) {
   refused([](VtuMesh& mesh) { mesh.point_data[1].name = ""; });
   refused([](VtuMesh& mesh) { mesh.cell_data[0].components = 0; });
   refused([](VtuMesh& mesh) { mesh.cell_integers[0].values.push_back(1); });
-  refused([](VtuMesh& mesh) { mesh.cell = static_cast<VtuCell>(12); });
+  refused([](VtuMesh& mesh) { mesh.cells[0] = static_cast<VtuCell>(12); });
   std::filesystem::remove(path);
 }
 
