@@ -46,7 +46,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const double factor_seconds = factored ? seconds_since(start) : 0;
   const int solves_per_site = (scene.polynomial ? plan.samples : 0) + plan.survey_samples;
   const double solves = static_cast<double>(solves_per_site) * static_cast<double>(sites.sites.size());
-  constexpr double kFactorsPerSolve = 2.2;
+  constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
+  const int jobs = std::min(plan.jobs, static_cast<int>(sites.sites.size()));
   const double bytes = estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(),
                                            sites.sites.size(), scene.linear, scene.polynomial, plan.degree);
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
@@ -55,8 +56,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
   fmt::print("estimate   {:.0f} nonlinear solves, about {:.0f} s on {} threads; pack about {:.1f} MB\n",
-             solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / plan.jobs), plan.jobs,
-             bytes / 1e6);
+             solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
   std::fflush(stdout);  // also into a file: it is for before the wait
 }
 
@@ -186,7 +186,7 @@ int run_build(const BuildArguments& arguments) {
   }
   if (unsolved > 0) {
     fmt::print(stderr,
-               "{}: {} of {} survey pushes reached no equilibrium and are not in the errors; reduce "
+               "{}: {} of {} survey pushes reached no equilibrium and count as errors of 100 %; reduce "
                "max_displacement\n",
                scene.file.string(), unsolved, plan.survey_samples * static_cast<int>(results.size()));
   }

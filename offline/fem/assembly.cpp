@@ -16,7 +16,8 @@ void clamp_negative_eigenvalues(Matrix9d& tangent) {
             eigen.eigenvectors().transpose();
 }
 
-// Adds V g_a . A . g_b for a >= b, contracting one index at a time: T_aL = sum_J g_aJ A_JL, K_ab = sum_L T_aL g_bL.
+// Adds V g_a . A . g_b for a >= b, contracting one index at a time: T_aL = sum_J g_aJ A_JL, K_ab = sum_L T_aL
+// g_bL.
 template <int kNodes>
 void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {

@@ -1,8 +1,8 @@
 // The discrete equations of an organ: internal force P(u), stored energy and tangent stiffness K(u) = dP/du,
 // assembled from tetrahedra of four and ten nodes on a sparsity pattern that is fixed once.
 //
-// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the shape
-// gradients g_a at an integration point that stands for the volume V,
+// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the
+// shape gradients g_a at an integration point that stands for the volume V,
 //   F = 1 + sum_a u_a g_a^T,   P_a = sum V P(F) g_a,   K_ab = sum V g_a . dP/dF . g_b.
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// What one pass over the elements found. `min_jacobian` is the smallest det F; at or below 0 an element is
+// What one pass over the elements found. `min_jacobian` is the smallest det F (1 at small strain); at or below 0 an element is
 // inverted and the forces beside it mean nothing.
 struct ElementState {
   double min_jacobian = 1;
@@ -65,8 +65,8 @@ class Assembly {
     using Points = std::array<ShapeAtPoint<kNodes>, TetrahedronShape<kNodes>::kPoints>;
     std::vector<int> elements;  // in Model::elements
     std::vector<Points> rest;
-    // For each element the lower triangle of its stiffness (a >= b over its dofs, column by column) as positions
-    // in the value array, or -1 where a dof is eliminated.
+    // For each element the lower triangle of its stiffness (a >= b over its dofs, column by column) as
+    // positions in the value array, or -1 where a dof is eliminated.
     std::vector<std::array<int, kEntries>> scatter;
   };
 

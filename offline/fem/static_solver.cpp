@@ -12,8 +12,9 @@ constexpr double kSufficientDecrease = 1e-4;
 // A residual that shrinks to this part of itself is progress whatever the energy's rounding says.
 constexpr double kResidualDecrease = 0.9;
 constexpr int kMaxBacktracks = 12;
-// A residual within so many times the rounding of P is rounding too.
-constexpr double kRoundings = 2;
+// A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
+constexpr double kRoundings = 4;
+constexpr double kStall = 0.3;
 // An increment that converged within this many iterations is followed by one half as large again.
 constexpr int kEasyIterations = 6;
 
@@ -122,11 +123,14 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   const auto scale_of = [&](const Eigen::VectorXd& force) {
     return std::max({start_scale, force_scale(load, force), std::numeric_limits<double>::min()});
   };
+  const auto is_rounding = [&](double force) {
+    return force <= kRoundings * assembly_->rounding_force(displacement);
+  };
+  bool stalled = false;  // a whole step with a fresh factor left the residual as it was
   for (int iteration = 1;; ++iteration) {
     const double scale = scale_of(internal);
     if (!std::isfinite(norm)) return false;
-    if (norm <= settings.residual_tolerance * scale ||
-        norm <= kRoundings * assembly_->rounding_force(displacement)) {
+    if (norm <= settings.residual_tolerance * scale || (stalled && is_rounding(norm))) {
       report.residual = norm / scale;
       report.min_jacobian = state.min_jacobian;
       report.worst_element = state.worst_element;
@@ -153,6 +157,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     record.iteration = iteration;
     record.projected = projected;
     const double norm_before = norm;
+    const bool fresh = !reuse;
     double step = 1.0;
     for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
       const Eigen::VectorXd trial = displacement + step * direction.col(0);
@@ -183,10 +188,12 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     report.history.push_back(record);
     if (progress) progress(record);
     if (record.step == 0.0) {
-      if (!reuse) return false;
+      if (fresh && !is_rounding(norm)) return false;
+      stalled = fresh;
       reuse = false;
       continue;
     }
+    stalled = fresh && norm > kStall * norm_before;
     reuse = !projected && record.step == 1.0 && norm <= settings.reuse_contraction * norm_before;
   }
 }

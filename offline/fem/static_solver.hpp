@@ -5,7 +5,7 @@
 // displacements ramp.
 //
 // One iteration: K(u) du = f_ext - P(u) by one Cholesky factor, then backtracking u + s du, s = 1, 1/2, ... A
-// trial is accepted only if det F > 0 in every element (eq. (1)'s stress is finite for det F < 0, so an
+// trial is accepted only if det F > 0 in every element, small strain apart (eq. (1)'s stress is finite for det F < 0, so an
 // iteration may converge to an inverted state unless it is forbidden to pass one), and if the total potential
 // energy falls enough or the residual does. Either alone fails: the residual must be allowed to rise while a
 // slender body turns, and the energy cannot be told from its rounding near the solution. Where K is not

@@ -1,4 +1,5 @@
-// Ogden's hyperelastic law in the principal stretches, with Abaqus' split into isochoric and volumetric parts.
+// Ogden's hyperelastic law in the principal stretches, with Abaqus' split into isochoric and volumetric
+// parts.
 //
 // Source: Abaqus Theory Guide, hyperelastic material behaviour, Ogden form:
 //   W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) + U(J),  q_a = J^(-1/3) l_a
@@ -12,8 +13,8 @@
 //   dP[dF] = sum_ab w_ab (n_b . dF N_b) n_a N_a^T
 //          + sum_{a<b} k+ (L : dF) L + k- (T : dF) T,   L, T = (n_a N_b^T +- n_b N_a^T) / sqrt 2
 //   k+ = (w_a - w_b) / (l_a - l_b),    k- = (w_a + w_b) / (l_a + l_b)
-// (the derivative of the polar decomposition; for instance Smith, de Goes, Kim 2019, "Analytic eigensystems for
-// isotropic distortion energies"). As l_a -> l_b, k+ -> (w_aa + w_bb)/2 - w_ab, which is taken where the
+// (the derivative of the polar decomposition; for instance Smith, de Goes, Kim 2019, "Analytic eigensystems
+// for isotropic distortion energies"). As l_a -> l_b, k+ -> (w_aa + w_bb)/2 - w_ab, which is taken where the
 // quotient would lose more digits than that limit does.
 #pragma once
 

@@ -27,8 +27,9 @@ struct Material {
   Law law;
 };
 
-// A tetrahedron of four nodes (C3D4) or of ten (C3D10: the corners, then the middles of the edges 01 12 02 03 13
-// 23). It is upright: (x1-x0) . ((x2-x0) x (x3-x0)) > 0, and so is the map of ten nodes at its integration points.
+// A tetrahedron of four nodes (C3D4) or of ten (C3D10: the corners, then the middles of the edges 01 12 02 03
+// 13 23). It is upright: (x1-x0) . ((x2-x0) x (x3-x0)) > 0, and so is the map of ten nodes at its integration
+// points.
 struct Tetrahedron {
   int label = 0;
   int material = 0;  // index in Model::materials

@@ -40,12 +40,14 @@ double longest_edge(const Model& model, const Tetrahedron& element) {
   return longest;
 }
 
+// Each integration point of a ten-node element stands for more than rounding of a quarter of its volume.
 bool is_upright_at_every_point(const Model& model, const Tetrahedron& element) {
+  const double edge = longest_edge(model, element);
   Eigen::Matrix<double, 3, 10> positions;
   for (int a = 0; a < 10; ++a)
     positions.col(a) = position(model, element.node_array[static_cast<std::size_t>(a)]);
   for (int point = 0; point < TetrahedronShape<10>::kPoints; ++point) {
-    if (!(ShapeAtPoint<10>(positions, point).volume > 0)) return false;
+    if (!(4 * ShapeAtPoint<10>(positions, point).volume > kFlat * edge * edge * edge)) return false;
   }
   return true;
 }
@@ -69,7 +71,9 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
     }
     if (volume < 0) fail(fmt::format("is inverted (volume {:.3g}); reorder its nodes", volume));
     if (element.num_nodes == 10 && !is_upright_at_every_point(model, element))
-      fail("is inverted at an integration point; move its middle nodes towards the middles of its edges");
+      fail(
+          "is flat or inverted at an integration point; move its middle nodes towards the middles of its "
+          "edges");
   }
 }
 
@@ -120,8 +124,8 @@ void warn_unused_nodes(Model& model) {
                   unused == 1 ? "node belongs" : "nodes belong", label(model, static_cast<int>(first))));
 }
 
-// Above it linear tetrahedra are too stiff by tens of percent: a block compressed by a tenth came out 20 % too
-// stiff at 0.45 on a coarse mesh, and twice as stiff at 0.49.
+// Above it linear tetrahedra are too stiff by tens of percent: a block compressed by a tenth came out 20 %
+// too stiff at 0.45 on a coarse mesh, and twice as stiff at 0.49.
 constexpr double kLockingPoissonRatio = 0.45;
 
 void warn_locking(Model& model) {
@@ -142,15 +146,6 @@ void warn_locking(Model& model) {
   }
 }
 
-void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
-  const std::vector<LoosePart> hinged = hinged_parts(model, held);
-  if (hinged.empty()) return;
-  model.warnings.push_back(fmt::format(
-      "{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join them face to "
-      "face, or hold them with *BOUNDARY",
-      model.file, label(model, hinged.front().node), hinged.front().motion));
-}
-
 }  // namespace
 
 double signed_volume(const Model& model, const Tetrahedron& element) {
@@ -168,6 +163,15 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
   throw InputError({model.file, 0},
                    fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
                                label(model, loose.front().node), loose.front().motion));
+}
+
+void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
+  const std::vector<LoosePart> hinged = hinged_parts(model, held);
+  if (hinged.empty()) return;
+  model.warnings.push_back(fmt::format(
+      "{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join them face to "
+      "face, or hold them with *BOUNDARY",
+      model.file, label(model, hinged.front().node), hinged.front().motion));
 }
 
 void check_model(Model& model, const ModelOrigin& origin) {

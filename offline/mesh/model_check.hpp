@@ -26,4 +26,7 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
 // Signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element, length unit^3.
 double signed_volume(const Model& model, const Tetrahedron& element);  // of its corners
 
+// Adds a warning when elements hang on others by a corner or an edge alone, and `held` does not stop them.
+void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held);
+
 }  // namespace palpate

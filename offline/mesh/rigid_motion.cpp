@@ -140,6 +140,9 @@ std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<Prescr
     const std::span<const int> own = model.elements[element].nodes();
     nodes[static_cast<std::size_t>(part_of[element])].insert(own.begin(), own.end());
   }
+  const auto by_node = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
+    return a.node < b.node;
+  };
   std::vector<char> stands(nodes.size(), 0);
   std::vector<char> node_stands(model.positions.size(), 0);
   std::vector<LoosePart> hinged;
@@ -149,16 +152,20 @@ std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<Prescr
     for (std::size_t part = 0; part < nodes.size(); ++part) {
       if (stands[part]) continue;
       std::vector<PrescribedDisplacement> stopped;
-      for (const PrescribedDisplacement& dof : held) {
-        if (nodes[part].contains(dof.node)) stopped.push_back(dof);
-      }
+      int free_node = *nodes[part].begin();
       for (const int node : nodes[part]) {
-        if (!node_stands[static_cast<std::size_t>(node)]) continue;
-        for (int axis = 0; axis < 3; ++axis) stopped.push_back({node, axis, 0});
+        if (node_stands[static_cast<std::size_t>(node)]) {
+          for (int axis = 0; axis < 3; ++axis) stopped.push_back({node, axis, 0});
+          continue;
+        }
+        free_node = node;
+        const auto own =
+            std::equal_range(held.begin(), held.end(), PrescribedDisplacement{node, 0, 0}, by_node);
+        stopped.insert(stopped.end(), own.first, own.second);
       }
       std::string motion = free_motion(model, stopped);
       if (!motion.empty()) {
-        hinged.push_back({*nodes[part].begin(), std::move(motion)});
+        hinged.push_back({free_node, std::move(motion)});
         continue;
       }
       stands[part] = 1;

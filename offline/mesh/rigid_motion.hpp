@@ -26,7 +26,8 @@ std::vector<LoosePart> loose_parts(const Model& model, const std::vector<Prescri
 
 // The parts of elements joined face to face that nothing stops from turning about the corner or edge by which
 // they hang on others: neither `held` nor nodes shared with parts that stand. A few hinged parts that brace
-// each other are reported too, though they stand. Cost: O(elements log elements).
+// each other are reported too, though they stand. `held` is sorted
+// by node. Cost: O(elements log elements), and a pass over the nodes for each link of a chain of such parts.
 std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 }  // namespace palpate

@@ -4,8 +4,9 @@
 //   4 nodes:   N_i = L_i
 //   10 nodes:  N_i = L_i (2 L_i - 1) at the corners, N_ij = 4 L_i L_j at the middles of the edges
 //              01 12 02 03 13 23, in this order, which is that of Abaqus' C3D10 and of VTK.
-// Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. One point at the centroid integrates
-// the constant strain of four nodes exactly, four points (Hammer, Marlowe, Stroud 1956) polynomials of degree 2.
+// Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. One point at the centroid
+// integrates the constant strain of four nodes exactly, four points (Hammer, Marlowe, Stroud 1956)
+// polynomials of degree 2.
 #pragma once
 
 #include <Eigen/Core>
@@ -49,7 +50,8 @@ struct TetrahedronShape {
   }
 };
 
-// dN_a/dX at an integration point of an element with these node positions, and the volume the point stands for.
+// dN_a/dX at an integration point of an element with these node positions, and the volume the point stands
+// for.
 template <int kNodes>
 struct ShapeAtPoint {
   typename TetrahedronShape<kNodes>::Nodal gradients;

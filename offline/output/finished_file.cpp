@@ -3,15 +3,20 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kUnfinished = ".unfinished-";
 
 // A device or a pipe, such as /dev/stdout: it is written into, for a rename would put a plain file in its
 // place.
@@ -32,8 +37,26 @@ fs::path behind_links(const fs::path& path) {
 // The process id keeps two programs that write the same result at once out of each other's temporary file.
 fs::path temporary_beside(const fs::path& path) {
   fs::path temporary = path;
-  temporary += ".unfinished-" + std::to_string(::getpid());
+  temporary += kUnfinished + std::to_string(::getpid());
   return temporary;
+}
+
+// Removes what killed processes left of earlier attempts to write this file.
+void remove_left_overs(const fs::path& path) {
+  const std::string front = path.filename().string() + kUnfinished;
+  std::error_code ignored;
+  std::vector<fs::path> left_over;
+  for (fs::directory_iterator entry(path.has_parent_path() ? path.parent_path() : ".", ignored), end;
+       entry != end; entry.increment(ignored)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(front)) continue;
+    const std::string digits = name.substr(front.size());
+    pid_t process = 0;
+    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), process);
+    const bool is_number = read.ec == std::errc() && read.ptr == digits.data() + digits.size() && process > 0;
+    if (is_number && ::kill(process, 0) != 0 && errno == ESRCH) left_over.push_back(entry->path());
+  }
+  for (const fs::path& file : left_over) fs::remove(file, ignored);
 }
 
 }  // namespace
@@ -44,6 +67,7 @@ void check_can_finish(const fs::path& path) {
   if (path.has_parent_path() && !fs::is_directory(path.parent_path()))
     throw std::runtime_error(name + ": its folder does not exist; make it first");
   if (is_stream(path)) return;
+  remove_left_overs(behind_links(path));
   const fs::path temporary = temporary_beside(behind_links(path));
   errno = 0;
   const bool opened = std::ofstream(temporary).is_open();

@@ -23,7 +23,8 @@ void write_finished_bytes(const std::filesystem::path& path, std::span<const uns
 void write_finished_text(const std::filesystem::path& path, std::string_view text);
 
 // For before long work: throws std::runtime_error "PATH: REASON; REMEDY" if write_finished_file would find no
-// folder there, or none that it may write to. Leaves what stands at `path` alone.
+// folder there, or none that it may write to. Leaves what stands at `path` alone; removes the
+// temporary files beside it of processes that were killed.
 void check_can_finish(const std::filesystem::path& path);
 
 // Throws std::runtime_error "PATH: REASON; REMEDY" if a result at `path` would replace one of the files it is

@@ -1,6 +1,8 @@
 #include "offline/precompute/contact_sites.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace palpate {
 
@@ -29,6 +31,11 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
     site.node = node;
     site.packed_node = packed_of[static_cast<size_t>(node)];
     site.inward = -normals[static_cast<size_t>(node)];
+    if (scene.directions == Directions::inward && site.inward.isZero()) {
+      throw std::runtime_error(scene.file.string() + ": the surface at node " +
+                               std::to_string(model.labels[static_cast<size_t>(node)]) +
+                               " has no inward direction; take that site out, or write directions = \"all\"");
+    }
     const std::vector<int> within = nodes_within(surface, node, scene.tip_radius);
     result.sites_at_fixed_nodes +=
         std::any_of(within.begin(), within.end(), [&](int near) { return fixed[static_cast<size_t>(near)]; });

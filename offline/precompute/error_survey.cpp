@@ -33,19 +33,26 @@ SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_d
   std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
   std::array<std::vector<double>, kSurveyBins + 1> force_errors;
   for (const SurveySample& sample : samples) {
-    const Answer answer = model(sample.site, sample.truth.displacement);
     const double size = sample.truth.displacement.norm();
+    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
+                               kSurveyBins - 1);
+    const auto add = [&](double displacement_error, double force_error) {
+      for (const int target : {bin, kSurveyBins}) {
+        displacement_errors[static_cast<size_t>(target)].push_back(displacement_error);
+        force_errors[static_cast<size_t>(target)].push_back(force_error);
+      }
+    };
+    if (!sample.solved) {
+      add(1, 1);
+      continue;
+    }
+    const Answer answer = model(sample.site, sample.truth.displacement);
     const auto num_nodes = sample.truth.field.size() / 3;
     const double displacement_error =
         (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() / size;
     const double force_error = (answer.force - sample.truth.force).norm() /
                                std::max(sample.truth.force.norm(), kForceFloor * largest_force);
-    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
-                               kSurveyBins - 1);
-    for (const int target : {bin, kSurveyBins}) {
-      displacement_errors[static_cast<size_t>(target)].push_back(displacement_error);
-      force_errors[static_cast<size_t>(target)].push_back(force_error);
-    }
+    add(displacement_error, force_error);
   }
 
   SurveyTable table;

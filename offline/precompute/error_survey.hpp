@@ -37,7 +37,8 @@ struct SurveyTable {
 // One truth and where it was measured.
 struct SurveySample {
   size_t site = 0;
-  Sample truth;
+  Sample truth;        // of a push that was not solved: its displacement only
+  bool solved = true;  // false: no equilibrium was found; whatever a model says then counts as an error of 1
 };
 
 // What a model says for a displacement at a site.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "offline/precompute/hermite_design.hpp"
 
@@ -131,7 +132,6 @@ LoadCase SiteSampler::load_for(const Eigen::Vector3d& displacement) const {
 }
 
 void SiteSampler::count(const SolveReport& report) {
-  counts_.solves += report.converged;
   counts_.iterations += report.iterations;
   counts_.factorizations += report.factorizations;
 }
@@ -169,6 +169,7 @@ bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
   sample.displacement = displacement;
   read_sample(anchor.u, sample);
   if (!solver_->tangent_response(load, anchor.u, patch_motion_, anchor.tangent)) return false;
+  ++counts_.solves;
   sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
   sample.stiffness = patch_motion_.transpose() * solver_->assembly().tangent_times(anchor.u, anchor.tangent);
   sample.stiffness = 0.5 * (sample.stiffness + sample.stiffness.transpose()).eval();
@@ -177,13 +178,25 @@ bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
 }
 
 bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample) {
-  SolverSettings settings;
-  settings.largest_increment = 1.0 / increments;
-  Eigen::VectorXd u;
-  if (!ramp_from_rest(load_for(displacement), settings, u)) return false;
+  const SolverSettings settings;
+  const Anchor& rest = anchors_.front();
+  Eigen::VectorXd before = rest.u;
+  Eigen::VectorXd u = rest.tangent * (displacement / increments);
+  bool converged = true;
+  for (int i = 1; i <= increments && converged; ++i) {
+    if (i > 1) {
+      Eigen::VectorXd next = 2 * u - before;  // the path goes on as it came
+      before = std::exchange(u, std::move(next));
+    }
+    const SolveReport report = solver_->correct(load_for(displacement * i / increments), u, settings);
+    count(report);
+    converged = report.converged;
+  }
+  if (!converged && !ramp_from_rest(load_for(displacement), settings, u)) return false;
   sample = {};
   sample.displacement = displacement;
   read_sample(u, sample);
+  ++counts_.solves;
   return true;
 }
 

@@ -54,8 +54,8 @@ class SiteSampler {
   // found.
   [[nodiscard]] bool solve(const Eigen::Vector3d& displacement, Sample& sample);
 
-  // The truth for a survey: the straight path from rest in at least so many increments, whatever the
-  // neighbours say. Field, energy and force only.
+  // The truth for a survey: the straight path from rest in so many increments (more where Newton asks for
+  // them), whatever the neighbours say. Field, energy and force only. False when no equilibrium was found.
   [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
 
   const SolveCounts& counts() const { return counts_; }

@@ -196,8 +196,17 @@ Model read_model(const SceneTable& top, Scene& scene) {
   if (!model.steps.empty()) {
     const SourceLine& step = model.steps.front().source;
     check_held(model, model.fixed);
-    model.warnings.push_back(step.file + ":" + std::to_string(step.line) +
-                             ": a build ignores *STEP: only what is held before it counts");
+    warn_hinged_parts(model, model.fixed);
+    model.warnings.push_back(
+        step.file + ":" + std::to_string(step.line) +
+        ": a build takes NLGEOM from *STEP and ignores the rest: only what is held before it counts");
+  }
+  for (const Material& material : model.materials) {
+    if (!std::holds_alternative<LinearElastic>(material.law)) continue;
+    model.warnings.push_back(
+        model.file + ": material " + printable(material.name) +
+        " is *ELASTIC at small strain, so that the organ answers linearly; for large pushes add "
+        "a *STEP, NLGEOM, or a *HYPERELASTIC law");
   }
   return model;
 }

@@ -44,7 +44,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
             fmt::format("{}: no equilibrium found for pushes of {:.3g} at node {}, though max_displacement "
                         "is {:.3g}; reduce "
                         "max_displacement, or raise tip_radius",
-                        scene.file.string(), radius, label, scene.max_displacement));
+                        scene.file.string(), radius / kShrink, label, scene.max_displacement));
       }
       samples.clear();
       result.min_jacobian = 1;
@@ -57,12 +57,11 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
        choose_survey_points(plan.survey_samples, half, static_cast<std::uint64_t>(label))) {
     SurveySample sample;
     sample.site = index;
-    const int increments = point.norm() > 0.5 ? 2 : 1;
-    if (sampler.solve_from_rest(radius * frame * point, increments, sample.truth)) {
-      result.survey.push_back(std::move(sample));
-    } else {
-      ++result.unsolved;
-    }
+    const Eigen::Vector3d displacement = radius * frame * point;
+    sample.solved = sampler.solve_from_rest(displacement, point.norm() > 0.5 ? 2 : 1, sample.truth);
+    sample.truth.displacement = displacement;
+    result.unsolved += !sample.solved;
+    result.survey.push_back(std::move(sample));
   }
   result.counts = sampler.counts();
   return result;

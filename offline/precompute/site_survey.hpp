@@ -19,7 +19,7 @@ struct SamplingPlan {
 struct SiteResult {
   SitePolynomial polynomial;  // radius 0 when none was asked for
   std::vector<SurveySample> survey;
-  int unsolved = 0;         // survey displacements at which no equilibrium was found along the path from rest
+  int unsolved = 0;         // of the survey
   double min_jacobian = 1;  // smallest det F over the samples
   SolveCounts counts;
 };

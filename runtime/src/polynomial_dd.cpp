@@ -13,6 +13,8 @@ using pack::monomial_start;
 using pack::num_monomials;
 
 constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree + 1);
+// Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
+constexpr double kRounding = 1e-9;
 static_assert(num_monomials(1, pack::kMaxDegree) <= sizeof(PolynomialState::weights) / sizeof(float));
 
 // Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
@@ -102,7 +104,6 @@ void add_continued(const Part& part, uint32_t degree, double s, const double t[3
 }  // namespace
 
 bool is_behind_surface(const pal_pack& pack, uint32_t site, const double d[3]) {
-  constexpr double kRounding = 1e-9;
   if (pack.inward_normals == nullptr) return false;
   const double* n = pack.inward_normals + size_t{3} * site;
   return d[0] * n[0] + d[1] * n[1] + d[2] * n[2] < -kRounding * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
@@ -115,7 +116,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   state.site = site;
   state.flags = 0;
-  if (s > 1.0 || is_behind_surface(pack, site, x)) state.flags |= PAL_FLAG_EXTRAPOLATED;
+  if (s > 1.0 + kRounding || is_behind_surface(pack, site, x)) state.flags |= PAL_FLAG_EXTRAPOLATED;
   if (s > kLargestExtrapolation) {
     state.flags |= PAL_FLAG_CLAMPED;
     for (double& component : x) component *= kLargestExtrapolation / s;

@@ -138,7 +138,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     result.flags = linear.flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    if (length(d) > pack.max_displacement * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
+    const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
+    if (length(d) > surveyed_to * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {

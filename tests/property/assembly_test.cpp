@@ -273,8 +273,9 @@ TEST(AssemblyProperty, ConstantStrainIsExact) {
   }
 }
 
-// A quadratic displacement is in the space of ten nodes: at rest their stiffness gives the exact energy of small
-// strain; for u = (a z^2, 0, 0) on the unit cube, e_xz = a z, it is the integral of 2 mu e_xz^2, 2/3 mu a^2.
+// A quadratic displacement is in the space of ten nodes: at rest their stiffness gives the exact energy of
+// small strain; for u = (a z^2, 0, 0) on the unit cube, e_xz = a z, it is the integral of 2 mu e_xz^2, 2/3 mu
+// a^2.
 TEST(AssemblyProperty, TenNodesBendExactly) {
   BlockShape shape;
   shape.cells = {1, 1, 1};

@@ -275,8 +275,8 @@ TEST(CompressibleNeoHookeanLaw, EnergyGrowsWithoutBoundTowardInversion) {
   EXPECT_GT(before, 300.0);  // mu ln 10 for each digit
 }
 
-// Cauchy stress from the left Cauchy-Green tensor b of the isochoric deformation (Holzapfel 2000, section 6.4):
-// sigma = 2/J dev((W_A + A W_B) b - W_B b^2) + U' 1.
+// Cauchy stress from the left Cauchy-Green tensor b of the isochoric deformation (Holzapfel 2000, section
+// 6.4): sigma = 2/J dev((W_A + A W_B) b - W_B b^2) + U' 1.
 TEST(InvariantLaws, CauchyStressIsTheTextbooks) {
   for (const Case& c : cases()) {
     const auto* law = std::get_if<InvariantLaw>(&c.law);

@@ -174,7 +174,9 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
     ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<float*>(buffer.data()), stride),
               PAL_STATUS_OK);
     for (size_t i = 0; i < nodes; ++i) {
-      EXPECT_EQ(std::memcmp(buffer.data() + i * stride, field.data() + 3 * i, 12), 0) << "node " << i;
+      float written[3];
+      std::memcpy(written, buffer.data() + i * stride, sizeof written);
+      for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(written[axis], field[3 * i + axis]) << "node " << i;
       for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[i * stride + byte], kCanary);
     }
     for (size_t byte = stride * nodes; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);

@@ -40,7 +40,7 @@ long double packed_energy(const SitePolynomial& polynomial, uint32_t degree, con
       const long double t = s - 1;
       continued = (1 + n * t + 0.5L * n * (n - 1.0L) * t * t) / std::pow(s, static_cast<long double>(n));
     }
-    const long double coefficient = polynomial.energy[index - pack::monomial_start(2)];
+    const auto coefficient = static_cast<long double>(polynomial.energy[index - pack::monomial_start(2)]);
     energy += coefficient * continued * std::pow(x[0], static_cast<int>(a)) *
               std::pow(x[1], static_cast<int>(b)) * std::pow(x[2], static_cast<int>(c));
   });
@@ -159,7 +159,7 @@ TEST_F(RuntimePolynomialDd, StiffnessIsTheDerivativeOfTheForce) {
 
 // Across |x| = 1 force and stiffness are continuous: their jump over a gap is as small as the gap.
 TEST_F(RuntimePolynomialDd, ContinuousAcrossTheEdgeOfTheSamples) {
-  constexpr double kGap = 1e-9;
+  constexpr double kGap = 2e-9;
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Vector3d edge = radius(site) * any_direction();
     const auto inside = touch(site, (1 - kGap) * edge);
@@ -175,6 +175,21 @@ TEST_F(RuntimePolynomialDd, ContinuousAcrossTheEdgeOfTheSamples) {
     EXPECT_LE((stiffness_of(outside) - S).norm(), 100 * kGap * S.norm());
     for (size_t i = 0; i < field_inside.size(); ++i)
       EXPECT_NEAR(field_inside[i], field_outside[i], kFieldTolerance * radius(site));
+  }
+}
+
+// The scene's largest displacement itself was sampled, whatever units made of its last digit.
+TEST_F(RuntimePolynomialDd, TheEdgeItselfIsInside) {
+  const AlignedBytes bytes = small_.write_with_units();
+  const OpenPack in_units(bytes);
+  OwnedSession session(in_units.get(), PAL_MODEL_POLYNOMIAL, 1, 0);
+  for (uint32_t site = 0; site < 12; ++site) {
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector3d d = radius(site) * any_direction();
+      EXPECT_EQ(touch(site, d).flags, 0U);
+      const auto result = session.touch({{site, {1e-3 * d[0], 1e-3 * d[1], 1e-3 * d[2]}}}).front();
+      EXPECT_EQ(result.flags, 0U);
+    }
   }
 }
 

@@ -120,6 +120,22 @@ struct SamplingSite : ::testing::Test {
   }
 };
 
+// The path from rest and the neighbours lead to the one equilibrium that there is.
+TEST_F(SamplingSite, FromRestAndFromANeighbourItIsTheSame) {
+  SiteSampler sampler(solver, block.sites, site);
+  const Eigen::Vector3d d(0.03, -0.05, -0.1);
+  solved(sampler, 0.8 * d);
+  const Sample expected = solved(sampler, d);
+  for (const int increments : {1, 2, 5}) {
+    Sample sample;
+    ASSERT_TRUE(sampler.solve_from_rest(d, increments, sample));
+    EXPECT_EQ(sample.displacement, d);
+    EXPECT_LE((sample.field - expected.field).norm(), 1e-8 * expected.field.norm()) << increments;
+    EXPECT_LE((sample.force - expected.force).norm(), 1e-8 * expected.force.norm());
+    EXPECT_NEAR(sample.energy, expected.energy, 1e-8 * expected.energy);
+  }
+}
+
 TEST_F(SamplingSite, PatchMovesAsOne) {
   SiteSampler sampler(solver, block.sites, site);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
@@ -290,6 +306,30 @@ TEST_F(SamplingLimit, AnImpossiblePushIsNoSample) {
   EXPECT_TRUE(sampler.solve({0, 0, -0.2}, sample));
   EXPECT_FALSE(sampler.solve({0, 0, -0.6}, sample));
   EXPECT_TRUE(sampler.solve({0, 0, -0.25}, sample)) << "a failure must not stick";
+}
+
+// A survey counts what it could not measure as wholly wrong, in its bin and over all.
+TEST_F(SamplingLimit, UnsolvedPushesAreErrors) {
+  block.scene.max_displacement = 0.6;
+  block.scene.polynomial = false;  // no fit, whose ball would shrink
+  const SiteResult result = sample().front();
+  ASSERT_GT(result.unsolved, 0);
+  ASSERT_LT(result.unsolved, static_cast<int>(result.survey.size()));
+  EXPECT_EQ(static_cast<int>(result.survey.size()), plan.survey_samples);
+  const Eigen::Index rows = 3 * static_cast<Eigen::Index>(block.sites.packed_nodes.size());
+  const SurveyTable table = survey_errors(result.survey, 0.6, [&](size_t, const Eigen::Vector3d& d) {
+    for (const SurveySample& sample : result.survey) {
+      if (sample.solved && sample.truth.displacement == d)
+        return Answer{sample.truth.field, sample.truth.force};
+    }
+    ADD_FAILURE() << "asked for a push without a truth";
+    return Answer{Eigen::VectorXd::Zero(rows), Eigen::Vector3d::Zero()};
+  });
+  EXPECT_EQ(table.overall.samples, plan.survey_samples);
+  EXPECT_EQ(table.overall.displacement.max, 1);
+  EXPECT_EQ(table.overall.force.max, 1);
+  EXPECT_EQ(table.bins.back().displacement.max, 1) << "the far end";
+  EXPECT_EQ(table.bins.front().displacement.max, 0) << "the near end is solved, and the model perfect";
 }
 
 TEST_F(SamplingLimit, ABallThatReachesTooFarShrinks) {

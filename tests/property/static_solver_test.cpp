@@ -14,7 +14,6 @@ namespace palpate {
 namespace {
 
 using test::BlockShape;
-using test::no_dofs;
 using test::nodes_on_plane;
 using test::rotation_about;
 using test::tetrahedral_block;

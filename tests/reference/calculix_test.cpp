@@ -1,7 +1,7 @@
 // An independent solver on the same file: CalculiX, for the laws and elements that both know.
 //
-// Its table of displacements has seven digits and its default convergence is loose (half a percent of the mean
-// force), so its copy of the file gets *CONTROLS with a tight one; nothing else differs.
+// Its table of displacements has seven digits and its default convergence is loose (half a percent of the
+// mean force), so its copy of the file gets *CONTROLS with a tight one; nothing else differs.
 #include <gtest/gtest.h>
 
 #include <cmath>

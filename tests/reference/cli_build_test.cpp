@@ -76,6 +76,10 @@ TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   const int status = std::system(("sh -c '" + command + "'").c_str());
   ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
   EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
+  // What it had written so far goes with the next build.
+  EXPECT_EQ(names_in(files.dir.path()).size(), 4u);
+  ASSERT_EQ(files.build().exit_code, 0);
+  EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.pack", "block.toml"}));
 }
 
 TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {

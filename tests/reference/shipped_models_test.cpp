@@ -28,7 +28,8 @@ TEST(ShippedBrain, IsAnsweredToAPercent) {
   EXPECT_EQ(info["model_elements"], 19734);
   EXPECT_NEAR(info["mean_surface_edge"].get<double>(), 8.23, 0.005);
 
-  // Degree 3 keeps the largest displacement error below 1 % of a push of one mean surface edge, as does the force.
+  // Degree 3 keeps the largest displacement error below 1 % of a push of one mean surface edge, as does the
+  // force.
   EXPECT_TRUE(built["target_met"].get<bool>());
   EXPECT_EQ(built["survey_pushes_without_equilibrium"], 0);
   EXPECT_GE(built["max_displacement_over_h"].get<double>(), 1.0);

@@ -8,8 +8,8 @@
 
 namespace palpate::test {
 
-// A block of n^3 cells of five tetrahedra each, alternately mirrored so that their faces match; of four nodes or
-// ten. The middle nodes of ten follow the corners, which keep their labels.
+// A block of n^3 cells of five tetrahedra each, alternately mirrored so that their faces match; of four nodes
+// or ten. The middle nodes of ten follow the corners, which keep their labels.
 inline std::string block_inp(int n, bool ten_nodes = false) {
   std::string text = "*NODE, NSET=EVERY\n";
   const auto label = [&](int i, int j, int k) { return 1 + i + (n + 1) * (j + (n + 1) * k); };

@@ -47,13 +47,7 @@ class InpFile : public ::testing::Test {
     return "accepted";
   }
 
-  std::string without_folder(std::string message) const {
-    const std::string folder = dir_.path().string() + "/";
-    for (std::size_t at = message.find(folder); at != std::string::npos; at = message.find(folder)) {
-      message.erase(at, folder.size());
-    }
-    return message;
-  }
+  std::string without_folder(std::string message) const { return dir_.without_folder(std::move(message)); }
 
   TempDir dir_;
 };

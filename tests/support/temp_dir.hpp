@@ -37,6 +37,14 @@ class TempDir {
     return file;
   }
 
+  // A message without this folder in its paths.
+  std::string without_folder(std::string message) const {
+    const std::string folder = path_.string() + "/";
+    for (std::size_t at = message.find(folder); at != std::string::npos; at = message.find(folder))
+      message.erase(at, folder.size());
+    return message;
+  }
+
  private:
   std::filesystem::path path_;
 };

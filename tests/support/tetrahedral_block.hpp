@@ -100,8 +100,8 @@ inline Model tetrahedral_block(const BlockShape& shape) {
   return model;
 }
 
-// The same body in ten-node elements: a new node in the middle of every edge, moved by up to `jitter` along each
-// axis, so that edges are curved. Sets and what is fixed are left as they are.
+// The same body in ten-node elements: a new node in the middle of every edge, moved by up to `jitter` along
+// each axis, so that edges are curved. Sets and what is fixed are left as they are.
 inline Model with_middle_nodes(Model model, double jitter = 0.0) {
   std::map<std::pair<int, int>, int> middle;
   TestRandom random(21);

@@ -286,7 +286,7 @@ TEST_F(InpReader, WarnsOfPartsThatHangByACornerOrAnEdge) {
     return model.warnings.empty() ? "none" : without_folder(model.warnings.front());
   };
   const auto hangs = [](const std::string& motion) {
-    return "organ.inp: the elements at node 5 hang on the rest by a corner or an edge and can " + motion +
+    return "organ.inp: the elements at node 8 hang on the rest by a corner or an edge and can " + motion +
            "; join them face to face, or hold them with *BOUNDARY";
   };
   EXPECT_EQ(warning("6, 2, 1, 1\n7, 1, 2, 1\n8, 1, 1, 2", "3, 5, 6, 7, 8"),

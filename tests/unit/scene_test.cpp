@@ -43,17 +43,9 @@ class SceneFile : public ::testing::Test {
     try {
       read(scene, model);
     } catch (const InputError& error) {
-      return without_folder(error.what());
+      return dir_.without_folder(error.what());
     }
     return "accepted";
-  }
-
-  std::string without_folder(std::string message) const {
-    const std::string folder = dir_.path().string() + "/";
-    for (std::size_t at = message.find(folder); at != std::string::npos; at = message.find(folder)) {
-      message.erase(at, folder.size());
-    }
-    return message;
   }
 
   std::vector<int> labels(const LoadedScene& loaded, const std::vector<int>& nodes) const {
@@ -133,8 +125,9 @@ TEST_F(SceneFile, WarnsOfSteps) {
   const std::string step = "*STEP, NLGEOM\n*STATIC\n*END STEP\n";
   const LoadedScene loaded = read(kScene, kModel + step);
   ASSERT_FALSE(loaded.model.warnings.empty());
-  EXPECT_EQ(without_folder(loaded.model.warnings.back()),
-            "organ.inp:32: a build ignores *STEP: only what is held before it counts");
+  EXPECT_EQ(dir_.without_folder(loaded.model.warnings.back()),
+            "organ.inp:32: a build takes NLGEOM from *STEP and ignores the rest: only what is held before it "
+            "counts");
   // Held by its step alone, which a build does not look at.
   const std::string loose = kModel.substr(0, kModel.find("*BOUNDARY"));
   EXPECT_EQ(refusal(kScene, loose + "*STEP, NLGEOM\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*END STEP\n"),
@@ -151,7 +144,7 @@ TEST_F(SceneFile, RefusesAFileThatIsNotThere) {
     try {
       read_scene(file);
     } catch (const InputError& error) {
-      return without_folder(error.what());
+      return dir_.without_folder(error.what());
     }
     return std::string("accepted");
   };
