@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -22,6 +23,7 @@ namespace {
 struct SolveArguments {
   std::filesystem::path model;
   std::filesystem::path folder;
+  std::string solver = "cholmod";
   bool json = false;
 };
 
@@ -134,7 +136,8 @@ int run_solve(const SolveArguments& arguments) {
   std::vector<LoadCase> loads;
   for (const Step& step : model.steps) loads.push_back(load_case_of(model, step));
   const Assembly assembly(model, always_at_zero(loads));
-  StaticSolver solver(assembly);
+  StaticSolver solver(assembly,
+                      arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky);
 
   LoadCase from = LoadCase::rest(model);
   Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
@@ -143,6 +146,7 @@ int run_solve(const SolveArguments& arguments) {
                             {"nodes", model.num_nodes()},
                             {"elements", model.elements.size()},
                             {"equations", assembly.num_equations()},
+                            {"solver", arguments.solver},
                             {"steps", nlohmann::json::array()}};
   bool converged = true;
   for (size_t i = 0; i < loads.size() && converged; ++i) {
@@ -203,6 +207,13 @@ void add_solve_command(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", arguments->folder, "Folder for the results; made if it is not there")
       ->type_name("DIR")
       ->required();
+  command
+      ->add_option("--solver", arguments->solver,
+                   "cholmod (default): a sparse Cholesky factor; cg: conjugate gradients, slower on most "
+                   "organs, with a "
+                   "fraction of the memory")
+      ->type_name("cholmod|cg")
+      ->check(CLI::IsMember({"cholmod", "cg"}));
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });
 }

@@ -17,8 +17,8 @@
 
 namespace palpate {
 
-// What one pass over the elements found. `min_jacobian` is the smallest det F (1 at small strain); at or below 0 an element is
-// inverted and the forces beside it mean nothing.
+// What one pass over the elements found. `min_jacobian` is the smallest det F (1 at small strain); at or
+// below 0 an element is inverted and the forces beside it mean nothing.
 struct ElementState {
   double min_jacobian = 1;
   int worst_element = 0;  // index in Model::elements

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -34,8 +35,14 @@ LoadCase LoadCase::rest(const Model& model) {
   return load;
 }
 
-StaticSolver::StaticSolver(const Assembly& assembly)
-    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)), cholesky_(stiffness_) {}
+StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver)
+    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)) {
+  if (linear_solver == LinearSolver::cholesky) {
+    cholesky_.emplace(stiffness_);
+  } else {
+    conjugate_gradient_.emplace();
+  }
+}
 
 double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const {
   double held = 0;
@@ -74,12 +81,18 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
         it.valueRef() = 0;
     }
   }
-  factor_valid_ = cholesky_.factorize(stiffness_);
+  if (cholesky_) {
+    factor_valid_ = cholesky_->factorize(stiffness_);
+  } else {
+    conjugate_gradient_->prepare(stiffness_);
+    factor_valid_ = true;
+  }
   return factor_valid_;
 }
 
 bool StaticSolver::factor_fits(const LoadCase& load) const {
-  if (!factor_valid_) return false;
+  // An old matrix saves conjugate gradients nothing.
+  if (!factor_valid_ || conjugate_gradient_) return false;
   const std::vector<int>& dofs = assembly_->equation_dofs();
   for (size_t equation = 0; equation < dofs.size(); ++equation) {
     if (factored_held_[equation] != load.held[static_cast<size_t>(dofs[equation])]) return false;
@@ -87,7 +100,32 @@ bool StaticSolver::factor_fits(const LoadCase& load) const {
   return true;
 }
 
-void StaticSolver::back_solve(Eigen::MatrixXd& columns) {
+bool StaticSolver::solve_equations(Eigen::MatrixXd& columns) {
+  if (cholesky_) {
+    cholesky_->solve(columns);
+    return true;
+  }
+  for (Eigen::Index column = 0; column < columns.cols(); ++column) {
+    if (!conjugate_gradient_->solve(columns.col(column))) return false;
+  }
+  return true;
+}
+
+bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                    Eigen::MatrixXd& columns, bool& projected, SolveReport& report) {
+  for (const bool project : {false, true}) {
+    projected = project;
+    ++report.factorizations;
+    if (!factorize_at(load, displacement, project)) continue;
+    Eigen::MatrixXd solution = columns;
+    if (!back_solve(solution)) continue;
+    columns = std::move(solution);
+    return true;
+  }
+  return false;
+}
+
+bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
   const std::vector<int>& dofs = assembly_->equation_dofs();
   Eigen::MatrixXd packed(static_cast<Eigen::Index>(dofs.size()), columns.cols());
   for (size_t equation = 0; equation < dofs.size(); ++equation) {
@@ -98,11 +136,12 @@ void StaticSolver::back_solve(Eigen::MatrixXd& columns) {
       packed.row(row) = columns.row(dofs[equation]);
     }
   }
-  cholesky_.solve(packed);
+  if (!solve_equations(packed)) return false;
   columns.setZero();
   for (size_t equation = 0; equation < dofs.size(); ++equation) {
     columns.row(dofs[equation]) = packed.row(static_cast<Eigen::Index>(equation));
   }
+  return true;
 }
 
 bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
@@ -138,17 +177,12 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     }
     if (iteration > settings.max_iterations) return false;
 
-    if (!reuse) {
-      projected = false;
-      ++report.factorizations;
-      if (!factorize_at(load, displacement, false)) {
-        projected = true;
-        ++report.factorizations;
-        if (!factorize_at(load, displacement, true)) return false;
-      }
-    }
     Eigen::MatrixXd direction = residual_force;
-    back_solve(direction);
+    if (reuse) {
+      if (!back_solve(direction)) return false;
+    } else if (!factor_and_solve(load, displacement, direction, projected, report)) {
+      return false;
+    }
     const double slope = -residual_force.dot(direction.col(0));  // dPi/ds
 
     IterationRecord record;
@@ -262,17 +296,10 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
     bool converged = false;
     bool factored = true;
     if (jump.cwiseAbs().maxCoeff() > 0) {
-      ++report.factorizations;
-      factored = factorize_at(load, displacement, false);
-      if (!factored) {
-        ++report.factorizations;
-        factored = factorize_at(load, displacement, true);
-      }
-      if (factored) {
-        Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
-        back_solve(follow);
-        trial += (jump + follow).col(0);
-      }
+      Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
+      bool projected = false;
+      factored = factor_and_solve(load, displacement, follow, projected, report);
+      if (factored) trial += (jump + follow).col(0);
     }
     const int iterations_before = report.iterations;
     if (factored) converged = newton(load, target, attempt, trial, start_scale, settings, report, progress);
@@ -321,7 +348,7 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
     for (size_t equation = 0; equation < dofs.size(); ++equation) {
       if (factored_held_[equation]) correction.row(static_cast<Eigen::Index>(equation)).setZero();
     }
-    cholesky_.solve(correction);
+    if (!solve_equations(correction)) return false;
     const double norm = correction.norm();
     if (!std::isfinite(norm)) return false;
     if (sweep == 0) first = std::max(norm, directions.norm());

@@ -5,21 +5,23 @@
 // displacements ramp.
 //
 // One iteration: K(u) du = f_ext - P(u) by one Cholesky factor, then backtracking u + s du, s = 1, 1/2, ... A
-// trial is accepted only if det F > 0 in every element, small strain apart (eq. (1)'s stress is finite for det F < 0, so an
-// iteration may converge to an inverted state unless it is forbidden to pass one), and if the total potential
-// energy falls enough or the residual does. Either alone fails: the residual must be allowed to rise while a
-// slender body turns, and the energy cannot be told from its rounding near the solution. Where K is not
-// positive definite, the step is taken with the element tangents projected to positive semi-definite ones:
-// still a descent direction of the energy.
+// trial is accepted only if det F > 0 in every element, small strain apart (eq. (1)'s stress is finite for
+// det F < 0, so an iteration may converge to an inverted state unless it is forbidden to pass one), and if
+// the total potential energy falls enough or the residual does. Either alone fails: the residual must be
+// allowed to rise while a slender body turns, and the energy cannot be told from its rounding near the
+// solution. Where K is not positive definite, the step is taken with the element tangents projected to
+// positive semi-definite ones: still a descent direction of the energy.
 #pragma once
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "offline/fem/assembly.hpp"
 #include "offline/fem/cholesky.hpp"
+#include "offline/fem/conjugate_gradient.hpp"
 
 namespace palpate {
 
@@ -76,10 +78,13 @@ struct SolveReport {
   std::vector<IterationRecord> history;
 };
 
+// How K du = r is solved.
+enum class LinearSolver { cholesky, conjugate_gradient };
+
 class StaticSolver {
  public:
   // `assembly` must outlive the solver and eliminate only dofs that every load case holds at zero.
-  explicit StaticSolver(const Assembly& assembly);
+  explicit StaticSolver(const Assembly& assembly, LinearSolver linear_solver = LinearSolver::cholesky);
 
   // Ramps linearly from `from`, whose equilibrium is `displacement`, to `to`. Dofs that only one of the two
   // holds: one that `to` newly holds moves from where it is; one that it releases is let go with its reaction
@@ -101,30 +106,36 @@ class StaticSolver {
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
 
   // Factors K at `displacement` with the held dofs of `load` taken out. False where it is not positive
-  // definite.
+  // definite; conjugate gradients find that out in the solve.
   [[nodiscard]] bool factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
 
-  // Solves K_ff x_f = b_f with the factor at hand; rows at held dofs are ignored and come back zero.
-  void back_solve(Eigen::MatrixXd& columns);
+  // Solves K_ff x_f = b_f with the factor at hand; rows at held dofs are ignored and come back zero. False
+  // where conjugate gradients found K not positive definite.
+  [[nodiscard]] bool back_solve(Eigen::MatrixXd& columns);
 
   // The next solve starts with a factor of its own: its path then does not depend on what was solved before.
   void forget_factor() { factor_valid_ = false; }
 
   const Assembly& assembly() const { return *assembly_; }
-  const Cholesky& factor() const { return cholesky_; }
 
  private:
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
               double start_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);
   bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
+  // x of K x = columns over the equations, in place.
+  bool solve_equations(Eigen::MatrixXd& columns);
+  // Factors K, projected where it is not positive definite, and solves for the free dofs of `columns`.
+  bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
+                        bool& projected, SolveReport& report);
   // |P| over the held dofs plus |f_ext| over the free ones.
   double force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const;
   void residual(const LoadCase& load, const Eigen::VectorXd& internal, Eigen::VectorXd& out) const;
 
   const Assembly* assembly_;
   Assembly::SparseLower stiffness_;
-  Cholesky cholesky_;
+  std::optional<Cholesky> cholesky_;  // one of the two
+  std::optional<ConjugateGradient> conjugate_gradient_;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
 };

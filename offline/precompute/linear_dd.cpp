@@ -29,7 +29,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
       const auto dof = static_cast<int>(first + j);
       columns(3 * sites.model_node(dof / 3) + dof % 3, j) = 1.0;
     }
-    solver.back_solve(columns);
+    if (!solver.back_solve(columns)) throw std::logic_error("a Cholesky factor always solves");
     for (Eigen::Index i = 0; i < num_packed; ++i) {
       linear.field_compliance.block(3 * i, first, 3, width) =
           columns.middleRows<3>(3 * sites.packed_nodes[static_cast<size_t>(i)]);

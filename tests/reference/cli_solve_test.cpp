@@ -25,6 +25,26 @@ size_t significant_digits(const std::string& number) {
                                            mantissa.end(), [](char c) { return c != '.'; }));
 }
 
+// The two linear solvers agree on a whole model, and the summary says which one it was.
+TEST(SolveCylinder, BothSolversAgree) {
+  const TempDir dir;
+  std::vector<std::vector<CsvRow>> rows;
+  for (const std::string solver : {"cholmod", "cg"}) {
+    const std::string folder = (dir.path() / solver).string();
+    const nlohmann::json summary =
+        run_cleanly({"solve", kCylinderPush, "-o", folder, "--solver", solver, "--json"}).json();
+    EXPECT_EQ(summary["solver"], solver);
+    rows.push_back(read_csv(dir.path() / solver / "step1.csv"));
+  }
+  ASSERT_EQ(rows[0].size(), rows[1].size());
+  for (size_t i = 0; i < rows[0].size(); ++i) {
+    for (size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(rows[0][i].u[axis], rows[1][i].u[axis], 1e-7);
+  }
+  const std::string refusal =
+      refusal_of({"solve", kCylinderPush, "-o", dir.path().string(), "--solver", "lu"});
+  EXPECT_NE(refusal.find("--solver"), std::string::npos) << refusal;
+}
+
 class Solve : public ::testing::Test {
  protected:
   ProgramRun solve(const std::string& text, const std::vector<std::string>& more = {}) {
