@@ -22,6 +22,13 @@
 
 namespace palpate::test {
 
+// Longer than any run of a test should take; instrumented code is some ten times slower.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr std::chrono::seconds kPatience(1200);
+#else
+inline constexpr std::chrono::seconds kPatience(120);
+#endif
+
 struct ProgramRun {
   int exit_code = -1;  // -1: ended by a signal
   std::string out;
@@ -76,7 +83,7 @@ class ProgramProcess {
   }
 
   // Waits for the end; a run that takes longer than this is killed and fails the test.
-  ProgramRun finish(std::chrono::seconds patience = std::chrono::seconds(120)) {
+  ProgramRun finish(std::chrono::seconds patience = kPatience) {
     int status = 0;
     const auto deadline = std::chrono::steady_clock::now() + patience;
     while (waitpid(child_, &status, WNOHANG) == 0) {
