@@ -1,5 +1,6 @@
 // palpate solve: the full nonlinear finite element solution of every step of a model.
 #include <fmt/core.h>
+#include <sys/resource.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
@@ -12,6 +13,7 @@
 #include "offline/cli/nodal_table.hpp"
 #include "offline/cli/progress_bar.hpp"
 #include "offline/fem/static_solver.hpp"
+#include "offline/fem/step_loads.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/output/finished_file.hpp"
@@ -27,23 +29,14 @@ struct SolveArguments {
   bool json = false;
 };
 
-LoadCase load_case_of(const Model& model, const Step& step) {
-  LoadCase load = LoadCase::rest(model);
-  for (const PrescribedDisplacement& prescribed : step.prescribed) {
-    load.held[static_cast<size_t>(3 * prescribed.node + prescribed.axis)] = 1;
-    load.displacement[3 * prescribed.node + prescribed.axis] = prescribed.value;
-  }
-  for (const NodalForce& force : step.forces) load.force[3 * force.node + force.axis] = force.value;
-  return load;
-}
-
 // Dofs that no step frees or moves: they need no equation.
-std::vector<char> always_at_zero(const std::vector<LoadCase>& loads) {
-  std::vector<char> eliminated(loads.front().held.size(), 1);
-  for (const LoadCase& load : loads) {
-    for (size_t dof = 0; dof < eliminated.size(); ++dof) {
-      if (!load.held[dof] || load.displacement[static_cast<Eigen::Index>(dof)] != 0) eliminated[dof] = 0;
-    }
+std::vector<char> always_at_zero(const Model& model) {
+  std::vector<char> eliminated(static_cast<size_t>(model.num_dofs()), 1);
+  for (const Step& step : model.steps) {
+    std::vector<char> at_zero(eliminated.size(), 0);
+    for (const PrescribedDisplacement& held : step.prescribed)
+      at_zero[static_cast<size_t>(3 * held.node + held.axis)] = held.value == 0;
+    for (size_t dof = 0; dof < eliminated.size(); ++dof) eliminated[dof] = eliminated[dof] && at_zero[dof];
   }
   return eliminated;
 }
@@ -67,8 +60,11 @@ void write_result(const std::filesystem::path& file, const Model& model, const E
   write_vtu(mesh, file);
 }
 
-nlohmann::json summary_of(const SolveReport& report, double seconds, const Model& model) {
+// `stable`: whether the tangent at the end is positive definite, null where that is not known.
+nlohmann::json summary_of(const SolveReport& report, double seconds, const nlohmann::json& stable,
+                          const Model& model) {
   return {{"converged", report.converged},
+          {"positive_definite", stable},
           {"load_factor", report.load_factor},
           {"increments", report.increments},
           {"cutbacks", report.cutbacks},
@@ -78,6 +74,13 @@ nlohmann::json summary_of(const SolveReport& report, double seconds, const Model
           {"min_J", report.min_jacobian},
           {"min_J_element", model.elements[static_cast<size_t>(report.worst_element)].label},
           {"seconds", seconds}};
+}
+
+// Of this process so far.
+std::int64_t peak_memory_bytes() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{1024} * usage.ru_maxrss;
 }
 
 void print_failure(const SolveReport& report, size_t step, const Model& model) {
@@ -92,8 +95,8 @@ void print_failure(const SolveReport& report, size_t step, const Model& model) {
   fmt::print(
       stderr,
       "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments and {} cutbacks; "
-      "element {} is "
-      "squeezed most (J = {:.3g}); use a finer increment, a smaller load or a better shaped mesh there\n",
+      "element {} is squeezed most (J = {:.3g}); use a finer increment, a smaller load or a better shaped "
+      "mesh there\n",
       model.file, step, report.load_factor, report.increments, report.cutbacks,
       model.elements[static_cast<size_t>(report.worst_element)].label, report.min_jacobian);
 }
@@ -133,11 +136,10 @@ int run_solve(const SolveArguments& arguments) {
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
   prepare_folder(arguments.folder);
 
-  std::vector<LoadCase> loads;
-  for (const Step& step : model.steps) loads.push_back(load_case_of(model, step));
-  const Assembly assembly(model, always_at_zero(loads));
-  StaticSolver solver(assembly,
-                      arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky);
+  const Assembly assembly(model, always_at_zero(model));
+  const LinearSolver linear_solver =
+      arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky;
+  StaticSolver solver(assembly, linear_solver);
 
   LoadCase from = LoadCase::rest(model);
   Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
@@ -149,7 +151,9 @@ int run_solve(const SolveArguments& arguments) {
                             {"solver", arguments.solver},
                             {"steps", nlohmann::json::array()}};
   bool converged = true;
-  for (size_t i = 0; i < loads.size() && converged; ++i) {
+  for (size_t i = 0; i < model.steps.size() && converged; ++i) {
+    const StepLoads loads(model, model.steps[i]);
+    const LoadCase at_end = loads.at(1.0);
     SolverSettings settings;
     settings.max_increments = model.steps[i].max_increments;
     settings.first_increment = model.steps[i].first_increment;
@@ -157,12 +161,17 @@ int run_solve(const SolveArguments& arguments) {
     settings.largest_increment = model.steps[i].largest_increment;
     SolveProgress progress(i + 1);
     const auto start = std::chrono::steady_clock::now();
-    const SolveReport report = solver.ramp(from, loads[i], displacement, settings,
-                                           [&](const IterationRecord& record) { progress.show(record); });
+    const SolveReport report = solver.follow(
+        from, [&](double time) { return loads.at(time); }, displacement, settings,
+        [&](const IterationRecord& record) { progress.show(record); });
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.finish();
-    summary["steps"].push_back(summary_of(report, seconds, model));
     converged = report.converged;
+    // A factor tells at once; conjugate gradients would have to find a direction that is not.
+    nlohmann::json stable;
+    if (converged && linear_solver == LinearSolver::cholesky)
+      stable = solver.factorize_at(at_end, displacement, false);
+    summary["steps"].push_back(summary_of(report, seconds, stable, model));
     assembly.internal_force(displacement, force);
     const std::string name = converged ? fmt::format("step{}.csv", i + 1) : "partial.csv";
     write_nodal_table(arguments.folder / name, nodal_rows(model, displacement, force));
@@ -172,12 +181,19 @@ int run_solve(const SolveArguments& arguments) {
             "step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
             i + 1, report.increments, report.iterations, report.factorizations, report.residual,
             report.min_jacobian, seconds);
+        if (stable == false)
+          fmt::print("step {}: this equilibrium is unstable: the tangent is not positive definite\n", i + 1);
       }
     } else {
       print_failure(report, i + 1, model);
     }
-    from = loads[i];
+    from = at_end;
   }
+  summary["seconds"] = {{"analysis", solver.seconds().analysis},
+                        {"assembly", solver.seconds().assembly},
+                        {"factor", solver.seconds().factor},
+                        {"back_solve", solver.seconds().back_solve}};
+  summary["peak_memory_bytes"] = peak_memory_bytes();
   write_result(arguments.folder / "result.vtu", model, displacement, force);
   write_finished_text(arguments.folder / "summary.json", json_text(summary) + "\n");
   if (arguments.json) {

@@ -1,6 +1,7 @@
 #include "offline/fem/static_solver.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -19,6 +20,20 @@ constexpr double kStall = 0.3;
 // An increment that converged within this many iterations is followed by one half as large again.
 constexpr int kEasyIterations = 6;
 
+// Adds the time from its making to its end.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(&seconds) {}
+  ~Stopwatch() { *seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double* seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
 Assembly::SparseLower rest_stiffness(const Assembly& assembly) {
   Assembly::SparseLower stiffness;
   assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, stiffness);
@@ -27,16 +42,9 @@ Assembly::SparseLower rest_stiffness(const Assembly& assembly) {
 
 }  // namespace
 
-LoadCase LoadCase::rest(const Model& model) {
-  LoadCase load;
-  load.held = model.fixed_dofs();
-  load.displacement.setZero(model.num_dofs());
-  load.force.setZero(model.num_dofs());
-  return load;
-}
-
 StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver)
     : assembly_(&assembly), stiffness_(rest_stiffness(assembly)) {
+  const Stopwatch watch(seconds_.analysis);
   if (linear_solver == LinearSolver::cholesky) {
     cholesky_.emplace(stiffness_);
   } else {
@@ -44,30 +52,51 @@ StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver)
   }
 }
 
-double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const {
+ElementState StaticSolver::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
+                                          double* energy) {
+  const Stopwatch watch(seconds_.assembly);
+  return assembly_->internal_force(displacement, force, energy);
+}
+
+Eigen::VectorXd StaticSolver::external_force(const LoadCase& load,
+                                             const Eigen::VectorXd& displacement) const {
+  Eigen::VectorXd external = load.force;
+  add_pressure_force(assembly_->model(), load.pressures, displacement, external);
+  return external;
+}
+
+double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
+                                 const Eigen::VectorXd& external) const {
   double held = 0;
   double applied = 0;
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)]) {
       held += internal[dof] * internal[dof];
     } else if (assembly_->dof_equations()[static_cast<size_t>(dof)] >= 0) {
-      applied += load.force[dof] * load.force[dof];
+      applied += external[dof] * external[dof];
     }
   }
   return std::sqrt(held) + std::sqrt(applied);
 }
 
-void StaticSolver::residual(const LoadCase& load, const Eigen::VectorXd& internal,
-                            Eigen::VectorXd& out) const {
-  out = load.force - internal;
+Eigen::VectorXd StaticSolver::residual(const LoadCase& load, const Eigen::VectorXd& internal,
+                                       const Eigen::VectorXd& external) const {
+  Eigen::VectorXd out = external - internal;
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
       out[dof] = 0;
   }
+  return out;
+}
+
+void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  const Stopwatch watch(seconds_.assembly);
+  assembly_->tangent(displacement, project, stiffness_);
+  subtract_pressure_tangent(*assembly_, load.pressures, displacement, stiffness_);
 }
 
 bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
-  assembly_->tangent(displacement, project, stiffness_);
+  assemble_tangent(load, displacement, project);
   const std::vector<int>& dofs = assembly_->equation_dofs();
   factored_held_.resize(dofs.size());
   for (size_t equation = 0; equation < dofs.size(); ++equation) {
@@ -81,6 +110,7 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
         it.valueRef() = 0;
     }
   }
+  const Stopwatch watch(seconds_.factor);
   if (cholesky_) {
     factor_valid_ = cholesky_->factorize(stiffness_);
   } else {
@@ -101,6 +131,7 @@ bool StaticSolver::factor_fits(const LoadCase& load) const {
 }
 
 bool StaticSolver::solve_equations(Eigen::MatrixXd& columns) {
+  const Stopwatch watch(seconds_.back_solve);
   if (cholesky_) {
     cholesky_->solve(columns);
     return true;
@@ -119,10 +150,54 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     if (!factorize_at(load, displacement, project)) continue;
     Eigen::MatrixXd solution = columns;
     if (!back_solve(solution)) continue;
+    if (!load.pressures.empty()) add_skew_part(load, displacement, columns.col(0), solution);
     columns = std::move(solution);
     return true;
   }
   return false;
+}
+
+// Generalised conjugate residuals (Eisenstat, Elman, Schultz 1983), preconditioned by the factor of K: a
+// back-solve a sweep, and as K is positive definite each sweep shrinks the residual. On the rim of a patch
+// alone S is not zero, so a few sweeps do.
+void StaticSolver::add_skew_part(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                 const Eigen::VectorXd& b, Eigen::MatrixXd& x) {
+  constexpr double kTolerance = 1e-6;  // of b: Newton's next residual is not that far below this one
+  constexpr int kMaxSweeps = 30;
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  const auto product = [&](const Eigen::VectorXd& v) {
+    const Eigen::VectorXd packed = v(dofs);
+    const Eigen::VectorXd stiff = stiffness_.selfadjointView<Eigen::Lower>() * packed;
+    Eigen::VectorXd result = Eigen::VectorXd::Zero(v.size());
+    result(dofs) = stiff;
+    subtract_pressure_skew(assembly_->model(), load.pressures, displacement, v, result);
+    for (Eigen::Index dof = 0; dof < v.size(); ++dof) {
+      if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
+        result[dof] = 0;
+    }
+    return result;
+  };
+  Eigen::VectorXd residual = b - product(x.col(0));
+  std::vector<Eigen::VectorXd> directions;
+  std::vector<Eigen::VectorXd> products;  // of the directions, orthonormal
+  for (int sweep = 0; sweep < kMaxSweeps && residual.norm() > kTolerance * b.norm(); ++sweep) {
+    Eigen::MatrixXd next = residual;
+    if (!back_solve(next)) return;
+    Eigen::VectorXd direction = next.col(0);
+    Eigen::VectorXd image = product(direction);
+    for (size_t i = 0; i < products.size(); ++i) {
+      const double along = image.dot(products[i]);
+      image -= along * products[i];
+      direction -= along * directions[i];
+    }
+    const double length = image.norm();
+    if (!(length > 0)) return;
+    products.push_back(image / length);
+    directions.push_back(direction / length);
+    const double step = residual.dot(products.back());
+    x.col(0) += step * directions.back();
+    residual -= step * products.back();
+  }
 }
 
 bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
@@ -148,26 +223,25 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
                           Eigen::VectorXd& displacement, double start_scale, const SolverSettings& settings,
                           SolveReport& report, const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
-  Eigen::VectorXd residual_force;
-  double energy = 0;
-  ElementState state = assembly_->internal_force(displacement, internal, &energy);
+  double energy = 0;  // stored, less the work of the loads since `displacement`
+  ElementState state = internal_force(displacement, internal, &energy);
   if (!(state.min_jacobian > 0)) return false;
-  residual(load, internal, residual_force);
+  Eigen::VectorXd external = external_force(load, displacement);
+  Eigen::VectorXd residual_force = residual(load, internal, external);
   double norm = residual_force.norm();
-  energy -= load.force.dot(displacement);
   bool reuse =
       factor_fits(load);  // of the predictor, or of a neighbour: one back-solve tells whether it serves
   bool projected = false;
 
-  const auto scale_of = [&](const Eigen::VectorXd& force) {
-    return std::max({start_scale, force_scale(load, force), std::numeric_limits<double>::min()});
+  const auto scale_now = [&] {
+    return std::max({start_scale, force_scale(load, internal, external), std::numeric_limits<double>::min()});
   };
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
   };
   bool stalled = false;  // a whole step with a fresh factor left the residual as it was
   for (int iteration = 1;; ++iteration) {
-    const double scale = scale_of(internal);
+    const double scale = scale_now();
     if (!std::isfinite(norm)) return false;
     if (norm <= settings.residual_tolerance * scale || (stalled && is_rounding(norm))) {
       report.residual = norm / scale;
@@ -194,17 +268,20 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     const bool fresh = !reuse;
     double step = 1.0;
     for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
-      const Eigen::VectorXd trial = displacement + step * direction.col(0);
-      double trial_energy = 0;
-      state = assembly_->internal_force(trial, internal, &trial_energy);
-      trial_energy -= load.force.dot(trial);
-      if (!(trial_energy < std::numeric_limits<double>::infinity())) continue;
-      residual(load, internal, residual_force);
+      const Eigen::VectorXd move = step * direction.col(0);
+      const Eigen::VectorXd trial = displacement + move;
+      double stored = 0;
+      state = internal_force(trial, internal, &stored);
+      if (!(stored < std::numeric_limits<double>::infinity())) continue;
+      const double work =
+          load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
+      external = external_force(load, trial);
+      residual_force = residual(load, internal, external);
       const double trial_norm = residual_force.norm();
-      if (trial_energy <= energy + kSufficientDecrease * step * slope ||
+      if (stored - work <= energy + kSufficientDecrease * step * slope ||
           trial_norm <= kResidualDecrease * norm_before) {
         displacement = trial;
-        energy = trial_energy;
+        energy = stored;
         norm = trial_norm;
         record.step = step;
         break;
@@ -214,10 +291,11 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     if (record.step == 0.0) {
       // No trial was accepted: put the state back, and if the factor was an old one, try again with a fresh
       // one.
-      state = assembly_->internal_force(displacement, internal);
-      residual(load, internal, residual_force);
+      state = internal_force(displacement, internal);
+      external = external_force(load, displacement);
+      residual_force = residual(load, internal, external);
     }
-    record.residual = norm / scale_of(internal);
+    record.residual = norm / scale_now();
     record.min_jacobian = state.min_jacobian;
     report.history.push_back(record);
     if (progress) progress(record);
@@ -248,31 +326,45 @@ SolveReport StaticSolver::correct(const LoadCase& load, Eigen::VectorXd& displac
 SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::VectorXd& displacement,
                                const SolverSettings& settings,
                                const std::function<void(const IterationRecord&)>& progress) {
+  return follow(
+      from, [&](double) { return to; }, displacement, settings, progress);
+}
+
+SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
+                                 Eigen::VectorXd& displacement, const SolverSettings& settings,
+                                 const std::function<void(const IterationRecord&)>& progress) {
   SolveReport report;
   const int num_dofs = assembly_->num_dofs();
-  // Where the ramp starts: what is held there, and the force that the outside applies at the dofs `to` leaves
-  // free.
-  Eigen::VectorXd start_force;
-  const ElementState state = assembly_->internal_force(displacement, start_force);
-  const double start_scale = force_scale(from, start_force);
-  const Eigen::VectorXd start_displacement = displacement;
-  for (int dof = 0; dof < num_dofs; ++dof) {
-    if (!from.held[static_cast<size_t>(dof)]) start_force[dof] = from.force[dof];
-  }
+  Eigen::VectorXd internal;
+  const ElementState state = internal_force(displacement, internal);
+  const double start_scale = force_scale(from, internal, external_force(from, displacement));
   report.min_jacobian = state.min_jacobian;
   report.worst_element = state.worst_element;
 
-  const auto load_at = [&](double factor) {
-    LoadCase load;
-    load.held = to.held;
-    load.displacement = start_displacement + factor * (to.displacement - start_displacement);
-    load.force = start_force + factor * (to.force - start_force);
-    if (factor == 1.0) {  // to the bit, which a sum with the start is not
-      load.displacement = to.displacement;
-      load.force = to.force;
+  // What the outside does at the start, reactions included, less what it does in loads(0).
+  LoadCase start = from;
+  Eigen::VectorXd pushed = Eigen::VectorXd::Zero(num_dofs);
+  add_pressure_force(assembly_->model(), from.pressures, displacement, pushed);
+  for (int dof = 0; dof < num_dofs; ++dof) {
+    if (from.held[static_cast<size_t>(dof)]) start.force[dof] = internal[dof] - pushed[dof];
+  }
+  const LoadCase first = loads(0.0);
+  const Eigen::VectorXd displacement_offset = displacement - first.displacement;
+  const Eigen::VectorXd force_offset = start.force - first.force;
+  FacePressures pressure_offset = from.pressures;
+  for (const auto& [face, pressure] : first.pressures) pressure_offset[face] -= pressure;
+  const std::vector<char> held = loads(1.0).held;
+
+  const auto load_at = [&](double time) {
+    LoadCase load = loads(time);
+    load.held = held;
+    if (time < 1.0) {  // else to the bit what it says
+      load.displacement += (1.0 - time) * displacement_offset;
+      load.force += (1.0 - time) * force_offset;
+      for (const auto& [face, pressure] : pressure_offset) load.pressures[face] += (1.0 - time) * pressure;
     }
     for (int dof = 0; dof < num_dofs; ++dof) {
-      if (to.held[static_cast<size_t>(dof)]) load.force[dof] = 0;
+      if (held[static_cast<size_t>(dof)]) load.force[dof] = 0;
     }
     return load;
   };
@@ -339,7 +431,7 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
     exact = true;
   }
   const std::vector<int>& dofs = assembly_->equation_dofs();
-  assembly_->tangent(displacement, false, stiffness_);
+  assemble_tangent(load, displacement, false);
   Eigen::MatrixXd packed = directions(dofs, Eigen::all);
   double first = 0;
   double before = std::numeric_limits<double>::infinity();
@@ -354,7 +446,7 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
     if (sweep == 0) first = std::max(norm, directions.norm());
     if (!exact && norm > kContraction * before) {
       if (!factorize_at(load, displacement, false)) return false;
-      assembly_->tangent(displacement, false, stiffness_);
+      assemble_tangent(load, displacement, false);
       exact = true;
       before = std::numeric_limits<double>::infinity();
       continue;

@@ -1,15 +1,17 @@
 // Static equilibrium of a nonlinear organ: Newton-Raphson with load increments and backtracking.
 //
-// Solves Phi(u) = f_ext - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the degrees of freedom that are not held.
-// The path from rest decides which equilibrium is meant where there are several, so loads and held
+// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the degrees of freedom that are not
+// held. The path from rest decides which equilibrium is meant where there are several, so loads and held
 // displacements ramp.
 //
-// One iteration: K(u) du = f_ext - P(u) by one Cholesky factor, then backtracking u + s du, s = 1, 1/2, ... A
-// trial is accepted only if det F > 0 in every element, small strain apart (eq. (1)'s stress is finite for
-// det F < 0, so an iteration may converge to an inverted state unless it is forbidden to pass one), and if
-// the total potential energy falls enough or the residual does. Either alone fails: the residual must be
+// One iteration: K(u) du = f_ext(u) - P(u) by one Cholesky factor, then backtracking u + s du, s = 1, 1/2,
+// ... A trial is accepted only if det F > 0 in every element, small strain apart (eq. (1)'s stress is finite
+// for det F < 0, so an iteration may converge to an inverted state unless it is forbidden to pass one), and
+// if the total potential energy falls enough or the residual does. Either alone fails: the residual must be
 // allowed to rise while a slender body turns, and the energy cannot be told from its rounding near the
-// solution. Where K is not positive definite, the step is taken with the element tangents projected to
+// solution. Pressures that follow their faces have no potential; in the energy stands the work that they do
+// on the way to the trial. The skew part of their tangent is left to a few sweeps with the factor of the
+// symmetric one. Where K is not positive definite, the step is taken with the element tangents projected to
 // positive semi-definite ones: still a descent direction of the energy.
 #pragma once
 
@@ -22,19 +24,9 @@
 #include "offline/fem/assembly.hpp"
 #include "offline/fem/cholesky.hpp"
 #include "offline/fem/conjugate_gradient.hpp"
+#include "offline/fem/load_case.hpp"
 
 namespace palpate {
-
-// What the outside does: held degrees of freedom with their displacements, forces on the others. All num_dofs
-// long.
-struct LoadCase {
-  std::vector<char> held;
-  Eigen::VectorXd displacement;  // read where held; length unit
-  Eigen::VectorXd force;         // read where not held; force unit
-
-  // Nothing loaded, `model.fixed` held at zero.
-  static LoadCase rest(const Model& model);
-};
 
 struct SolverSettings {
   // Converged when |f_ext - P| over the free dofs is below this fraction of the force at play: |P| over the
@@ -65,6 +57,14 @@ struct IterationRecord {
   bool projected = false;  // took the positive semi-definite tangent
 };
 
+// Wall time by what it was spent on, s.
+struct SolveSeconds {
+  double analysis = 0;  // ordering and symbolic factor, once
+  double assembly = 0;  // internal forces and tangents
+  double factor = 0;
+  double back_solve = 0;
+};
+
 struct SolveReport {
   bool converged = false;
   double load_factor = 0;  // reached: 1 when converged
@@ -86,10 +86,17 @@ class StaticSolver {
   // `assembly` must outlive the solver and eliminate only dofs that every load case holds at zero.
   explicit StaticSolver(const Assembly& assembly, LinearSolver linear_solver = LinearSolver::cholesky);
 
-  // Ramps linearly from `from`, whose equilibrium is `displacement`, to `to`. Dofs that only one of the two
-  // holds: one that `to` newly holds moves from where it is; one that it releases is let go with its reaction
-  // ramping to the force of `to`. On failure `displacement` is the last converged state and
-  // `report.load_factor` where it lies. `progress` (may be empty) is called after every iteration.
+  // Follows the loads of a step over its time, loads(0) to loads(1), from `displacement`, the equilibrium of
+  // `from`. Held are always the dofs that loads(1) holds. Where loads(0) is not `from`, the difference ramps
+  // out over the step: a dof newly held moves from where it is, the reaction of one that is released
+  // dies away, a load that stands in loads(t) at its full size all the time grows linearly.
+  // On failure `displacement` is the last converged state and `report.load_factor` the time it belongs to.
+  // `progress` (may be empty) is called after every iteration.
+  SolveReport follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
+                     Eigen::VectorXd& displacement, const SolverSettings& settings,
+                     const std::function<void(const IterationRecord&)>& progress = {});
+
+  // Along the straight line from `from` to `to`.
   SolveReport ramp(const LoadCase& from, const LoadCase& to, Eigen::VectorXd& displacement,
                    const SolverSettings& settings,
                    const std::function<void(const IterationRecord&)>& progress = {});
@@ -118,6 +125,9 @@ class StaticSolver {
 
   const Assembly& assembly() const { return *assembly_; }
 
+  // Of all it did since it was made.
+  const SolveSeconds& seconds() const { return seconds_; }
+
  private:
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
               double start_scale, const SolverSettings& settings, SolveReport& report,
@@ -128,14 +138,27 @@ class StaticSolver {
   // Factors K, projected where it is not positive definite, and solves for the free dofs of `columns`.
   bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
                         bool& projected, SolveReport& report);
+  // K at a state, pressures included, in stiffness_.
+  void assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
+  ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
+                              double* energy = nullptr);
+  // f_ext(u), all dofs.
+  Eigen::VectorXd external_force(const LoadCase& load, const Eigen::VectorXd& displacement) const;
+  // x of (K + S) x = b, S the skew part of the pressures' tangent, from x = K^-1 b.
+  void add_skew_part(const LoadCase& load, const Eigen::VectorXd& displacement, const Eigen::VectorXd& b,
+                     Eigen::MatrixXd& x);
   // |P| over the held dofs plus |f_ext| over the free ones.
-  double force_scale(const LoadCase& load, const Eigen::VectorXd& internal) const;
-  void residual(const LoadCase& load, const Eigen::VectorXd& internal, Eigen::VectorXd& out) const;
+  double force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
+                     const Eigen::VectorXd& external) const;
+  // f_ext - P over the free dofs, else 0.
+  Eigen::VectorXd residual(const LoadCase& load, const Eigen::VectorXd& internal,
+                           const Eigen::VectorXd& external) const;
 
   const Assembly* assembly_;
   Assembly::SparseLower stiffness_;
   std::optional<Cholesky> cholesky_;  // one of the two
   std::optional<ConjugateGradient> conjugate_gradient_;
+  SolveSeconds seconds_;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
 };

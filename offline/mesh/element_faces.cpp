@@ -8,9 +8,10 @@
 namespace palpate {
 namespace {
 
-// Seen from outside a tetrahedron of positive volume, counter-clockwise; face i lies opposite node i.
+// Seen from outside a tetrahedron of positive volume, counter-clockwise. Abaqus' faces are 123, 142, 243,
+// 341, counted from 1.
 constexpr std::array<std::array<std::size_t, 3>, 4> kOutwardFaces = {
-    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+    {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 
 // Place of the node between two corners of a ten-node element.
 std::size_t middle_of(std::size_t a, std::size_t b) {
@@ -29,23 +30,31 @@ bool is_even(const std::array<int, 3>& nodes) {
 
 }  // namespace
 
+std::array<int, 6> outward_face(const Tetrahedron& element, int face) {
+  const std::span<const int> nodes = element.nodes();
+  const std::array<std::size_t, 3>& corners = kOutwardFaces[static_cast<std::size_t>(face)];
+  std::array<int, 6> found = {nodes[corners[0]], nodes[corners[1]], nodes[corners[2]], -1, -1, -1};
+  if (nodes.size() == 10) {
+    for (std::size_t i = 0; i < 3; ++i) found[3 + i] = nodes[middle_of(corners[i], corners[(i + 1) % 3])];
+  }
+  return found;
+}
+
 std::vector<ElementFace> sorted_faces(const Model& model) {
   // A counting sort by the smallest node leaves short runs to sort by the other two.
   std::vector<std::size_t> start(model.positions.size() + 1, 0);
   std::vector<ElementFace> unsorted;
   unsorted.reserve(4 * model.elements.size());
   for (std::size_t element = 0; element < model.elements.size(); ++element) {
-    const std::span<const int> nodes = model.elements[element].nodes();
-    for (const auto& corners : kOutwardFaces) {
+    for (int number = 0; number < 4; ++number) {
+      const auto [a, b, c, ab, bc, ca] = outward_face(model.elements[element], number);
       ElementFace face;
-      face.outward = {nodes[corners[0]], nodes[corners[1]], nodes[corners[2]]};
+      face.outward = {a, b, c};
       face.sorted = face.outward;
       std::sort(face.sorted.begin(), face.sorted.end());
-      if (nodes.size() == 10) {
-        for (std::size_t i = 0; i < 3; ++i)
-          face.middles[i] = nodes[middle_of(corners[i], corners[(i + 1) % 3])];
-      }
+      face.middles = {ab, bc, ca};
       face.element = static_cast<int>(element);
+      face.face = number;
       face.even = is_even(face.outward);
       ++start[static_cast<std::size_t>(face.sorted[0]) + 1];
       unsorted.push_back(face);

@@ -77,10 +77,24 @@ struct DraftSection {
   Place place;
 };
 
-// A node by its label, or every node of a set.
+// A node or element by its label, or every one of a set.
 struct DraftTarget {
   int label = 0;
   int set = -1;  // used when it is not -1
+};
+
+// Faces 0 .. 3 as in outward_face(), or every face that no other element shares.
+constexpr int kOuterFaces = -1;
+
+struct DraftFaces {
+  DraftTarget elements;
+  int face = kOuterFaces;
+  Place place;
+};
+
+struct DraftSurface {
+  std::string name;
+  std::vector<DraftFaces> faces;
 };
 
 struct DraftDisplacement {
@@ -88,6 +102,7 @@ struct DraftDisplacement {
   int first_axis = 0;
   int last_axis = 0;
   double value = 0;
+  int amplitude = kRamp;
   Place place;
 };
 
@@ -95,16 +110,48 @@ struct DraftForce {
   DraftTarget target;
   int axis = 0;
   double value = 0;
+  int amplitude = kRamp;
   Place place;
 };
 
+struct DraftGravity {
+  DraftTarget elements;
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  int amplitude = kRamp;
+  Place place;
+};
+
+// A pressure or traction on the faces of one line of *DLOAD, or on a surface (*DSLOAD).
+template <typename Value>
+struct DraftFaceLoad {
+  DraftFaces faces;  // of *DLOAD
+  int surface = -1;  // of *DSLOAD: index in Draft::surfaces, used when it is not -1
+  Value value;
+  int amplitude = kRamp;
+  Place place;
+};
+
+// What OP= of the first line of a keyword in a step says for the whole step: whether what earlier steps gave
+// by this keyword goes (NEW) or stays (MOD, the default).
+struct DraftOp {
+  bool given = false;
+  bool is_new = false;
+};
+
 struct DraftStep {
-  Step step;  // increments only
+  Step step;  // time and increments only
   bool nlgeom = false;
   bool has_static = false;
   bool ended = false;
   std::vector<DraftDisplacement> prescribed;
   std::vector<DraftForce> forces;
+  std::vector<DraftGravity> gravity;
+  std::vector<DraftFaceLoad<double>> pressures;
+  std::vector<DraftFaceLoad<Eigen::Vector3d>> tractions;
+  DraftOp boundary_op;
+  DraftOp cload_op;
+  DraftOp dload_op;
+  DraftOp dsload_op;
   Place place;
 };
 
@@ -116,6 +163,8 @@ struct Draft {
   DraftSets element_sets;
   std::vector<DraftMaterial> materials;
   std::vector<DraftSection> sections;
+  std::vector<DraftSurface> surfaces;
+  std::vector<Amplitude> amplitudes;
   std::vector<DraftDisplacement> fixed;
   std::vector<DraftStep> steps;
   std::vector<std::string> warnings;

@@ -59,14 +59,22 @@ int FieldReader::axis(std::size_t field) const {
   return dof - 1;
 }
 
-DraftTarget FieldReader::node_or_set(std::size_t field, const Draft& draft) const {
+DraftTarget FieldReader::label_or_set(std::size_t field, const DraftSets& sets, const char* item) const {
   DraftTarget target;
   if (is_name(text(field))) {
-    target.set = known_set(lexer_, draft.node_sets, "node set", text(field), line_.place);
+    target.set = known_set(lexer_, sets, (std::string(item) + " set").c_str(), text(field), line_.place);
   } else {
-    target.label = label(field, "node label");
+    target.label = label(field, (std::string(item) + " label").c_str());
   }
   return target;
+}
+
+DraftTarget FieldReader::node_or_set(std::size_t field, const Draft& draft) const {
+  return label_or_set(field, draft.node_sets, "node");
+}
+
+DraftTarget FieldReader::element_or_set(std::size_t field, const Draft& draft) const {
+  return label_or_set(field, draft.element_sets, "element");
 }
 
 bool is_name(std::string_view field) {

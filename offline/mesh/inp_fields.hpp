@@ -25,10 +25,13 @@ class FieldReader {
   int label(std::size_t field, const char* meaning) const;  // an integer above 0
   int axis(std::size_t field) const;                        // degree of freedom 1, 2, 3 -> 0, 1, 2
 
-  // A node label, or the name of a node set that is already known.
+  // A label, or the name of a set that is already known.
   DraftTarget node_or_set(std::size_t field, const Draft& draft) const;
+  DraftTarget element_or_set(std::size_t field, const Draft& draft) const;
 
  private:
+  DraftTarget label_or_set(std::size_t field, const DraftSets& sets, const char* item) const;
+
   const InpLexer& lexer_;
   const DataLine& line_;
 };

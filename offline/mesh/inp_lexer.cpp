@@ -212,8 +212,7 @@ const DataLine* InpLexer::next_data() {
   return &data_;
 }
 
-void InpLexer::allow_parameters(const KeywordLine& keyword,
-                                std::initializer_list<std::string_view> known) const {
+void InpLexer::allow_parameters(const KeywordLine& keyword, std::span<const std::string_view> known) const {
   for (const Parameter& parameter : keyword.parameters) {
     const std::string shown = keyword.shown + ", " + parameter.shown;
     if (std::find(known.begin(), known.end(), parameter.name) == known.end()) {

@@ -12,6 +12,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,7 +61,10 @@ class InpLexer {
   [[noreturn]] void fail(Place place, const std::string& message) const;
 
   // Refuses the parameters of `keyword` that are not in `known`, and those given twice.
-  void allow_parameters(const KeywordLine& keyword, std::initializer_list<std::string_view> known) const;
+  void allow_parameters(const KeywordLine& keyword, std::span<const std::string_view> known) const;
+  void allow_parameters(const KeywordLine& keyword, std::initializer_list<std::string_view> known) const {
+    allow_parameters(keyword, std::span(known.begin(), known.size()));
+  }
 
   // The value of a parameter that must be there and must not be empty.
   std::string required_value(const KeywordLine& keyword, std::string_view parameter) const;

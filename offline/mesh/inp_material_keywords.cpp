@@ -177,6 +177,13 @@ void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   draft.materials.push_back(material);
 }
 
+void read_density(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {});
+  const Constants constants = read_constants(lexer, keyword, 1, 1, "density");
+  if (constants.values[0] <= 0) lexer.fail(constants.place, "the density must be above 0; correct it");
+  draft.materials.back().material.density = constants.values[0];
+}
+
 void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   const LawRule* law = nullptr;
   for (const Parameter& parameter : keyword.parameters) {

@@ -1,4 +1,5 @@
-// The keywords that describe what a body is made of: *MATERIAL, *HYPERELASTIC, *ELASTIC, *SOLID SECTION.
+// The keywords that describe what a body is made of: *MATERIAL, *DENSITY, *HYPERELASTIC, *ELASTIC, *SOLID
+// SECTION.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -7,8 +8,9 @@
 namespace palpate {
 
 // Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
-// mistake. The two laws belong to the last *MATERIAL.
+// mistake. Density and laws belong to the last *MATERIAL.
 void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_density(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

@@ -135,6 +135,40 @@ void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   read_set(lexer, keyword, "NSET", "node set", draft.node_sets);
 }
 
+void read_surface(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+  lexer.allow_parameters(keyword, {"NAME", "TYPE"});
+  DraftSurface surface;
+  surface.name = normalised_name(lexer.required_value(keyword, "NAME"));
+  for (const DraftSurface& other : draft.surfaces) {
+    if (other.name == surface.name)
+      lexer.fail(keyword.place,
+                 "surface " + printable(surface.name) + " is already defined; give this one another name");
+  }
+  if (keyword.find("TYPE") != nullptr) {
+    const std::string type = normalised_name(lexer.required_value(keyword, "TYPE"));
+    if (type != "ELEMENT")
+      lexer.fail(keyword.place, "*SURFACE, TYPE=" + printable(type) +
+                                    " is not supported; name faces of elements, TYPE=ELEMENT");
+  }
+  while (const DataLine* line = lexer.next_data()) {
+    const FieldReader fields(lexer, *line, 1, 2,
+                             "an element or set, S1 to S4 or nothing for every outer face");
+    DraftFaces faces = {fields.element_or_set(0, draft), kOuterFaces, line->place};
+    if (!fields.is_empty(1)) {
+      const std::string face = normalised_name(fields.text(1));
+      if (face.size() != 2 || face[0] != 'S' || face[1] < '1' || face[1] > '4')
+        lexer.fail(line->place,
+                   "face " + printable(face) + " does not exist in a tetrahedron; write S1, S2, S3 or S4");
+      faces.face = face[1] - '1';
+    }
+    surface.faces.push_back(faces);
+  }
+  if (surface.faces.empty())
+    lexer.fail(keyword.place,
+               "surface " + printable(surface.name) + " has no faces; add lines such as SKIN, S1");
+  draft.surfaces.push_back(std::move(surface));
+}
+
 void read_element_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   read_set(lexer, keyword, "ELSET", "element set", draft.element_sets);
 }

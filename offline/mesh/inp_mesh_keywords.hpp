@@ -1,4 +1,4 @@
-// The keywords that describe the mesh: *NODE, *ELEMENT, *NSET, *ELSET.
+// The keywords that describe the mesh: *NODE, *ELEMENT, *NSET, *ELSET, *SURFACE.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -12,5 +12,6 @@ void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_element_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
+void read_surface(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include "offline/mesh/inp_draft.hpp"
 #include "offline/mesh/inp_lexer.hpp"
+#include "offline/mesh/inp_load_keywords.hpp"
 #include "offline/mesh/inp_material_keywords.hpp"
 #include "offline/mesh/inp_mesh_keywords.hpp"
 #include "offline/mesh/inp_resolve.hpp"
@@ -59,14 +60,19 @@ constexpr std::array kRules = {
     KeywordRule{"ELEMENT", "*ELEMENT", Where::before_steps, read_elements},
     KeywordRule{"NSET", "*NSET", Where::before_steps, read_node_set},
     KeywordRule{"ELSET", "*ELSET", Where::before_steps, read_element_set},
+    KeywordRule{"SURFACE", "*SURFACE", Where::before_steps, read_surface},
     KeywordRule{"MATERIAL", "*MATERIAL", Where::before_steps, read_material},
+    KeywordRule{"DENSITY", "*DENSITY", Where::before_steps, read_density},
     KeywordRule{"HYPERELASTIC", "*HYPERELASTIC", Where::before_steps, read_hyperelastic},
     KeywordRule{"ELASTIC", "*ELASTIC", Where::before_steps, read_elastic},
     KeywordRule{"SOLIDSECTION", "*SOLID SECTION", Where::before_steps, read_solid_section},
+    KeywordRule{"AMPLITUDE", "*AMPLITUDE", Where::anywhere, read_amplitude},
     KeywordRule{"BOUNDARY", "*BOUNDARY", Where::anywhere, read_boundary},
     KeywordRule{"STEP", "*STEP", Where::anywhere, read_step},
     KeywordRule{"STATIC", "*STATIC", Where::in_step, read_static},
     KeywordRule{"CLOAD", "*CLOAD", Where::in_step, read_cload},
+    KeywordRule{"DLOAD", "*DLOAD", Where::in_step, read_dload},
+    KeywordRule{"DSLOAD", "*DSLOAD", Where::in_step, read_dsload},
     KeywordRule{"NODEPRINT", "*NODE PRINT", Where::in_step, pass_output_request},
     KeywordRule{"NODEFILE", "*NODE FILE", Where::in_step, pass_output_request},
     KeywordRule{"ELFILE", "*EL FILE", Where::in_step, pass_output_request},
@@ -79,13 +85,9 @@ struct Remedy {
   const char* text;
 };
 constexpr std::array kRemedies = {
-    Remedy{"DENSITY", "remove it: a static solve does not use mass"},
     Remedy{"PART", "export the model as a flat input file, without parts and instances"},
     Remedy{"ASSEMBLY", "export the model as a flat input file, without parts and instances"},
     Remedy{"INSTANCE", "export the model as a flat input file, without parts and instances"},
-    Remedy{"DLOAD", "remove it, or write the forces at the nodes with *CLOAD"},
-    Remedy{"DSLOAD", "remove it, or write the forces at the nodes with *CLOAD"},
-    Remedy{"AMPLITUDE", "remove it: loads ramp linearly within a step"},
     Remedy{"DYNAMIC", "write *STATIC"},
 };
 
@@ -132,10 +134,11 @@ Model read_inp(const std::filesystem::path& file) {
   while (const KeywordLine* keyword = lexer.next_keyword()) {
     const KeywordRule& rule = rule_of(lexer, *keyword);
     check_where(lexer, *keyword, rule, draft);
-    const bool is_law = keyword->name == "HYPERELASTIC" || keyword->name == "ELASTIC";
-    if (is_law && !below_material)
+    const bool of_material =
+        keyword->name == "HYPERELASTIC" || keyword->name == "ELASTIC" || keyword->name == "DENSITY";
+    if (of_material && !below_material)
       lexer.fail(keyword->place, keyword->shown + " belongs to no material; move it below *MATERIAL");
-    below_material = is_law || keyword->name == "MATERIAL";
+    below_material = of_material || keyword->name == "MATERIAL";
     rule.read(lexer, *keyword, draft);
     if (const DataLine* line = lexer.next_data()) {
       lexer.fail(line->place, "unexpected data after " + std::string(rule.shown) + ": '" +

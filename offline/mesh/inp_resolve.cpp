@@ -1,9 +1,9 @@
 #include "offline/mesh/inp_resolve.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
+#include "offline/mesh/inp_resolve_steps.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/nearest_name.hpp"
@@ -41,8 +41,6 @@ int find_label(const std::vector<std::pair<int, int>>& index, int label) {
   return found != index.end() && found->first == label ? found->second : -1;
 }
 
-using AxisValue = std::map<std::pair<int, int>, double>;  // (node, axis) -> value
-
 class Resolver {
  public:
   Resolver(const Draft& draft, const SourceFiles& files, const std::string& file)
@@ -58,8 +56,7 @@ class Resolver {
     resolve_elements();
     resolve_materials();
     resolve_sections();
-    resolve_fixed();
-    for (const DraftStep& step : draft_.steps) resolve_step(step);
+    resolve_steps(draft_, files_, element_index_, model_);
     check_model(model_, origin_);
     return std::move(model_);
   }
@@ -67,15 +64,6 @@ class Resolver {
  private:
   [[noreturn]] void fail(Place place, const std::string& message) const {
     throw InputError(files_.at(place), message);
-  }
-
-  int node(int label, Place place, const std::string& who) const {
-    const int found = model_.find_node(label);
-    if (found < 0) {
-      fail(place,
-           who + " names node " + std::to_string(label) + ", which is not defined; define it with *NODE");
-    }
-    return found;
   }
 
   void resolve_nodes() {
@@ -90,24 +78,26 @@ class Resolver {
   }
 
   void resolve_elements() {
-    const auto index = index_labels(draft_.elements, files_, "element");
-    used_.assign(model_.positions.size(), 0);
+    element_index_ = index_labels(draft_.elements, files_, "element");
     for (const DraftElement& draft : draft_.elements) {
       Tetrahedron element;
       element.label = draft.label;
       element.num_nodes = draft.num_nodes;
       for (std::size_t i = 0; i < element.nodes().size(); ++i) {
         const int found = model_.find_node(draft.node_labels[i]);
-        if (found < 0) node(draft.node_labels[i], draft.place, "element " + std::to_string(draft.label));
+        if (found < 0) {
+          fail(draft.place, "element " + std::to_string(draft.label) + " names node " +
+                                std::to_string(draft.node_labels[i]) +
+                                ", which is not defined; define it with *NODE");
+        }
         element.node_array[i] = found;
-        used_[static_cast<std::size_t>(found)] = 1;
       }
       model_.elements.push_back(element);
       origin_.elements.push_back(draft.place);
     }
     origin_.files = files_;
     for (const DraftSet& set : draft_.element_sets.all()) {
-      model_.element_sets[set.name] = members(set, index, "element set ", "element", "*ELEMENT");
+      model_.element_sets[set.name] = members(set, element_index_, "element set ", "element", "*ELEMENT");
     }
   }
 
@@ -192,74 +182,11 @@ class Resolver {
     }
   }
 
-  std::vector<int> targets(const DraftTarget& target, Place place, const char* keyword) const {
-    if (target.set < 0) return {node(target.label, place, keyword)};
-    const std::string& name = draft_.node_sets.all()[static_cast<std::size_t>(target.set)].name;
-    const std::vector<int>& nodes = model_.node_sets.at(name);
-    if (nodes.empty())
-      fail(place, std::string(keyword) + " acts on node set " + printable(name) +
-                      ", which is empty; add nodes to it");
-    return nodes;
-  }
-
-  AxisValue displacements(const std::vector<DraftDisplacement>& drafts) const {
-    AxisValue values;
-    for (const DraftDisplacement& draft : drafts) {
-      for (const int node : targets(draft.target, draft.place, "*BOUNDARY")) {
-        for (int axis = draft.first_axis; axis <= draft.last_axis; ++axis) {
-          const auto [known, is_new] = values.try_emplace({node, axis}, draft.value);
-          if (!is_new && known->second != draft.value) {
-            fail(draft.place, "conflicting displacements of node " +
-                                  std::to_string(model_.labels[static_cast<std::size_t>(node)]) + " along " +
-                                  "xyz"[axis] + " in one step; keep one");
-          }
-        }
-      }
-    }
-    return values;
-  }
-
-  template <typename Item>
-  static std::vector<Item> flat(const AxisValue& values) {
-    std::vector<Item> items;
-    for (const auto& [where, value] : values) items.push_back({where.first, where.second, value});
-    return items;
-  }
-
-  void resolve_fixed() {
-    prescribed_ = displacements(draft_.fixed);
-    model_.fixed = flat<PrescribedDisplacement>(prescribed_);
-  }
-
-  void resolve_step(const DraftStep& draft) {
-    for (const auto& [where, value] : displacements(draft.prescribed)) prescribed_[where] = value;
-    // As in CalculiX, forces at one node and axis add up within a step and replace those of the step before.
-    AxisValue forces;
-    for (const DraftForce& force : draft.forces) {
-      for (const int loaded : targets(force.target, force.place, "*CLOAD")) {
-        if (used_[static_cast<std::size_t>(loaded)] == 0) {
-          fail(force.place, "*CLOAD acts on node " +
-                                std::to_string(model_.labels[static_cast<std::size_t>(loaded)]) +
-                                ", which belongs to no element; load another");
-        }
-        forces[{loaded, force.axis}] += force.value;
-      }
-    }
-    for (const auto& [where, value] : forces) forces_[where] = value;
-    Step step = draft.step;
-    step.source = files_.at(draft.place);
-    step.prescribed = flat<PrescribedDisplacement>(prescribed_);
-    step.forces = flat<NodalForce>(forces_);
-    model_.steps.push_back(std::move(step));
-  }
-
   const Draft& draft_;
   const SourceFiles& files_;
   Model model_;
   ModelOrigin origin_;
-  std::vector<char> used_;  // whether an element has the node
-  AxisValue prescribed_;
-  AxisValue forces_;
+  std::vector<std::pair<int, int>> element_index_;  // (label, index), sorted
 };
 
 }  // namespace

@@ -8,63 +8,11 @@
 namespace palpate {
 namespace {
 
-// OP=MOD is Abaqus' default: what earlier steps prescribed stays. It is the only one known here.
-void require_op_mod(const InpLexer& lexer, const KeywordLine& keyword) {
-  lexer.allow_parameters(keyword, {"OP"});
-  if (keyword.find("OP") == nullptr) return;
-  const std::string value = normalised_name(lexer.required_value(keyword, "OP"));
-  if (value != "MOD") {
-    lexer.fail(keyword.place, keyword.shown + ", OP=" + printable(value) +
-                                  " is not supported; use OP=MOD and write the values that change");
-  }
-}
-
-// ENCASTRE and PINNED hold all that a solid's node has: three displacements.
-bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view field) {
-  if (!is_name(field)) return false;
-  const std::string type = normalised_name(field);
-  if (type == "ENCASTRE" || type == "PINNED") return true;
-  lexer.fail(line.place, "boundary type " + printable(type) +
-                             " is not supported; write the degrees of freedom, such as 1, 3");
-}
-
 void require(const InpLexer& lexer, const DataLine& line, bool good, const std::string& message) {
   if (!good) lexer.fail(line.place, message);
 }
 
 }  // namespace
-
-void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  require_op_mod(lexer, keyword);
-  const bool in_step = draft.in_step();
-  if (!in_step && !draft.steps.empty()) {
-    lexer.fail(keyword.place, "*BOUNDARY stands between two steps; move it into a step or before the first");
-  }
-  std::vector<DraftDisplacement>& displacements = in_step ? draft.steps.back().prescribed : draft.fixed;
-  while (const DataLine* line = lexer.next_data()) {
-    const FieldReader fields(lexer, *line, 2, 4, "node or set, first dof, last dof, value");
-    DraftDisplacement displacement;
-    displacement.target = fields.node_or_set(0, draft);
-    displacement.place = line->place;
-    if (is_named_type(lexer, *line, fields.text(1))) {
-      displacement.last_axis = 2;
-      if (!fields.is_empty(2) || !fields.is_empty(3)) {
-        lexer.fail(line->place, "nothing may follow " + normalised_name(fields.text(1)) + "; remove it");
-      }
-    } else {
-      displacement.first_axis = fields.axis(1);
-      displacement.last_axis = fields.is_empty(2) ? displacement.first_axis : fields.axis(2);
-      displacement.value = fields.number(3);
-    }
-    if (displacement.last_axis < displacement.first_axis) {
-      lexer.fail(line->place, "the last degree of freedom is before the first; exchange them");
-    }
-    if (!in_step && displacement.value != 0) {
-      lexer.fail(line->place, "a displacement other than 0 before the first *STEP; move it into a step");
-    }
-    displacements.push_back(displacement);
-  }
-}
 
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   // NAME is what Abaqus/CAE calls the step: it changes nothing.
@@ -128,22 +76,10 @@ void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
           "the smallest increment is longer than the initial one; shorten it");
   require(lexer, *line, largest >= smallest,
           "the largest increment is shorter than the smallest; lengthen it");
+  step.step.period = period;
   step.step.largest_increment = std::min(largest / period, 1.0);
   step.step.first_increment = std::min(initial / period, step.step.largest_increment);
   step.step.smallest_increment = smallest / period;
-}
-
-void read_cload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  require_op_mod(lexer, keyword);
-  while (const DataLine* line = lexer.next_data()) {
-    const FieldReader fields(lexer, *line, 2, 3, "node or set, dof, force");
-    DraftForce force;
-    force.target = fields.node_or_set(0, draft);
-    force.axis = fields.axis(1);
-    force.value = fields.number(2);
-    force.place = line->place;
-    draft.steps.back().forces.push_back(force);
-  }
 }
 
 void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {

@@ -1,4 +1,4 @@
-// The keywords that describe what is done to the body: *BOUNDARY, *STEP, *STATIC, *CLOAD, *END STEP.
+// The keywords that say when things are done to the body: *STEP, *STATIC, *END STEP.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -8,10 +8,8 @@ namespace palpate {
 
 // Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
 // mistake.
-void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
-void read_cload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 
 }  // namespace palpate

@@ -4,6 +4,23 @@
 
 namespace palpate {
 
+double Amplitude::at(double time) const {
+  const auto after =
+      std::upper_bound(points.begin(), points.end(), time,
+                       [](double t, const std::array<double, 2>& point) { return t < point[0]; });
+  if (after == points.begin()) return points.front()[1];
+  if (after == points.end()) return points.back()[1];
+  const auto& [t0, a0] = *(after - 1);
+  const auto& [t1, a1] = *after;
+  return a0 + (a1 - a0) * ((time - t0) / (t1 - t0));
+}
+
+bool Model::small_strain() const {
+  return std::any_of(materials.begin(), materials.end(), [](const Material& material) {
+    return std::holds_alternative<LinearElastic>(material.law);
+  });
+}
+
 std::vector<char> Model::fixed_dofs() const {
   std::vector<char> dofs(static_cast<std::size_t>(num_dofs()), 0);
   for (const PrescribedDisplacement& held : fixed)

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <compare>
 #include <map>
 #include <span>
 #include <string>
@@ -25,6 +26,7 @@ struct SourceLine {
 struct Material {
   std::string name;
   Law law;
+  double density = 0;  // mass unit / length unit^3; 0 = none given
 };
 
 // A tetrahedron of four nodes (C3D4) or of ten (C3D10: the corners, then the middles of the edges 01 12 02 03
@@ -41,31 +43,81 @@ struct Tetrahedron {
   std::span<const int, 4> corners() const { return std::span<const int, 10>(node_array).first<4>(); }
 };
 
-// One degree of freedom held at a value at the end of the step (length unit).
+// The factor of a load over time (*AMPLITUDE): linear between its points, constant outside them.
+struct Amplitude {
+  std::string name;
+  bool total_time = false;                    // time since the first step began, not since this one did
+  std::vector<std::array<double, 2>> points;  // (time, factor), times ascending; at least one
+
+  double at(double time) const;
+};
+
+// Amplitude of a load that has none: within its step it ramps linearly from what it was at the end of the
+// step before.
+constexpr int kRamp = -1;
+
+// One degree of freedom held at a value (length unit).
 struct PrescribedDisplacement {
   int node = 0;
   int axis = 0;  // 0, 1, 2 = x, y, z
   double value = 0;
+  int amplitude = kRamp;  // index in Model::amplitudes, here and below
 };
 
-// A concentrated force at the end of the step (force unit).
+// A concentrated force (force unit).
 struct NodalForce {
   int node = 0;
   int axis = 0;
   double value = 0;
+  int amplitude = kRamp;
 };
 
-// One *STEP. Loads and displacements ramp linearly from the end of the step before to the values here, which
-// are the state at its end: what an earlier step prescribed and this one does not mention is carried over
-// already.
+// A face of an element: face 0 .. 3 is P1 .. P4 or S1 .. S4 in Abaqus, see outward_face().
+struct FaceId {
+  int element = 0;
+  int face = 0;
+  friend auto operator<=>(const FaceId&, const FaceId&) = default;
+};
+
+// A pressure that pushes into the element, along the normal and over the area that the face has when the step
+// is NLGEOM, or had at rest (force unit / length unit^2).
+struct FacePressure {
+  FaceId face;
+  double value = 0;
+  int amplitude = kRamp;
+};
+
+// A force per area at rest that keeps its direction: the averaged traction of Zhong et al. 2005 eq. (7)
+// (force unit / length unit^2).
+struct FaceTraction {
+  FaceId face;
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  int amplitude = kRamp;
+};
+
+// An acceleration that pulls at the mass of an element (length unit / time unit^2).
+struct Gravity {
+  int element = 0;
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  int amplitude = kRamp;
+};
+
+// One *STEP, with everything that acts in it: what earlier steps prescribed and this one neither replaces nor
+// removes is in it too. Every list is sorted by where its loads act.
 struct Step {
+  double start_time = 0;         // total time at its begin
+  double period = 1;             // time it lasts, from the *STATIC data line
   int max_increments = 100;      // *STEP, INC=
   double first_increment = 1.0;  // fraction of the step, from the *STATIC data line
   double smallest_increment = 1e-5;
-  double largest_increment = 1.0;                  // never below first_increment
-  std::vector<PrescribedDisplacement> prescribed;  // sorted by (node, axis), unique; Model::fixed is in it,
-                                                   // at zero unless a step moves it
-  std::vector<NodalForce> forces;                  // sorted by (node, axis), unique
+  double largest_increment = 1.0;  // never below first_increment
+  std::vector<PrescribedDisplacement>
+      prescribed;                  // unique; Model::fixed is in it at zero, unless a step moves or
+                                   // releases it
+  std::vector<NodalForce> forces;  // those at one place add up, here and below
+  std::vector<FacePressure> pressures;
+  std::vector<FaceTraction> tractions;
+  std::vector<Gravity> gravity;
   SourceLine source;
 };
 
@@ -81,11 +133,15 @@ struct Model {
   std::map<std::string, std::vector<int>> element_sets;  // upper-case name -> sorted element indices
   std::vector<PrescribedDisplacement>
       fixed;  // the homogeneous *BOUNDARY before the first *STEP, sorted by (node, axis)
+  std::vector<Amplitude> amplitudes;
   std::vector<Step> steps;
   std::vector<std::string> warnings;  // e.g. output requests that were passed over, "file:line: ..."
 
   int num_nodes() const { return static_cast<int>(positions.size()); }
   int num_dofs() const { return 3 * num_nodes(); }
+
+  // Whether the steps are without NLGEOM: loads then act on the body at rest, whatever its displacement.
+  bool small_strain() const;
 
   // For each degree of freedom (num_dofs) and each node (num_nodes), whether `fixed` holds it, or any of it.
   std::vector<char> fixed_dofs() const;

@@ -146,6 +146,15 @@ void warn_locking(Model& model) {
   }
 }
 
+// Whether `second` lets go of something that `first` holds.
+bool releases(const Step& first, const Step& second) {
+  const auto before = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
+    return std::pair(a.node, a.axis) < std::pair(b.node, b.axis);
+  };
+  return !std::includes(second.prescribed.begin(), second.prescribed.end(), first.prescribed.begin(),
+                        first.prescribed.end(), before);
+}
+
 }  // namespace
 
 double signed_volume(const Model& model, const Tetrahedron& element) {
@@ -157,12 +166,12 @@ double signed_volume(const Model& model, const Tetrahedron& element) {
   return a.dot(b.cross(c)) / 6;
 }
 
-void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held) {
+void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held,
+                const SourceLine& where) {
   const std::vector<LoosePart> loose = loose_parts(model, held);
   if (loose.empty()) return;
-  throw InputError({model.file, 0},
-                   fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
-                               label(model, loose.front().node), loose.front().motion));
+  throw InputError(where, fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
+                                      label(model, loose.front().node), loose.front().motion));
 }
 
 void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
@@ -180,11 +189,17 @@ void check_model(Model& model, const ModelOrigin& origin) {
   }
   check_volumes(model, origin);
   check_faces(model, origin);
-  // Later steps only add to what the first one prescribes.
-  const std::vector<PrescribedDisplacement>& held =
-      model.steps.empty() ? model.fixed : model.steps.front().prescribed;
-  check_held(model, held);
-  warn_hinged_parts(model, held);
+  if (model.steps.empty()) {
+    check_held(model, model.fixed, {model.file, 0});
+    warn_hinged_parts(model, model.fixed);
+  } else {
+    check_held(model, model.steps.front().prescribed, {model.file, 0});
+    warn_hinged_parts(model, model.steps.front().prescribed);
+  }
+  for (std::size_t i = 1; i < model.steps.size(); ++i) {
+    if (releases(model.steps[i - 1], model.steps[i]))
+      check_held(model, model.steps[i].prescribed, model.steps[i].source);
+  }
   warn_unused_nodes(model);
   warn_locking(model);
 }

@@ -15,13 +15,12 @@ struct ModelOrigin {
 
 // Throws InputError unless, in this order: there are elements; each has a positive volume that is more than
 // rounding; no face belongs to three elements or to two on the same side of it; every part is held against
-// its six rigid motions by Model::fixed, or in a model with steps by what the first one prescribes (later
-// ones only add to it). Appends to Model::warnings when nodes belong to no element, or elements hang on
-// others by a corner or an edge.
+// its six rigid motions by Model::fixed, or in a model with steps by what each of them prescribes. Appends to
+// Model::warnings when nodes belong to no element, or elements hang on others by a corner or an edge.
 void check_model(Model& model, const ModelOrigin& origin);
 
-// Throws InputError at the model file unless `held` holds every part.
-void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held);
+// Throws InputError at `where` unless `held` holds every part.
+void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held, const SourceLine& where);
 
 // Signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element, length unit^3.
 double signed_volume(const Model& model, const Tetrahedron& element);  // of its corners

@@ -195,7 +195,7 @@ Model read_model(const SceneTable& top, Scene& scene) {
   Model model = read_inp(scene.model_file);
   if (!model.steps.empty()) {
     const SourceLine& step = model.steps.front().source;
-    check_held(model, model.fixed);
+    check_held(model, model.fixed, {model.file, 0});
     warn_hinged_parts(model, model.fixed);
     model.warnings.push_back(
         step.file + ":" + std::to_string(step.line) +

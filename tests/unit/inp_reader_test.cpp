@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-
+#include <array>
 #include <chrono>
 #include <random>
 
+#include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "tests/support/block_mesh.hpp"
 #include "tests/support/inp_fixture.hpp"
@@ -119,9 +121,10 @@ TEST_F(InpReader, FollowsIncludes) {
   EXPECT_EQ(refusal("*INCLUDE\n"), "organ.inp:1: *INCLUDE needs INPUT=...; add it");
   EXPECT_EQ(refusal("** me\n*INCLUDE, INPUT=organ.inp\n"),
             "organ.inp:2: *INCLUDE of organ.inp: the file includes itself; break the circle");
-  dir_.write("bad.inc", "\n*DENSITY\n1\n");
+  dir_.write("bad.inc", "\n*PART\n1\n");
   EXPECT_EQ(refusal("*INCLUDE, INPUT=bad.inc\n"),
-            "bad.inc:2: *DENSITY is not supported; remove it: a static solve does not use mass");
+            "bad.inc:2: *PART is not supported; export the model as a flat input file, without parts and "
+            "instances");
   for (int i = 0; i < 40; ++i) {
     dir_.write("deep" + std::to_string(i) + ".inc",
                "*INCLUDE, INPUT=deep" + std::to_string(i + 1) + ".inc\n");
@@ -203,6 +206,112 @@ TEST_F(InpReader, StepsCarryOver) {
             "organ.inp:31: *NODE PRINT is passed over: results are written for every node");
   EXPECT_EQ(without_folder(model.warnings[1]),
             "organ.inp:33: *EL FILE is passed over: results are written for every node");
+}
+
+// The face of nodes 2, 3, 4 joins the two elements of kBody: face 3 of element 1, face 4 of element 2.
+TEST_F(InpReader, ReadsDistributedLoads) {
+  const std::string heavy = with_line(12, "*MATERIAL, NAME=TISSUE\n*DENSITY\n2.5");
+  const Model model = read(heavy +
+                           "*SURFACE, NAME=SKIN\n"
+                           "BODY\n"
+                           "*SURFACE, NAME=ONE, TYPE=ELEMENT\n"
+                           "2, S1\n"
+                           "2, S1\n" +
+                           kStep +
+                           "*DLOAD\n"
+                           "BODY, GRAV, 9.81, 0, 0, -2\n"
+                           "1, P2, 3.\n"
+                           "*DSLOAD, FOLLOWER=NO, CONSTANT RESULTANT=YES\n"
+                           "SKIN, P, 0.5\n"
+                           "ONE, TRVEC, 2, 0, 3, 4\n" +
+                           kEnd);
+  EXPECT_EQ(model.materials[0].density, 2.5);
+  const Step& step = model.steps[0];
+  ASSERT_EQ(step.gravity.size(), 2U);
+  EXPECT_EQ(step.gravity[1].element, 1);
+  EXPECT_EQ(step.gravity[1].value, Eigen::Vector3d(0, 0, -9.81)) << "the direction is made a unit vector";
+  ASSERT_EQ(step.pressures.size(), 7U) << "six outer faces, one of them pressed by both keywords";
+  EXPECT_EQ(step.pressures[1].face, (FaceId{0, 1}));
+  EXPECT_EQ(step.pressures[1].value + step.pressures[2].value, 3.5);
+  EXPECT_EQ(step.pressures[2].face, (FaceId{0, 1}));
+  EXPECT_EQ(step.pressures[3].face, (FaceId{0, 3})) << "the inner face is left out";
+  ASSERT_EQ(step.tractions.size(), 1U);
+  EXPECT_EQ(step.tractions[0].face, (FaceId{1, 0}));
+  EXPECT_LE((step.tractions[0].value - Eigen::Vector3d(0, 1.2, 1.6)).norm(), 1e-15);
+
+  const Model everywhere = read(heavy + kStep + "*DLOAD\n, GRAV, 9.81, 1, 0, 0\n" + kEnd);
+  EXPECT_EQ(everywhere.steps[0].gravity.size(), 2U);
+}
+
+// Outward means: away from the corner that is not on the face, for P1 to P4 as Abaqus counts them.
+TEST_F(InpReader, FacesAreThoseOfAbaqus) {
+  const Model model = read(kBody);
+  constexpr std::array<std::array<int, 3>, 4> kAbaqus = {{{1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1}}};
+  const Tetrahedron& element = model.elements[0];
+  for (int face = 0; face < 4; ++face) {
+    const std::array<int, 6> nodes = outward_face(element, face);
+    const auto at = [&](int i) {
+      return model.positions[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])];
+    };
+    std::array<int, 3> labels = {nodes[0] + 1, nodes[1] + 1, nodes[2] + 1};
+    std::array<int, 3> expected = kAbaqus[static_cast<std::size_t>(face)];
+    std::sort(labels.begin(), labels.end());
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(labels, expected);
+    const Eigen::Vector3d centre(0.25, 0.25, 0.25);
+    EXPECT_GT((at(1) - at(0)).cross(at(2) - at(0)).dot(at(0) - centre), 0);
+  }
+}
+
+TEST_F(InpReader, AmplitudesAreTables) {
+  const Model model = read(kBody +
+                           "*AMPLITUDE, NAME=Up, TIME=TOTAL TIME\n"
+                           "0, 0, 1, 2, 3, 2.5,\n"
+                           "4, 0\n" +
+                           kStep + "*CLOAD, AMPLITUDE=UP\n4, 3, 1\n" + kEnd);
+  const Amplitude& amplitude = model.amplitudes[0];
+  EXPECT_TRUE(amplitude.total_time);
+  EXPECT_EQ(amplitude.at(-1), 0);
+  EXPECT_EQ(amplitude.at(0.5), 1);
+  EXPECT_EQ(amplitude.at(1), 2);
+  EXPECT_EQ(amplitude.at(2), 2.25);
+  EXPECT_EQ(amplitude.at(3.5), 1.25);
+  EXPECT_EQ(amplitude.at(9), 0);
+  EXPECT_EQ(model.steps[0].forces[0].amplitude, 0);
+}
+
+TEST_F(InpReader, StepsCarryOverReplaceAndRemove) {
+  const std::string heavy = with_line(12, "*MATERIAL, NAME=TISSUE\n*DENSITY\n2.5");
+  const Model model = read(
+      heavy +
+      "*AMPLITUDE, NAME=HERE\n0, 0, 2, 3\n*AMPLITUDE, NAME=ALWAYS, TIME=TOTAL TIME\n0, 0, 9, 9\n"
+      "*STEP, NLGEOM\n*STATIC\n0.5, 2\n"
+      "*CLOAD, AMPLITUDE=HERE\n4, 1, 1\n4, 2, 1\n"
+      "*CLOAD, AMPLITUDE=ALWAYS\n4, 3, 1\n"
+      "*DLOAD\nBODY, GRAV, 1, 1, 0, 0\n1, P1, 2\n" +
+      kEnd + kStep + "*CLOAD\n4, 2, 5\n*DLOAD\n1, P1, 3\n" + kEnd + kStep +
+      "*BOUNDARY, OP=NEW\n1, PINNED\n2, 2, 3\n5, 3\n*CLOAD, OP=NEW\n*DLOAD, OP=NEW\n2, GRAV, 4, 0, 1, 0\n" +
+      kEnd);
+  ASSERT_EQ(model.steps.size(), 3U);
+  EXPECT_EQ(model.steps[1].start_time, 2);
+  EXPECT_EQ(model.steps[2].start_time, 3);
+  const std::vector<NodalForce>& carried = model.steps[1].forces;
+  ASSERT_EQ(carried.size(), 3U);
+  EXPECT_EQ(carried[0].value, 3) << "in step time a load stays at what it came to";
+  EXPECT_EQ(carried[0].amplitude, kRamp);
+  EXPECT_EQ(carried[1].value, 5) << "replaced";
+  EXPECT_EQ(carried[2].value, 1);
+  EXPECT_EQ(carried[2].amplitude, 1) << "total time goes on";
+  EXPECT_EQ(model.steps[1].gravity.size(), 2U);
+  ASSERT_EQ(model.steps[1].pressures.size(), 1U);
+  EXPECT_EQ(model.steps[1].pressures[0].value, 3);
+  const Step& last = model.steps[2];
+  EXPECT_EQ(last.prescribed.size(), 6U);
+  EXPECT_TRUE(last.forces.empty());
+  EXPECT_TRUE(last.pressures.empty());
+  ASSERT_EQ(last.gravity.size(), 1U);
+  EXPECT_EQ(last.gravity[0].element, 1);
+  EXPECT_EQ(model.fixed.size(), 9U) << "what is held before the first step does not change";
 }
 
 TEST_F(InpReader, WarnsOfMaterialsThatLock) {

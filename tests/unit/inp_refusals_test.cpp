@@ -190,9 +190,35 @@ INSTANTIATE_TEST_SUITE_P(
             "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE\n*ELSET, ELSET=TWO\n2\n*SOLID SECTION, ELSET=TWO, "
             "MATERIAL=TISSUE",
             "organ.inp:18: element 2 is already in the section of organ.inp:15; take it out of one of them"},
-        BadLine{
-            16, "*BOUNDARY, OP=NEW",
-            "organ.inp:16: *BOUNDARY, OP=NEW is not supported; use OP=MOD and write the values that change"},
+        BadLine{16, "*BOUNDARY, OP=OLD",
+                "organ.inp:16: *BOUNDARY, OP=OLD is neither MOD nor NEW; correct it"},
+        BadLine{12, "*MATERIAL, NAME=TISSUE\n*DENSITY\n0",
+                "organ.inp:14: the density must be above 0; correct it"},
+        BadLine{12, "*MATERIAL, NAME=TISSUE\n*DENSITY",
+                "organ.inp:13: *DENSITY needs a data line density; add it"},
+        BadLine{12, "*DENSITY\n1", "organ.inp:12: *DENSITY belongs to no material; move it below *MATERIAL"},
+        BadLine{10, "*SURFACE, NAME=S",
+                "organ.inp:11: expected an element or set, S1 to S4 or nothing for every outer face, found 3 "
+                "fields"},
+        BadLine{10, "*SURFACE, NAME=S\nBODY, S5",
+                "organ.inp:11: face S5 does not exist in a tetrahedron; write S1, S2, S3 or S4"},
+        BadLine{10, "*SURFACE, NAME=S\nBDY, S1",
+                "organ.inp:11: element set BDY is not defined above this line; did you mean BODY?"},
+        BadLine{10, "*SURFACE, NAME=S, TYPE=NODE\n",
+                "organ.inp:10: *SURFACE, TYPE=NODE is not supported; name faces of elements, TYPE=ELEMENT"},
+        BadLine{10, "*SURFACE, NAME=S\n*NSET, NSET=BASE",
+                "organ.inp:10: surface S has no faces; add lines such as SKIN, S1"},
+        BadLine{10, "*AMPLITUDE, NAME=A\n0, 0, 0, 1\n*NSET, NSET=BASE",
+                "organ.inp:11: the times of an amplitude must grow; correct them"},
+        BadLine{10, "*AMPLITUDE, NAME=A\n0, 0, 1\n*NSET, NSET=BASE",
+                "organ.inp:11: a time without its factor; write pairs of time and factor"},
+        BadLine{10, "*AMPLITUDE, NAME=A\n*NSET, NSET=BASE",
+                "organ.inp:10: amplitude A has no points; add pairs of time and factor"},
+        BadLine{10, "*AMPLITUDE, NAME=A, DEFINITION=PERIODIC\n*NSET, NSET=BASE",
+                "organ.inp:10: *AMPLITUDE, DEFINITION=PERIODIC is not supported; write a table of times and "
+                "factors, DEFINITION=TABULAR"},
+        BadLine{10, "*AMPLITUDE, NAME=A, TIME=NOW\n*NSET, NSET=BASE",
+                "organ.inp:10: TIME=NOW is neither STEP TIME nor TOTAL TIME; correct it"},
         BadLine{16, "*BOUNDARY, AMPLITUDE=A",
                 "organ.inp:16: *BOUNDARY, AMPLITUDE is not supported; remove it"},
         BadLine{17, "BASE", "organ.inp:17: expected node or set, first dof, last dof, value, found 1 field"},
@@ -278,13 +304,46 @@ INSTANTIATE_TEST_SUITE_P(
                 "organ.inp:21: *CLOAD names node 9, which is not defined; define it with *NODE"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, FOLLOWER\n4, 3, 1\n",
                 "organ.inp:20: *CLOAD, FOLLOWER is not supported; remove it"},
-        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, OP=NEW\n4, 3, 1\n",
-                "organ.inp:20: *CLOAD, OP=NEW is not supported; use OP=MOD and write the values that change"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, OP=NEW\n4, 3, 1\n*CLOAD\n4, 2, 1\n",
+                "organ.inp:22: an earlier *CLOAD of this step has OP=NEW; write the same in all of them"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, AMPLITUDE=A\n4, 3, 1\n",
+                "organ.inp:20: amplitude A is not defined above this line"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\nBODY, GRAV, 9.81, 0, 0, -1\n*END STEP\n",
+                "organ.inp:21: gravity pulls at element 1, whose material TISSUE has no mass; add *DENSITY "
+                "below *MATERIAL"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\nBODY, GRAV, 9.81\n",
+                "organ.inp:21: the direction is zero; write its three components behind the magnitude"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\nBODY, P5, 1\n",
+                "organ.inp:21: distributed load P5 is not supported; write P1 to P4 for a pressure on a "
+                "face, or GRAV"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\n1, P1, 1, 0, 0, 1\n",
+                "organ.inp:21: a pressure has no direction; remove what follows its magnitude"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\n1, P3, 1\n*END STEP\n",
+                "organ.inp:21: *DLOAD names face 3 of element 1, which another element shares; only outer "
+                "faces can be loaded"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\n9, P3, 1\n*END STEP\n",
+                "organ.inp:21: *DLOAD names element 9, which is not defined; define it with *ELEMENT"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\n1, P1, 1\n1, P1, 2\n*END STEP\n",
+                "organ.inp:22: conflicting pressures on face 1 of element 1 in one step; keep one"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*DSLOAD\nTOP, P, 1\n",
+                "organ.inp:21: surface TOP is not defined above this line"},
+        BadStep{"*SURFACE, NAME=TOP\n1, S3\n*STEP, NLGEOM\n*STATIC\n*DSLOAD\nTOP, P, 1\n*END STEP\n",
+                "organ.inp:19: *SURFACE names face 3 of element 1, which another element shares; only outer "
+                "faces can be loaded"},
+        BadStep{
+            "*SURFACE, NAME=TOP\n1, S1\n*STEP, NLGEOM\n*STATIC\n*DSLOAD\nTOP, TRVEC, 1, 1, 0, 0\n*END STEP\n",
+            "organ.inp:22: a traction that turns or grows with its surface is not supported; write "
+            "FOLLOWER=NO, CONSTANT "
+            "RESULTANT=YES, or use a pressure"},
+        BadStep{
+            "*SURFACE, NAME=TOP\n1, S1\n*STEP, NLGEOM\n*STATIC\n*DSLOAD\nTOP, TRSHR, 1, 1, 0, 0\n*END STEP\n",
+            "organ.inp:23: surface load TRSHR is not supported; write P or TRVEC"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC\n*END STEP\n*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n1, PINNED\n*END STEP\n",
+            "organ.inp:21: the part with node 1 can still turn about an axis along x; hold more of it with "
+            "*BOUNDARY"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*NODE PRINT, NSET=BAS\nU\n",
                 "organ.inp:20: node set BAS is not defined above this line; did you mean BASE?"},
-        BadStep{
-            "*STEP, NLGEOM\n*STATIC\n*DLOAD\n",
-            "organ.inp:20: *DLOAD is not supported; remove it, or write the forces at the nodes with *CLOAD"},
         BadStep{
             "*STEP, NLGEOM\n*STATIC\n*END STEP\n*BOUNDARY\n4, 1\n",
             "organ.inp:21: *BOUNDARY stands between two steps; move it into a step or before the first"}));

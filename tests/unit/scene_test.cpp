@@ -135,8 +135,8 @@ TEST_F(SceneFile, WarnsOfSteps) {
 }
 
 TEST_F(SceneFile, PassesOnWhatIsWrongWithTheModel) {
-  EXPECT_EQ(refusal(kScene, "*DENSITY\n"),
-            "organ.inp:1: *DENSITY is not supported; remove it: a static solve does not use mass");
+  EXPECT_EQ(refusal(kScene, "*DENSITY\n1\n"),
+            "organ.inp:1: *DENSITY belongs to no material; move it below *MATERIAL");
 }
 
 TEST_F(SceneFile, RefusesAFileThatIsNotThere) {
