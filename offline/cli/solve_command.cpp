@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
@@ -136,7 +137,8 @@ int run_solve(const SolveArguments& arguments) {
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
   prepare_folder(arguments.folder);
 
-  const Assembly assembly(model, always_at_zero(model));
+  const Assembly assembly(model, always_at_zero(model),
+                          static_cast<int>(std::thread::hardware_concurrency()));
   const LinearSolver linear_solver =
       arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky;
   StaticSolver solver(assembly, linear_solver);

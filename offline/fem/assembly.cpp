@@ -1,9 +1,12 @@
 #include "offline/fem/assembly.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <thread>
 
 namespace palpate {
 namespace {
@@ -16,22 +19,53 @@ void clamp_negative_eigenvalues(Matrix9d& tangent) {
             eigen.eigenvectors().transpose();
 }
 
-// Adds V g_a . A . g_b for a >= b, contracting one index at a time: T_aL = sum_J g_aJ A_JL, K_ab = sum_L T_aL
-// g_bL.
+// Adds V g_a . A . g_b for a >= b, contracting one index at a time: M_iJk = V sum_L A_iJkL g_bL, K_ik = sum_J g_aJ
+// M_iJk. Plain loops over contiguous numbers, which compilers put in vector registers as they do not with 3x3 blocks.
 template <int kNodes>
 void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
   const auto& gradients = point.gradients;
-  for (int a = 0; a < kNodes; ++a) {
-    std::array<Eigen::Matrix3d, 3> contracted;
-    for (int L = 0; L < 3; ++L) {
-      contracted[static_cast<size_t>(L)] = point.volume * (gradients(0, a) * tangent.block<3, 3>(0, 3 * L) +
-                                                           gradients(1, a) * tangent.block<3, 3>(3, 3 * L) +
-                                                           gradients(2, a) * tangent.block<3, 3>(6, 3 * L));
+  const double* A = tangent.data();
+  for (int b = 0; b < kNodes; ++b) {
+    const double g0 = point.volume * gradients(0, b);
+    const double g1 = point.volume * gradients(1, b);
+    const double g2 = point.volume * gradients(2, b);
+    double contracted[27];
+    for (int n = 0; n < 27; ++n) contracted[n] = g0 * A[n] + g1 * A[27 + n] + g2 * A[54 + n];
+    double by_J[3][9];  // M_iJk at [J][i + 3 k]
+    for (int J = 0; J < 3; ++J) {
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) by_J[J][i + 3 * k] = contracted[i + 3 * J + 9 * k];
+      }
     }
-    for (int b = 0; b <= a; ++b) {
-      stiffness.template block<3, 3>(3 * a, 3 * b) +=
-          contracted[0] * gradients(0, b) + contracted[1] * gradients(1, b) + contracted[2] * gradients(2, b);
+    for (int a = b; a < kNodes; ++a) {
+      const double h0 = gradients(0, a);
+      const double h1 = gradients(1, a);
+      const double h2 = gradients(2, a);
+      double block[9];
+      for (int n = 0; n < 9; ++n) block[n] = h0 * by_J[0][n] + h1 * by_J[1][n] + h2 * by_J[2][n];
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) stiffness(3 * a + i, 3 * b + k) += block[i + 3 * k];
+      }
+    }
+  }
+}
+
+// The same for eq. (1), whose tangent has so few terms that three products of vectors do: with h_a = H g_a,
+//   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T + dyad h_a h_b^T).
+template <int kNodes>
+void add_stiffness(const ShapeAtPoint<kNodes>& point, const NeoHookeanTangent& tangent,
+                   Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
+  const auto& g = point.gradients;
+  const Eigen::Matrix<double, 3, kNodes> h = tangent.H * g;
+  for (int b = 0; b < kNodes; ++b) {
+    const Eigen::Vector3d transposed = point.volume * tangent.transposed * h.col(b);
+    const Eigen::Vector3d dyad = point.volume * tangent.dyad * h.col(b);
+    const Eigen::Vector3d identity = point.volume * tangent.identity * g.col(b);
+    for (int a = b; a < kNodes; ++a) {
+      auto block = stiffness.template block<3, 3>(3 * a, 3 * b);
+      block += transposed * h.col(a).transpose() + h.col(a) * dyad.transpose();
+      block.diagonal().array() += identity.dot(g.col(a));
     }
   }
 }
@@ -62,13 +96,52 @@ Eigen::Matrix<double, 3, kNodes> Assembly::nodal_values(int element, const doubl
   return gathered;
 }
 
-Assembly::Assembly(const Model& model, const std::vector<char>& eliminated) : model_(&model) {
+template <typename Work>
+void Assembly::for_each_part(Work&& work) const {
+  std::vector<std::jthread> threads;
+  for (int part = 1; part < num_parts_; ++part) threads.emplace_back(work, part);
+  work(0);
+}
+
+void Assembly::divide_nodes(int parts) {
+  num_parts_ = parts;
+  node_part_.assign(static_cast<size_t>(model_->num_nodes()), 0);
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : model_->positions) box.extend(position);
+  Eigen::Index axis = 0;
+  box.sizes().maxCoeff(&axis);
+  std::vector<int> order(node_part_.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const double at_a = model_->positions[static_cast<size_t>(a)][axis];
+    const double at_b = model_->positions[static_cast<size_t>(b)][axis];
+    return std::pair(at_a, a) < std::pair(at_b, b);
+  });
+  for (size_t rank = 0; rank < order.size(); ++rank)
+    node_part_[static_cast<size_t>(order[rank])] =
+        static_cast<int>(rank * static_cast<size_t>(parts) / order.size());
+
+  const auto share = [&]<int kNodes>(Group<kNodes>& group) {
+    group.of_part.resize(static_cast<size_t>(parts));
+    for (size_t i = 0; i < group.elements.size(); ++i) {
+      for (const int node : model_->elements[static_cast<size_t>(group.elements[i])].nodes()) {
+        std::vector<int>& mine = group.of_part[static_cast<size_t>(node_part_[static_cast<size_t>(node)])];
+        if (mine.empty() || mine.back() != static_cast<int>(i)) mine.push_back(static_cast<int>(i));
+      }
+    }
+  };
+  share(linear_);
+  share(quadratic_);
+}
+
+Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int threads) : model_(&model) {
   std::vector<char> has_element(static_cast<size_t>(model.num_nodes()), 0);
   for (size_t e = 0; e < model.elements.size(); ++e) {
     const Tetrahedron& element = model.elements[e];
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
     (element.num_nodes == 4 ? linear_.elements : quadratic_.elements).push_back(static_cast<int>(e));
   }
+  divide_nodes(std::max(1, threads));
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
     if (eliminated[static_cast<size_t>(dof)] || !has_element[static_cast<size_t>(dof / 3)]) continue;
@@ -146,35 +219,47 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated) : mo
 ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                                       double* energy) const {
   force.setZero(num_dofs());
-  ElementState state;
-  state.min_jacobian = std::numeric_limits<double>::infinity();
-  double stored = 0;
-  for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
-    for (size_t i = 0; i < group.elements.size(); ++i) {
-      const int e = group.elements[i];
-      const Law& element_law = law(e);
-      const auto u = nodal_values<kNodes>(e, displacement.data());
-      Eigen::Matrix<double, 3, kNodes> nodal = Eigen::Matrix<double, 3, kNodes>::Zero();
-      for (const ShapeAtPoint<kNodes>& point : group.rest[i]) {
-        const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
-        // Small strain knows no inversion.
-        const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : F.determinant();
-        if (!(J >= state.min_jacobian)) {
-          state.min_jacobian = J;
-          state.worst_element = e;
+  std::vector<double> stored(energy != nullptr ? model_->elements.size() : 0, 0.0);
+  std::vector<ElementState> states(static_cast<size_t>(num_parts_));
+  for_each_part([&](int part) {
+    ElementState& state = states[static_cast<size_t>(part)];
+    state.min_jacobian = std::numeric_limits<double>::infinity();
+    for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
+      for (const int i : group.of_part[static_cast<size_t>(part)]) {
+        const int e = group.elements[static_cast<size_t>(i)];
+        const Law& element_law = law(e);
+        const auto u = nodal_values<kNodes>(e, displacement.data());
+        const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
+        const bool counts_energy = energy != nullptr && node_part_[static_cast<size_t>(nodes[0])] == part;
+        Eigen::Matrix<double, 3, kNodes> nodal = Eigen::Matrix<double, 3, kNodes>::Zero();
+        for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
+          const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
+          // Small strain knows no inversion.
+          const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : F.determinant();
+          if (!(J >= state.min_jacobian)) {
+            state.min_jacobian = J;
+            state.worst_element = e;
+          }
+          if (counts_energy) {
+            stored[static_cast<size_t>(e)] += J > 0 ? point.volume * strain_energy_density(element_law, F)
+                                                    : std::numeric_limits<double>::infinity();
+          }
+          nodal += point.volume * first_piola_kirchhoff(element_law, F) * point.gradients;
         }
-        if (energy != nullptr) {
-          stored += J > 0 ? point.volume * strain_energy_density(element_law, F)
-                          : std::numeric_limits<double>::infinity();
+        for (int a = 0; a < kNodes; ++a) {
+          const int node = nodes[static_cast<size_t>(a)];
+          if (node_part_[static_cast<size_t>(node)] == part) force.segment<3>(3 * node) += nodal.col(a);
         }
-        nodal += point.volume * first_piola_kirchhoff(element_law, F) * point.gradients;
       }
-      const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
-      for (int a = 0; a < kNodes; ++a) force.segment<3>(3 * nodes[static_cast<size_t>(a)]) += nodal.col(a);
-    }
+    });
   });
-  if (energy != nullptr) *energy = stored;
-  return state;
+  if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), 0.0);
+  ElementState worst = states.front();
+  for (const ElementState& state : states) {
+    const bool equal = state.min_jacobian == worst.min_jacobian && state.worst_element < worst.worst_element;
+    if (!(state.min_jacobian >= worst.min_jacobian) || equal) worst = state;
+  }
+  return worst;
 }
 
 double Assembly::rounding_force(const Eigen::VectorXd& displacement) const {
@@ -186,27 +271,41 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
   if (stiffness.rows() != pattern_.rows()) stiffness = pattern_;
   double* values = stiffness.valuePtr();
   std::fill(values, values + stiffness.nonZeros(), 0.0);
-  for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
-    constexpr int kDofs = Group<kNodes>::kDofs;
-    Eigen::Matrix<double, kDofs, kDofs> element;
-    for (size_t i = 0; i < group.elements.size(); ++i) {
-      const int e = group.elements[i];
-      const auto u = nodal_values<kNodes>(e, displacement.data());
-      element.setZero();
-      for (const ShapeAtPoint<kNodes>& point : group.rest[i]) {
-        StressAndTangent response = stress_and_tangent(law(e), deformation_gradient<kNodes>(point, u));
-        if (project) clamp_negative_eigenvalues(response.tangent);
-        add_stiffness<kNodes>(point, response.tangent, element);
-      }
-      size_t entry = 0;
-      for (int b = 0; b < kDofs; ++b) {
-        for (int a = b; a < kDofs; ++a, ++entry) {
-          const int place = group.scatter[i][entry];
-          // Within a 3x3 diagonal block both halves are filled; below it only the lower one.
-          if (place >= 0) values[place] += element(a, b);
+  for_each_part([&](int part) {
+    for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
+      constexpr int kDofs = Group<kNodes>::kDofs;
+      Eigen::Matrix<double, kDofs, kDofs> element;
+      for (const int i : group.of_part[static_cast<size_t>(part)]) {
+        const int e = group.elements[static_cast<size_t>(i)];
+        const auto u = nodal_values<kNodes>(e, displacement.data());
+        element.setZero();
+        for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
+          const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
+          const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law(e));
+          if (neo_hookean != nullptr && !project) {
+            add_stiffness<kNodes>(point, NeoHookeanTangent(*neo_hookean, F), element);
+            continue;
+          }
+          Matrix9d tangent = stress_and_tangent(law(e), F).tangent;
+          if (project) clamp_negative_eigenvalues(tangent);
+          add_stiffness<kNodes>(point, tangent, element);
+        }
+        const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
+        // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
+        std::array<std::array<bool, kNodes>, kNodes> mine;
+        for (size_t b = 0; b < kNodes; ++b) {
+          for (size_t a = b; a < kNodes; ++a)
+            mine[b][a] = node_part_[static_cast<size_t>(std::min(nodes[a], nodes[b]))] == part;
+        }
+        const int* place = group.scatter[static_cast<size_t>(i)].data();
+        for (int b = 0; b < kDofs; ++b) {
+          for (int a = b; a < kDofs; ++a, ++place) {
+            if (*place >= 0 && mine[static_cast<size_t>(b / 3)][static_cast<size_t>(a / 3)])
+              values[*place] += element(a, b);
+          }
         }
       }
-    }
+    });
   });
 }
 

@@ -27,8 +27,9 @@ struct ElementState {
 class Assembly {
  public:
   // `eliminated` (num_dofs entries): degrees of freedom that no solve will ever free; they leave the
-  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`.
-  Assembly(const Model& model, const std::vector<char>& eliminated);
+  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`. Forces and tangents
+  // are made by so many threads, with the same bits whatever their number.
+  Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
   int num_dofs() const { return model_->num_dofs(); }
@@ -65,6 +66,8 @@ class Assembly {
     using Points = std::array<ShapeAtPoint<kNodes>, TetrahedronShape<kNodes>::kPoints>;
     std::vector<int> elements;  // in Model::elements
     std::vector<Points> rest;
+    std::vector<std::vector<int>>
+        of_part;  // the elements that touch a part's nodes, as indices in `elements`
     // For each element the lower triangle of its stiffness (a >= b over its dofs, column by column) as
     // positions in the value array, or -1 where a dof is eliminated.
     std::vector<std::array<int, kEntries>> scatter;
@@ -79,8 +82,16 @@ class Assembly {
   Eigen::Matrix<double, 3, kNodes> nodal_values(int element, const double* values) const;
   int equation_of(const Tetrahedron& element, int local) const;
   const Law& law(int element) const;
+  // Calls work(part) for each part, each on a thread of its own.
+  template <typename Work>
+  void for_each_part(Work&& work) const;
+  void divide_nodes(int parts);
 
   const Model* model_;
+  // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its nodes,
+  // in the order of the elements; those on the border of two parts are computed by both.
+  int num_parts_ = 1;
+  std::vector<int> node_part_;
   Group<4> linear_;
   Group<10> quadratic_;
   std::vector<int> dof_equations_;

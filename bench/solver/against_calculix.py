@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""One nonlinear solve of the brain by `palpate solve` and by CalculiX, side by side on the same file.
+
+A patch of the brain's upper surface is pushed in along the direction of models/brain/brain_push.inp, in the law that
+both know (NEO HOOKE, with the small-strain moduli of the shipped material). Each program runs as users run it; times
+are of the whole process, reading and writing included. Prints Markdown.
+
+Example: bench/solver/against_calculix.py build/release/bin/palpate build/validation
+"""
+import argparse
+import json
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# |d| in mean edges. At 1.75 the smallest det F is about 0.3.
+DEPTHS = {"1 h": 1.0, "min J about 0.3": 1.75, "2 h": 2.0}
+CALCULIX = {"ccx, direct (SPOOLES)": "SPOOLES", "ccx, iterative (scaling)": "ITERATIVE SCALING",
+            "ccx, iterative (Cholesky)": "ITERATIVE CHOLESKY"}
+
+
+def neo_hooke(match):
+    mu, lam = (float(field) for field in match.group(1).split(","))
+    return f"*HYPERELASTIC, NEO HOOKE\n{mu / 2}, {2 / (lam + 2 / 3 * mu)}\n"
+
+
+def brain_model(depth):
+    """(bulk, step): the mesh with its material, and the push of so many mean edges."""
+    mesh = (ROOT / "models/brain/brain.inp").read_text()
+    mesh = re.sub(r"\*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n(.*)\n", neo_hooke, mesh)
+    push = (ROOT / "models/brain/brain_push.inp").read_text()
+    sets = re.search(r"\*NSET, NSET=PUSH\n(.*\n)+?(?=\*)", push).group(0)
+    motions = re.findall(r"PUSH, (\d), \d, (\S+)", push)
+    step = "*BOUNDARY\n" + "".join(f"PUSH, {axis}, {axis}, {depth * float(value)}\n" for axis, value in motions)
+    return mesh + sets, step + "*NODE PRINT, NSET=PUSH\nRF\n*END STEP\n"
+
+
+def block_model(cells):
+    """A block of cells^3 cubes, six tetrahedra each, on a fixed base, a patch in the middle of its top pushed in."""
+    side = cells + 1
+    label = lambda i, j, k: 1 + i + side * (j + side * k)
+    lines = ["*NODE"]
+    grid = [(i, j, k) for k in range(side) for j in range(side) for i in range(side)]
+    lines += [f"{label(i, j, k)}, {i}, {j}, {k}" for i, j, k in grid]
+    lines += ["*ELEMENT, TYPE=C3D4, ELSET=E"]
+    around_diagonal = [(0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7)]
+    number = 0
+    for i, j, k in grid:
+        if max(i, j, k) == cells:
+            continue
+        corner = [label(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)) for c in range(8)]
+        for tetrahedron in around_diagonal:
+            number += 1
+            lines.append(f"{number}, " + ", ".join(str(corner[c]) for c in tetrahedron))
+    middle = cells // 2
+    patch = [label(middle + i, middle + j, cells) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    lines += ["*NSET, NSET=BASE, GENERATE", f"1, {side * side}", "*NSET, NSET=PUSH", ", ".join(map(str, patch)),
+              "*MATERIAL, NAME=M", "*HYPERELASTIC, NEO HOOKE", f"0.5, {2 / (4 + 2 / 3)}",
+              "*SOLID SECTION, ELSET=E, MATERIAL=M", "*BOUNDARY", "BASE, 1, 3", ""]
+    return "\n".join(lines), "*BOUNDARY\nPUSH, 1, 2\nPUSH, 3, 3, -1\n*NODE PRINT, NSET=PUSH\nRF\n*END STEP\n"
+
+
+def timed(command, folder):
+    """(seconds, peak bytes, exit code, output) of one run."""
+    with open(folder / "log.txt", "w+") as log:
+        start = time.perf_counter()
+        process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=subprocess.STDOUT)
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - start
+        log.seek(0)
+        return seconds, 1024 * usage.ru_maxrss, os.waitstatus_to_exitcode(status), log.read()
+
+
+def run_palpate(program, folder, model, repeats):
+    bulk, step = model
+    (folder / "ours.inp").write_text(bulk + "*STEP, NLGEOM, INC=1000\n*STATIC\n1, 1\n" + step)
+    runs = [timed([program, "solve", "ours.inp", "-o", "ours", "--json"], folder) for _ in range(repeats)]
+    summary = json.loads((folder / "ours/summary.json").read_text())
+    last = summary["steps"][-1]
+    parts = ", ".join(f"{name.replace('_', ' ')} {seconds:.2f}" for name, seconds in summary["seconds"].items())
+    note = (f"{last['increments']} increments, {last['iterations']} iterations, {last['factorizations']} factors, "
+            f"min J {last['min_J']:.2f}; {parts} s")
+    return statistics.median(run[0] for run in runs), runs[0][1], runs[0][2] == 0, note
+
+
+def run_calculix(solver, folder, model, repeats):
+    bulk, step = model
+    (folder / "theirs.inp").write_text(bulk + f"*STEP, NLGEOM, INC=1000\n*STATIC, SOLVER={solver}\n1, 1\n" + step)
+    runs = [timed(["ccx", "theirs"], folder) for _ in range(repeats)]
+    output = runs[0][3]
+    finished = "Job finished" in output
+    iterations = len(re.findall(r"^ iteration ", output, re.M))
+    cutbacks = len(re.findall(r"the increment is reattempted", output))
+    note = f"{iterations} iterations, {cutbacks} cutbacks" + ("" if finished else "; gave up")
+    if re.search(r"negative jacobian|nonpositive jacobian", output, re.I):
+        note += "; negative Jacobian reported"
+    return statistics.median(run[0] for run in runs), runs[0][1], finished, note
+
+
+def table(title, model, folder, program, repeats, solvers):
+    print(f"{title}\n\n| program | seconds | against ours | peak memory, MB | |\n|:--|--:|--:|--:|:--|")
+    folder.mkdir(parents=True, exist_ok=True)
+    ours = run_palpate(program, folder, model, repeats)
+    rows = [("palpate solve", *ours)] + [(name, *run_calculix(CALCULIX[name], folder, model, repeats)) for name in solvers]
+    for name, seconds, memory, solved, note in rows:
+        against = "1" if name == "palpate solve" else f"{seconds / ours[0]:.1f}"
+        print(f"| {name} | {seconds:.2f}{'' if solved else ' (not solved)'} | {against} | {memory / 1e6:.0f} | {note} |")
+    print(flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", help="the palpate program")
+    parser.add_argument("folder", type=pathlib.Path, help="where the runs leave their files")
+    parser.add_argument("--repeats", type=int, default=3, help="runs of each, of which the median counts (default 3)")
+    arguments = parser.parse_args()
+    program = str(pathlib.Path(arguments.program).resolve())
+    for name, depth in DEPTHS.items():
+        table(f"The brain, 3,924 nodes and 19,734 tetrahedra, pushed to {name}:", brain_model(depth),
+              arguments.folder / "calculix", program, arguments.repeats, CALCULIX)
+    table("A block of 21,952 nodes and 118,098 tetrahedra, a patch pushed in by one edge:", block_model(27),
+          arguments.folder / "calculix", program, 1, ["ccx, iterative (scaling)"])
+
+
+if __name__ == "__main__":
+    main()
