@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <vector>
 
 #include "offline/fem/static_solver.hpp"
@@ -65,6 +67,33 @@ inline void hold_nodes(LoadCase& load, const std::vector<int>& nodes, const Eige
     for (int axis = 0; axis < 3; ++axis) load.held[static_cast<std::size_t>(3 * node + axis)] = 1;
     load.displacement.segment<3>(3 * node) = displacement;
   }
+}
+
+// A constant traction over the plane face that `nodes` make up, by its total: a third of each triangle's
+// share goes to each corner or, of a triangle of six nodes, to each middle node (the integrals of its shape
+// functions).
+inline void spread_over_face(LoadCase& load, const Model& model, const std::vector<int>& nodes,
+                             const Eigen::Vector3d& total) {
+  std::vector<char> on_face(model.positions.size(), 0);
+  for (const int node : nodes) on_face[static_cast<std::size_t>(node)] = 1;
+  std::map<int, double> share;
+  double area = 0;
+  for (const Tetrahedron& element : model.elements) {
+    std::vector<int> bearers;
+    std::vector<Eigen::Vector3d> corners;
+    for (const int node : element.corners()) {
+      if (on_face[static_cast<std::size_t>(node)])
+        corners.push_back(model.positions[static_cast<std::size_t>(node)]);
+    }
+    if (corners.size() != 3) continue;
+    for (const int node : element.num_nodes == 4 ? element.nodes() : element.nodes().subspan(4)) {
+      if (on_face[static_cast<std::size_t>(node)]) bearers.push_back(node);
+    }
+    const double triangle = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+    for (const int node : bearers) share[node] += triangle / 3;
+    area += triangle;
+  }
+  for (const auto& [node, part] : share) load.force.segment<3>(3 * node) += part / area * total;
 }
 
 inline Eigen::Vector3d sum_over(const Eigen::VectorXd& nodal, const std::vector<int>& nodes) {
