@@ -243,7 +243,7 @@ TEST(SolverScenes, CooksMembraneIsThatOfOtherPrograms) {
   EXPECT_NEAR(tips[2] + (tips[2] - tips[1]) * ratio / (1 - ratio), 32.27, 0.03);
 }
 
-// What the README of offline/fem promises of the two elements, at equal numbers of nodes.
+// At equal numbers of nodes, by Poisson's ratio: both elements agree, then only one of them is of use.
 TEST(SolverScenes, TenNodesDoNotLockWhereFourDo) {
   const auto tip = [](int cells, bool ten_nodes, double poisson) {
     const SolverScene scene =
