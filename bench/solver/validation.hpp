@@ -1,0 +1,34 @@
+// The validation study's pages, and what runs their scenes.
+#pragma once
+
+#include <vector>
+
+#include "bench/solver/study_table.hpp"
+#include "offline/cli/progress_bar.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace palpate::study {
+
+// Runs scenes and counts them on a bar.
+class SceneRunner {
+ public:
+  test::SceneRun operator()(const test::SolverScene& scene, const SolverSettings& settings = {}) {
+    test::SceneRun run = test::run_scene(scene, settings);
+    bar_.show(++done_);
+    return run;
+  }
+
+ private:
+  static constexpr int kScenes = 126;  // of all pages
+  ProgressBar bar_{"validation", kScenes};
+  int done_ = 0;
+};
+
+// Beam theory, Newton's order, units and frames.
+std::vector<StudyTable> convergence_page(SceneRunner& run);
+// Large rotations, stiff inclusions, slivers, deep pushes.
+std::vector<StudyTable> hard_cases_page(SceneRunner& run);
+// Linear against quadratic tetrahedra, nearly incompressible.
+std::vector<StudyTable> locking_page(SceneRunner& run);
+
+}  // namespace palpate::study
