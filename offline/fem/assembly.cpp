@@ -11,12 +11,13 @@
 namespace palpate {
 namespace {
 
-// The nearest positive semi-definite tangent in the Frobenius norm.
-void clamp_negative_eigenvalues(Matrix9d& tangent) {
+// Makes it the nearest positive semi-definite tangent in the Frobenius norm. False when it was that already.
+bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(tangent);
-  if (eigen.eigenvalues()(0) >= 0.0) return;
+  if (eigen.eigenvalues()(0) >= 0.0) return false;
   tangent = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
             eigen.eigenvectors().transpose();
+  return true;
 }
 
 // Adds V g_a . A . g_b for a >= b, contracting one index at a time: M_iJk = V sum_L A_iJkL g_bL, K_ik = sum_J g_aJ
@@ -77,11 +78,6 @@ Eigen::Matrix3d deformation_gradient(const ShapeAtPoint<kNodes>& point,
 }
 
 }  // namespace
-
-int Assembly::equation_of(const Tetrahedron& element, int local) const {
-  const int node = element.node_array[static_cast<size_t>(local / 3)];
-  return dof_equations_[static_cast<size_t>(3 * node + local % 3)];
-}
 
 const Law& Assembly::law(int element) const {
   return model_->materials[static_cast<size_t>(model_->elements[static_cast<size_t>(element)].material)].law;
@@ -149,11 +145,14 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
     equation_dofs_.push_back(dof);
   }
 
+  std::vector<double> moduli;
+  for (const Material& material : model.materials)
+    moduli.push_back(
+        stress_and_tangent(material.law, Eigen::Matrix3d::Identity()).tangent.cwiseAbs().maxCoeff());
   const auto set_rest = [&]<int kNodes>(Group<kNodes>& group) {
     for (const int e : group.elements) {
       const auto positions = nodal_values<kNodes>(e, model.positions.front().data());
-      const double modulus =
-          stress_and_tangent(law(e), Eigen::Matrix3d::Identity()).tangent.cwiseAbs().maxCoeff();
+      const double modulus = moduli[static_cast<size_t>(model.elements[static_cast<size_t>(e)].material)];
       const auto at_points = [&]<int... kPoint>(std::integer_sequence<int, kPoint...>) {
         return typename Group<kNodes>::Points{ShapeAtPoint<kNodes>(positions, kPoint)...};
       };
@@ -169,51 +168,97 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
   set_rest(linear_);
   set_rest(quadratic_);
 
-  std::vector<std::vector<int>> rows(equation_dofs_.size());
-  for (const Tetrahedron& element : model.elements) {
-    const int dofs = 3 * element.num_nodes;
-    for (int b = 0; b < dofs; ++b) {
-      const int column = equation_of(element, b);
-      if (column < 0) continue;
-      for (int a = 0; a < dofs; ++a) {
-        const int row = equation_of(element, a);
-        if (row >= column) rows[static_cast<size_t>(column)].push_back(row);
-      }
-    }
-  }
-  std::vector<int> counts(rows.size());
-  for (size_t column = 0; column < rows.size(); ++column) {
-    std::sort(rows[column].begin(), rows[column].end());
-    rows[column].erase(std::unique(rows[column].begin(), rows[column].end()), rows[column].end());
-    counts[column] = static_cast<int>(rows[column].size());
-  }
-  const int n = num_equations();
-  pattern_.resize(n, n);
-  pattern_.reserve(counts);
-  for (int column = 0; column < n; ++column) {
-    for (const int row : rows[static_cast<size_t>(column)]) pattern_.insert(row, column) = 0.0;
-  }
-  pattern_.makeCompressed();
-
-  const auto place_of = [&](int first, int second) {
-    if (first < 0 || second < 0) return -1;
-    const int* begin = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[std::min(first, second)];
-    const int* end = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[std::min(first, second) + 1];
-    return static_cast<int>(std::lower_bound(begin, end, std::max(first, second)) - pattern_.innerIndexPtr());
-  };
-  const auto set_scatter = [&]<int kNodes>(Group<kNodes>& group) {
-    group.scatter.resize(group.elements.size());
-    for (size_t i = 0; i < group.elements.size(); ++i) {
-      const Tetrahedron& element = model.elements[static_cast<size_t>(group.elements[i])];
-      size_t entry = 0;
-      for (int b = 0; b < Group<kNodes>::kDofs; ++b) {
-        for (int a = b; a < Group<kNodes>::kDofs; ++a, ++entry)
-          group.scatter[i][entry] = place_of(equation_of(element, a), equation_of(element, b));
-      }
-    }
-  };
+  set_pattern();
   set_scatter(linear_);
   set_scatter(quadratic_);
+}
+
+int Assembly::first_equation(int node) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int equation = dof_equations_[static_cast<size_t>(3 * node + axis)];
+    if (equation >= 0) return equation;
+  }
+  return -1;
+}
+
+void Assembly::set_pattern() {
+  // Pairs of nodes that share an element, the smaller first: its columns hold the rows of both.
+  std::vector<std::pair<int, int>> pairs;
+  for (const Tetrahedron& element : model_->elements) {
+    for (const int a : element.nodes()) {
+      for (const int b : element.nodes()) {
+        if (a <= b) pairs.emplace_back(a, b);
+      }
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+
+  std::vector<int> starts = {0};
+  std::vector<int> rows;
+  for (size_t begin = 0; begin < pairs.size();) {
+    const int node = pairs[begin].first;
+    size_t end = begin;
+    while (end < pairs.size() && pairs[end].first == node) ++end;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int column = dof_equations_[static_cast<size_t>(3 * node + axis)];
+      if (column < 0) continue;
+      for (size_t i = begin; i < end; ++i) {
+        for (int row_axis = 0; row_axis < 3; ++row_axis) {
+          const int row = dof_equations_[static_cast<size_t>(3 * pairs[i].second + row_axis)];
+          if (row >= column) rows.push_back(row);
+        }
+      }
+      starts.push_back(static_cast<int>(rows.size()));
+    }
+    begin = end;
+  }
+  std::vector<double> values(rows.size(), 0.0);
+  pattern_ =
+      Eigen::Map<const SparseLower>(num_equations(), num_equations(), static_cast<Eigen::Index>(rows.size()),
+                                    starts.data(), rows.data(), values.data());
+}
+
+template <int kNodes>
+void Assembly::set_scatter(Group<kNodes>& group) const {
+  const int* starts = pattern_.outerIndexPtr();
+  const int* rows = pattern_.innerIndexPtr();
+  group.scatter.resize(group.elements.size());
+  for (size_t i = 0; i < group.elements.size(); ++i) {
+    const auto& nodes = model_->elements[static_cast<size_t>(group.elements[i])].node_array;
+    // The equations of a node follow one another, so the rows of the larger node stand side by side in each column of
+    // the smaller one, equally far from its end.
+    std::array<std::array<int, kNodes>, kNodes> from_end;
+    std::array<int, kNodes> first;
+    for (size_t a = 0; a < kNodes; ++a) first[a] = first_equation(nodes[a]);
+    for (size_t b = 0; b < kNodes; ++b) {
+      for (size_t a = b; a < kNodes; ++a) {
+        const auto [column, row] = std::minmax(first[a], first[b]);
+        if (column < 0) continue;
+        const int* end = rows + starts[column + 1];
+        from_end[b][a] = static_cast<int>(end - std::lower_bound(rows + starts[column], end, row));
+      }
+    }
+    size_t entry = 0;
+    for (int b = 0; b < Group<kNodes>::kDofs; ++b) {
+      for (int a = b; a < Group<kNodes>::kDofs; ++a, ++entry) {
+        const size_t node_a = static_cast<size_t>(a / 3);
+        const size_t node_b = static_cast<size_t>(b / 3);
+        const int at_a = dof_equations_[static_cast<size_t>(3 * nodes[node_a] + a % 3)];
+        const int at_b = dof_equations_[static_cast<size_t>(3 * nodes[node_b] + b % 3)];
+        const auto [column, row] = std::minmax(at_a, at_b);
+        int& place = group.scatter[i][entry];
+        if (column < 0) {
+          place = -1;
+        } else if (node_a == node_b) {
+          place = starts[column] + row - column;
+        } else {
+          place =
+              starts[column + 1] - from_end[node_b][node_a] + row - std::max(first[node_a], first[node_b]);
+        }
+      }
+    }
+  }
 }
 
 ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
@@ -282,13 +327,14 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
         for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
           const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
           const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law(e));
-          if (neo_hookean != nullptr && !project) {
+          Matrix9d tangent;
+          if (project || neo_hookean == nullptr) tangent = stress_and_tangent(law(e), F).tangent;
+          const bool changed = project && clamp_negative_eigenvalues(tangent);
+          if (neo_hookean != nullptr && !changed) {
             add_stiffness<kNodes>(point, NeoHookeanTangent(*neo_hookean, F), element);
-            continue;
+          } else {
+            add_stiffness<kNodes>(point, tangent, element);
           }
-          Matrix9d tangent = stress_and_tangent(law(e), F).tangent;
-          if (project) clamp_negative_eigenvalues(tangent);
-          add_stiffness<kNodes>(point, tangent, element);
         }
         const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
         // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.

@@ -27,8 +27,8 @@ struct ElementState {
 class Assembly {
  public:
   // `eliminated` (num_dofs entries): degrees of freedom that no solve will ever free; they leave the
-  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`. Forces and tangents
-  // are made by so many threads, with the same bits whatever their number.
+  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`. Forces and
+  // tangents are made by so many threads, with the same bits whatever their number.
   Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
@@ -80,7 +80,10 @@ class Assembly {
   }
   template <int kNodes>
   Eigen::Matrix<double, 3, kNodes> nodal_values(int element, const double* values) const;
-  int equation_of(const Tetrahedron& element, int local) const;
+  int first_equation(int node) const;  // of its free dofs, or -1
+  void set_pattern();
+  template <int kNodes>
+  void set_scatter(Group<kNodes>& group) const;
   const Law& law(int element) const;
   // Calls work(part) for each part, each on a thread of its own.
   template <typename Work>
@@ -88,8 +91,8 @@ class Assembly {
   void divide_nodes(int parts);
 
   const Model* model_;
-  // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its nodes,
-  // in the order of the elements; those on the border of two parts are computed by both.
+  // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
+  // nodes, in the order of the elements; those on the border of two parts are computed by both.
   int num_parts_ = 1;
   std::vector<int> node_part_;
   Group<4> linear_;

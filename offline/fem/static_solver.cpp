@@ -17,8 +17,10 @@ constexpr int kMaxBacktracks = 12;
 // A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
-// An increment that converged within this many iterations is followed by one half as large again.
-constexpr int kEasyIterations = 6;
+// An increment that converged with so few factors is followed by one half as large again.
+constexpr int kEasyFactors = 6;
+// Whole steps that an increment may take against the merit.
+constexpr int kBoldSteps = 8;
 
 // Adds the time from its making to its end.
 class Stopwatch {
@@ -239,6 +241,8 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
   };
+  int bold_steps = 0;
+  int fresh_iterations = 0;
   bool stalled = false;  // a whole step with a fresh factor left the residual as it was
   for (int iteration = 1;; ++iteration) {
     const double scale = scale_now();
@@ -249,13 +253,14 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       report.worst_element = state.worst_element;
       return true;
     }
-    if (iteration > settings.max_iterations) return false;
+    if (fresh_iterations >= settings.max_iterations) return false;
 
     Eigen::MatrixXd direction = residual_force;
     if (reuse) {
       if (!back_solve(direction)) return false;
-    } else if (!factor_and_solve(load, displacement, direction, projected, report)) {
-      return false;
+    } else {
+      ++fresh_iterations;
+      if (!factor_and_solve(load, displacement, direction, projected, report)) return false;
     }
     const double slope = -residual_force.dot(direction.col(0));  // dPi/ds
 
@@ -278,8 +283,11 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       external = external_force(load, trial);
       residual_force = residual(load, internal, external);
       const double trial_norm = residual_force.norm();
-      if (stored - work <= energy + kSufficientDecrease * step * slope ||
-          trial_norm <= kResidualDecrease * norm_before) {
+      const bool falls = stored - work <= energy + kSufficientDecrease * step * slope ||
+                         trial_norm <= kResidualDecrease * norm_before;
+      const bool bold = !falls && fresh && !projected && step == 1.0 && bold_steps < kBoldSteps;
+      if (falls || bold) {
+        bold_steps += bold;
         displacement = trial;
         energy = stored;
         norm = trial_norm;
@@ -393,7 +401,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       factored = factor_and_solve(load, displacement, follow, projected, report);
       if (factored) trial += (jump + follow).col(0);
     }
-    const int iterations_before = report.iterations;
+    const int factors_before = report.factorizations;
     if (factored) converged = newton(load, target, attempt, trial, start_scale, settings, report, progress);
     if (converged) {
       displacement = trial;
@@ -404,7 +412,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       reached = target;
       report.increments = attempt;
       report.load_factor = reached;
-      if (report.iterations - iterations_before <= kEasyIterations) increment *= 1.5;
+      if (report.factorizations - factors_before <= kEasyFactors) increment *= 1.5;
       increment = std::min({increment, settings.largest_increment, 1.0 - reached});
     } else {
       ++report.cutbacks;

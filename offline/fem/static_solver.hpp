@@ -13,6 +13,10 @@
 // on the way to the trial. The skew part of their tangent is left to a few sweeps with the factor of the
 // symmetric one. Where K is not positive definite, the step is taken with the element tangents projected to
 // positive semi-definite ones: still a descent direction of the energy.
+//
+// A slender or stiff body that turns is stretched by every whole step, as a step is straight: energy and
+// residual both rise, and both merits would cut the steps to nothing. A few whole steps of a true tangent are
+// therefore taken as they are.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,14 +38,14 @@ struct SolverSettings {
   // let go has no force of its own. 1e-10 leaves reactions right to about 10 digits; Newton's last iteration
   // usually goes well below it.
   double residual_tolerance = 1e-10;
-  int max_iterations = 30;  // per increment, before the increment is cut
+  int max_iterations = 30;  // with a factor of their own, per increment, before the increment is cut
   int max_increments =
       100;  // converged ones, as INC of *STEP; what is cut back is bounded by smallest_increment
   double first_increment = 1.0;  // fraction of the ramp
   double smallest_increment = 1e-5;
   double largest_increment = 1.0;
   // The factor of the previous iteration is used again while an iteration shrinks the residual at least to
-  // this fraction (modified Newton: a back-solve costs 20 times less than a factor). 0 = factor in every
+  // this fraction (modified Newton: a back-solve costs ten times less than a factor). 0 = factor in every
   // iteration.
   double reuse_contraction = 0.2;
 };

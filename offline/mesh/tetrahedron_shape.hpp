@@ -74,7 +74,9 @@ struct ShapeAtPoint {
   ShapeAtPoint(const typename TetrahedronShape<kNodes>::Nodal& positions, int point) {
     using Shape = TetrahedronShape<kNodes>;
     const typename Shape::Nodal local = Shape::local_gradients(Shape::point(point));
-    const Eigen::Matrix3d jacobian = positions * local.transpose();  // dX_i / dL_j
+    // dX_i / dL_j. The local gradients add up to 0: positions count from the first one, so that far from the
+    // origin no digits go.
+    const Eigen::Matrix3d jacobian = (positions.colwise() - positions.col(0).eval()) * local.transpose();
     volume = jacobian.determinant() / (6.0 * Shape::kPoints);
     gradients = jacobian.inverse().transpose() * local;
   }
