@@ -143,7 +143,53 @@ TEST_F(Solve, SummaryTellsEachStep) {
     EXPECT_GT(one["min_J"].get<double>(), 0);
     EXPECT_LT(one["min_J"].get<double>(), 1);
     EXPECT_GE(one["seconds"].get<double>(), 0);
+    EXPECT_EQ(one["positive_definite"], true);
   }
+  EXPECT_GT(summary()["seconds"]["factor"].get<double>(), 0);
+  EXPECT_GT(summary()["peak_memory_bytes"].get<double>(), 1e6);
+}
+
+// St. Venant-Kirchhoff, mu = lambda = 1, the fourth corner of a tetrahedron pushed in by 0.6, free to slip
+// sideways: by symmetry it need not, but d2W/dd1^2 = ((2 mu + lambda) E33 + mu) / 6 = (3 (0.16 - 1)/2 + 1) /
+// 6 < 0, so it would.
+TEST_F(Solve, AnUnstableEquilibriumIsSaid) {
+  const std::string tetrahedron =
+      "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n9, 1, 2, 3, 4\n"
+      "*MATERIAL, NAME=M\n*ELASTIC\n2.5, 0.25\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*BOUNDARY\n1, 1, 3\n2, "
+      "1, "
+      "3\n3, 1, 3\n";
+  for (const char* solver : {"cholmod", "cg"}) {
+    const ProgramRun run = solve(tetrahedron + step("*BOUNDARY\n4, 3, 3, -0.6\n"), {"--solver", solver});
+    ASSERT_EQ(run.exit_code, 0) << run.error;
+    const nlohmann::json one = summary()["steps"][0];
+    if (std::string(solver) == "cholmod") {
+      EXPECT_EQ(one["positive_definite"], false);
+      EXPECT_NE(run.out.find("step 1: this equilibrium is unstable"), std::string::npos) << run.out;
+    } else {
+      EXPECT_TRUE(one["positive_definite"].is_null()) << "conjugate gradients do not tell";
+    }
+    EXPECT_EQ(row_of(read_csv(folder() / "step1.csv"), 4).u, (std::array<double, 3>{0, 0, -0.6}));
+  }
+}
+
+// What stands in the f columns is what the outside does: the supports carry weight and pressure.
+TEST_F(Solve, SupportsCarryWeightAndPressure) {
+  std::string block = block_inp(2);
+  block.insert(block.find("*HYPERELASTIC"), "*DENSITY\n3\n");
+  const ProgramRun run = solve(block + "*SURFACE, NAME=SKIN\nE\n" +
+                               step("*DLOAD\nE, GRAV, 0.5, 0, 0, -1\n*DSLOAD\nSKIN, P, 0.2\n"));
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  // All f together: none, but for what the whole load adds, weight 3 x 0.5 x volume. A pressure all around
+  // adds none.
+  const double weight = 3 * 0.5 * 0.25 * 0.25 * 0.25;
+  std::array<double, 3> sum{};
+  double base = 0;
+  for (const CsvRow& row : read_csv(folder() / "step1.csv")) {
+    for (size_t axis = 0; axis < 3; ++axis) sum[axis] += row.f[axis];
+    if (row.node <= 9) base += row.f[2];
+  }
+  for (const double total : sum) EXPECT_NEAR(total, 0, 1e-12) << "internal forces balance";
+  EXPECT_GT(base, weight) << "pressure pushes down on the top, and under the base on nodes that are held";
 }
 
 // The second step goes on from the first; its end depends on the loads at its end alone (they are
