@@ -312,6 +312,11 @@ double Assembly::rounding_force(const Eigen::VectorXd& displacement) const {
          (rounding_at_rest_ + displacement.cwiseAbs().maxCoeff() * rounding_per_length_);
 }
 
+const CholeskyAnalysis& Assembly::analysis() const {
+  std::call_once(analysis_->made, [this] { analysis_->analysis.emplace(pattern_); });
+  return *analysis_->analysis;
+}
+
 void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const {
   if (stiffness.rows() != pattern_.rows()) stiffness = pattern_;
   double* values = stiffness.valuePtr();

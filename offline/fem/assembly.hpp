@@ -9,8 +9,12 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
+#include "offline/fem/cholesky.hpp"
 #include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
@@ -46,8 +50,11 @@ class Assembly {
   // pattern. With `project`, the tangent of every element is first made positive semi-definite (negative
   // eigenvalues of dP/dF set to zero), which keeps Newton's direction one of descent where the true tangent
   // is indefinite.
-  using SparseLower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+  using SparseLower = palpate::SparseLower;
   void tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const;
+
+  // The analysis that every Cholesky factor of a tangent starts from; made when first asked for. Thread-safe.
+  const CholeskyAnalysis& analysis() const;
 
   // K(u) v for full-length vectors, without assembling: shape (num_dofs, columns).
   Eigen::MatrixXd tangent_times(const Eigen::VectorXd& displacement, const Eigen::MatrixXd& vectors) const;
@@ -100,6 +107,11 @@ class Assembly {
   std::vector<int> dof_equations_;
   std::vector<int> equation_dofs_;
   SparseLower pattern_;
+  struct LazyAnalysis {
+    std::once_flag made;
+    std::optional<CholeskyAnalysis> analysis;
+  };
+  std::shared_ptr<LazyAnalysis> analysis_ = std::make_shared<LazyAnalysis>();
   double rounding_at_rest_ = 0;     // norm of A V g over the elements
   double rounding_per_length_ = 0;  // norm of A V g^2
 };

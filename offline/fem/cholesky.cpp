@@ -39,15 +39,27 @@ cholmod_sparse view(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& mat
   throw std::runtime_error("CHOLMOD failed with status " + std::to_string(status));
 }
 
-}  // namespace
-
-Cholesky::Cholesky(const SparseLower& pattern) {
+void start(cholmod_common& common) {
   // CHOLMOD's own OpenMP loops only copy; their threads would spin beside those of BLAS, and beside ours in a
   // build.
   omp_set_max_active_levels(0);
-  cholmod_start(&common_);
-  common_.print = 0;
-  common_.supernodal = CHOLMOD_SUPERNODAL;
+  cholmod_start(&common);
+  common.print = 0;
+  common.supernodal = CHOLMOD_SUPERNODAL;
+}
+
+// Ends `common` and throws when CHOLMOD gave no factor.
+void require(const cholmod_factor* factor, cholmod_common& common) {
+  if (factor != nullptr) return;
+  const int status = common.status;
+  cholmod_finish(&common);
+  throw_failure(status);
+}
+
+}  // namespace
+
+CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
+  start(common_);
   common_.nmethods = 1;
   common_.method[0].ordering = CHOLMOD_METIS;
   cholmod_sparse sparse = view(pattern);
@@ -56,13 +68,20 @@ Cholesky::Cholesky(const SparseLower& pattern) {
     // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
-    factor_ = cholmod_analyze(&sparse, &common_);
+    symbolic_ = cholmod_analyze(&sparse, &common_);
   }
-  if (factor_ == nullptr) {
-    const int status = common_.status;
-    cholmod_finish(&common_);
-    throw_failure(status);
-  }
+  require(symbolic_, common_);
+}
+
+CholeskyAnalysis::~CholeskyAnalysis() {
+  cholmod_free_factor(&symbolic_, &common_);
+  cholmod_finish(&common_);
+}
+
+Cholesky::Cholesky(const CholeskyAnalysis& analysis) {
+  start(common_);
+  factor_ = cholmod_copy_factor(analysis.symbolic_, &common_);
+  require(factor_, common_);
 }
 
 Cholesky::~Cholesky() {

@@ -36,19 +36,12 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-Assembly::SparseLower rest_stiffness(const Assembly& assembly) {
-  Assembly::SparseLower stiffness;
-  assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, stiffness);
-  return stiffness;
-}
-
 }  // namespace
 
-StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver)
-    : assembly_(&assembly), stiffness_(rest_stiffness(assembly)) {
+StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver) : assembly_(&assembly) {
   const Stopwatch watch(seconds_.analysis);
   if (linear_solver == LinearSolver::cholesky) {
-    cholesky_.emplace(stiffness_);
+    cholesky_.emplace(assembly.analysis());
   } else {
     conjugate_gradient_.emplace();
   }

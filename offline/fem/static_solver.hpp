@@ -130,7 +130,7 @@ class StaticSolver {
   const Assembly& assembly() const { return *assembly_; }
 
   // Of one factor; 0 with conjugate gradients.
-  double factor_operations() const { return cholesky_ ? cholesky_->factor_operations() : 0; }
+  double factor_operations() const { return cholesky_ ? assembly_->analysis().factor_operations() : 0; }
 
   // Of all it did since it was made.
   const SolveSeconds& seconds() const { return seconds_; }

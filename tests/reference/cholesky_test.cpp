@@ -56,7 +56,7 @@ RandomMatrix random_matrix(int n, int per_row, unsigned pattern_seed, unsigned v
 TEST(CholeskyReference, SolvesAsADenseFactorDoes) {
   for (const int n : {1, 2, 17, 150}) {
     const RandomMatrix matrix = random_matrix(n, 4, 21, 22);
-    Cholesky cholesky(matrix.lower);
+    Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
     ASSERT_TRUE(cholesky.factorize(matrix.lower));
     const Eigen::VectorXd right = TestRandom(23).vector(n);
     Eigen::VectorXd solution = right;
@@ -69,7 +69,7 @@ TEST(CholeskyReference, SolvesAsADenseFactorDoes) {
 TEST(CholeskyReference, SolvesManyColumnsAtOnce) {
   const int n = 120;
   const RandomMatrix matrix = random_matrix(n, 3, 31, 32);
-  Cholesky cholesky(matrix.lower);
+  Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
   ASSERT_TRUE(cholesky.factorize(matrix.lower));
   for (const int columns : {3, 48, 7, 1, 0}) {  // the workspaces grow and shrink
     const Eigen::MatrixXd right = TestRandom(33).matrix(n, columns);
@@ -82,7 +82,7 @@ TEST(CholeskyReference, SolvesManyColumnsAtOnce) {
 
 TEST(CholeskyReference, FactorsNewValuesOnTheSamePattern) {
   const int n = 90;
-  Cholesky cholesky(random_matrix(n, 4, 41, 42).lower);
+  Cholesky cholesky{CholeskyAnalysis(random_matrix(n, 4, 41, 42).lower)};
   for (unsigned seed = 43; seed < 47; ++seed) {
     const RandomMatrix matrix = random_matrix(n, 4, 41, seed);
     ASSERT_TRUE(cholesky.factorize(matrix.lower));
@@ -96,7 +96,7 @@ TEST(CholeskyReference, FactorsNewValuesOnTheSamePattern) {
 TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   const int n = 60;
   const RandomMatrix good = random_matrix(n, 4, 51, 52);
-  Cholesky cholesky(good.lower);
+  Cholesky cholesky{CholeskyAnalysis(good.lower)};
   // The sign of the first, a middle and the last pivot; a matrix that is singular; one that is not a number.
   for (const int pivot : {0, n / 2, n - 1}) {
     RandomMatrix bad = good;
@@ -126,7 +126,7 @@ TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
   const RandomMatrix matrix = random_matrix(kSize, 2, 71, 72);
   const Eigen::VectorXd right = TestRandom(73).vector(kSize);
   const auto solve = [&] {
-    Cholesky cholesky(matrix.lower);
+    Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
     Eigen::VectorXd solution = right;
     if (cholesky.factorize(matrix.lower)) cholesky.solve(solution);
     return solution;
@@ -141,10 +141,9 @@ TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
 
 TEST(CholeskyReference, CountsTheFactorsNonzeros) {
   const RandomMatrix diagonal = random_matrix(10, 0, 61, 62);
-  Cholesky cholesky(diagonal.lower);
-  EXPECT_EQ(cholesky.factor_nonzeros(), 10.0);
+  EXPECT_EQ(CholeskyAnalysis(diagonal.lower).factor_nonzeros(), 10.0);
   const RandomMatrix matrix = random_matrix(80, 4, 63, 64);
-  const Cholesky larger(matrix.lower);
+  const CholeskyAnalysis larger(matrix.lower);
   EXPECT_GE(larger.factor_nonzeros(), static_cast<double>(matrix.lower.nonZeros()));
   EXPECT_LE(larger.factor_nonzeros(), 80.0 * 81 / 2);
   EXPECT_GT(larger.factor_operations(), larger.factor_nonzeros());
