@@ -1,12 +1,12 @@
 // palpate solve: the full nonlinear finite element solution of every step of a model.
 #include <cblas.h>
 #include <fmt/core.h>
-#include <sys/resource.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -78,11 +78,36 @@ nlohmann::json summary_of(const SolveReport& report, double seconds, const nlohm
           {"seconds", seconds}};
 }
 
-// Of this process so far.
+// Of this process so far; 0 where the system does not tell.
 std::int64_t peak_memory_bytes() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::int64_t{1024} * usage.ru_maxrss;
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return 1024 * std::stoll(line.substr(6));
+  }
+  return 0;
+}
+
+const char* text_of(StopCause cause) {
+  switch (cause) {
+    case StopCause::none:
+      break;
+    case StopCause::no_tangent:
+      return "there is no tangent to go on with; hold the body better, or use a smaller load";
+    case StopCause::inverted:
+      return "the first guess of the smallest increment turns an element inside out; allow smaller "
+             "increments in *STATIC";
+    case StopCause::no_descent:
+      return "no part of Newton's step comes nearer; use a finer increment, a smaller load or a better "
+             "shaped mesh there";
+    case StopCause::iterations:
+      return "the smallest increment takes too many iterations; use a smaller load or a better shaped mesh "
+             "there";
+    case StopCause::not_finite:
+      return "the forces are no finite numbers; correct the loads or their units";
+    case StopCause::increments:
+      return "INC of *STEP is reached; raise it, or allow larger increments in *STATIC";
+  }
+  return "";
 }
 
 void print_failure(const SolveReport& report, size_t step, const Model& model) {
@@ -97,10 +122,10 @@ void print_failure(const SolveReport& report, size_t step, const Model& model) {
   fmt::print(
       stderr,
       "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments and {} cutbacks; "
-      "element {} is squeezed most (J = {:.3g}); use a finer increment, a smaller load or a better shaped "
-      "mesh there\n",
+      "in the last try element {} has the smallest J, {:.3g}; {}\n",
       model.file, step, report.load_factor, report.increments, report.cutbacks,
-      model.elements[static_cast<size_t>(report.worst_element)].label, report.min_jacobian);
+      model.elements[static_cast<size_t>(report.trouble_element)].label, report.trouble_jacobian,
+      text_of(report.stopped));
 }
 
 // A name that only a solve writes.
@@ -144,7 +169,8 @@ int run_solve(const SolveArguments& arguments) {
       arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky;
   StaticSolver solver(assembly, linear_solver);
 
-  // On a small factor two threads of BLAS gain a few percent, and lose tenfold where other work wants the core.
+  // On a small factor two threads of BLAS gain a few percent, and lose tenfold where other work wants the
+  // core.
   constexpr double kWorthThreads = 5e9;  // operations
   if (solver.factor_operations() < kWorthThreads) openblas_set_num_threads(1);
 
@@ -174,10 +200,13 @@ int run_solve(const SolveArguments& arguments) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.finish();
     converged = report.converged;
-    // A factor tells at once; conjugate gradients would have to find a direction that is not.
+    // A factor tells at once; conjugate gradients would have to find a direction that is not. With pressures
+    // the factor is of the symmetric part alone: positive definite, it proves stability, indefinite nothing.
     nlohmann::json stable;
-    if (converged && linear_solver == LinearSolver::cholesky)
-      stable = solver.factorize_at(at_end, displacement, false);
+    if (converged && linear_solver == LinearSolver::cholesky) {
+      const bool positive_definite = solver.factorize_at(at_end, displacement, false);
+      if (positive_definite || at_end.pressures.empty()) stable = positive_definite;
+    }
     summary["steps"].push_back(summary_of(report, seconds, stable, model));
     assembly.internal_force(displacement, force);
     const std::string name = converged ? fmt::format("step{}.csv", i + 1) : "partial.csv";

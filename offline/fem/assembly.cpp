@@ -20,8 +20,9 @@ bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   return true;
 }
 
-// Adds V g_a . A . g_b for a >= b, contracting one index at a time: M_iJk = V sum_L A_iJkL g_bL, K_ik = sum_J g_aJ
-// M_iJk. Plain loops over contiguous numbers, which compilers put in vector registers as they do not with 3x3 blocks.
+// Adds V g_a . A . g_b for a >= b, contracting one index at a time: M_iJk = V sum_L A_iJkL g_bL, K_ik = sum_J
+// g_aJ M_iJk. Plain loops over contiguous numbers, which compilers put in vector registers as they do not
+// with 3x3 blocks.
 template <int kNodes>
 void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
@@ -137,7 +138,9 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
     (element.num_nodes == 4 ? linear_.elements : quadratic_.elements).push_back(static_cast<int>(e));
   }
-  divide_nodes(std::max(1, threads));
+  constexpr size_t kWorthAThread = 2000;  // elements: a tenth of a millisecond and more
+  divide_nodes(static_cast<int>(std::clamp<size_t>(model.elements.size() / kWorthAThread, 1,
+                                                   static_cast<size_t>(std::max(1, threads)))));
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
     if (eliminated[static_cast<size_t>(dof)] || !has_element[static_cast<size_t>(dof / 3)]) continue;
@@ -226,8 +229,8 @@ void Assembly::set_scatter(Group<kNodes>& group) const {
   group.scatter.resize(group.elements.size());
   for (size_t i = 0; i < group.elements.size(); ++i) {
     const auto& nodes = model_->elements[static_cast<size_t>(group.elements[i])].node_array;
-    // The equations of a node follow one another, so the rows of the larger node stand side by side in each column of
-    // the smaller one, equally far from its end.
+    // The equations of a node follow one another, so the rows of the larger node stand side by side in each
+    // column of the smaller one, equally far from its end.
     std::array<std::array<int, kNodes>, kNodes> from_end;
     std::array<int, kNodes> first;
     for (size_t a = 0; a < kNodes; ++a) first[a] = first_equation(nodes[a]);
@@ -281,7 +284,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
           const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
           // Small strain knows no inversion.
           const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : F.determinant();
-          if (!(J >= state.min_jacobian)) {
+          if (!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) {
             state.min_jacobian = J;
             state.worst_element = e;
           }
@@ -301,6 +304,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), 0.0);
   ElementState worst = states.front();
   for (const ElementState& state : states) {
+    if (std::isnan(worst.min_jacobian)) break;
     const bool equal = state.min_jacobian == worst.min_jacobian && state.worst_element < worst.worst_element;
     if (!(state.min_jacobian >= worst.min_jacobian) || equal) worst = state;
   }

@@ -60,6 +60,7 @@ void require(const cholmod_factor* factor, cholmod_common& common) {
 
 CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
   start(common_);
+  if (pattern.rows() == 0) return;  // CHOLMOD takes no matrix without rows
   common_.nmethods = 1;
   common_.method[0].ordering = CHOLMOD_METIS;
   cholmod_sparse sparse = view(pattern);
@@ -80,6 +81,7 @@ CholeskyAnalysis::~CholeskyAnalysis() {
 
 Cholesky::Cholesky(const CholeskyAnalysis& analysis) {
   start(common_);
+  if (analysis.symbolic_ == nullptr) return;
   factor_ = cholmod_copy_factor(analysis.symbolic_, &common_);
   require(factor_, common_);
 }
@@ -93,6 +95,7 @@ Cholesky::~Cholesky() {
 }
 
 bool Cholesky::factorize(const SparseLower& matrix) {
+  if (factor_ == nullptr) return true;
   cholmod_sparse sparse = view(matrix);
   common_.status = CHOLMOD_OK;
   cholmod_factorize(&sparse, factor_, &common_);
@@ -109,7 +112,7 @@ void Cholesky::solve(Eigen::VectorXd& right_hand_side) {
 }
 
 void Cholesky::solve_dense(double* values, int columns) {
-  if (columns == 0 || factor_->n == 0) return;
+  if (columns == 0 || factor_ == nullptr) return;
   cholmod_dense dense = {};
   dense.nrow = factor_->n;
   dense.ncol = static_cast<size_t>(columns);

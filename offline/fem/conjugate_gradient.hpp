@@ -9,12 +9,12 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 
+#include "offline/fem/cholesky.hpp"
+
 namespace palpate {
 
 class ConjugateGradient {
  public:
-  using SparseLower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-
   // Keeps a copy of the matrix and makes its preconditioner. Throws std::bad_alloc.
   void prepare(const SparseLower& matrix);
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "offline/fem/gmres.hpp"
+
 namespace palpate {
 namespace {
 
@@ -77,20 +79,26 @@ double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& in
 Eigen::VectorXd StaticSolver::residual(const LoadCase& load, const Eigen::VectorXd& internal,
                                        const Eigen::VectorXd& external) const {
   Eigen::VectorXd out = external - internal;
+  clear_held(load, out);
+  return out;
+}
+
+void StaticSolver::clear_held(const LoadCase& load, Eigen::VectorXd& vector) const {
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
-      out[dof] = 0;
+      vector[dof] = 0;
   }
-  return out;
 }
 
 void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
   const Stopwatch watch(seconds_.assembly);
   assembly_->tangent(displacement, project, stiffness_);
-  subtract_pressure_tangent(*assembly_, load.pressures, displacement, stiffness_);
+  // The pressures' part has eigenvalues of either sign, which would undo the projection.
+  if (!project) subtract_pressure_tangent(*assembly_, load.pressures, displacement, stiffness_);
 }
 
 bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  factor_projected_ = project;
   assemble_tangent(load, displacement, project);
   const std::vector<int>& dofs = assembly_->equation_dofs();
   factored_held_.resize(dofs.size());
@@ -117,7 +125,7 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
 
 bool StaticSolver::factor_fits(const LoadCase& load) const {
   // An old matrix saves conjugate gradients nothing.
-  if (!factor_valid_ || conjugate_gradient_) return false;
+  if (!factor_valid_ || factor_projected_ || conjugate_gradient_) return false;
   const std::vector<int>& dofs = assembly_->equation_dofs();
   for (size_t equation = 0; equation < dofs.size(); ++equation) {
     if (factored_held_[equation] != load.held[static_cast<size_t>(dofs[equation])]) return false;
@@ -143,56 +151,40 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     projected = project;
     ++report.factorizations;
     if (!factorize_at(load, displacement, project)) continue;
+    if (!load.pressures.empty() && solve_with_pressures(load, displacement, columns)) {
+      projected = false;
+      return true;
+    }
     Eigen::MatrixXd solution = columns;
     if (!back_solve(solution)) continue;
-    if (!load.pressures.empty()) add_skew_part(load, displacement, columns.col(0), solution);
     columns = std::move(solution);
     return true;
   }
   return false;
 }
 
-// Generalised conjugate residuals (Eisenstat, Elman, Schultz 1983), preconditioned by the factor of K: a
-// back-solve a sweep, and as K is positive definite each sweep shrinks the residual. On the rim of a patch
-// alone S is not zero, so a few sweeps do.
-void StaticSolver::add_skew_part(const LoadCase& load, const Eigen::VectorXd& displacement,
-                                 const Eigen::VectorXd& b, Eigen::MatrixXd& x) {
-  constexpr double kTolerance = 1e-6;  // of b: Newton's next residual is not that far below this one
-  constexpr int kMaxSweeps = 30;
-  const std::vector<int>& dofs = assembly_->equation_dofs();
+bool StaticSolver::solve_with_pressures(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                        Eigen::MatrixXd& column) {
+  constexpr double kTolerance = 1e-6;  // Newton's next residual is not that far below this one
+  constexpr int kMaxSweeps = 100;
   const auto product = [&](const Eigen::VectorXd& v) {
-    const Eigen::VectorXd packed = v(dofs);
-    const Eigen::VectorXd stiff = stiffness_.selfadjointView<Eigen::Lower>() * packed;
-    Eigen::VectorXd result = Eigen::VectorXd::Zero(v.size());
-    result(dofs) = stiff;
-    subtract_pressure_skew(assembly_->model(), load.pressures, displacement, v, result);
-    for (Eigen::Index dof = 0; dof < v.size(); ++dof) {
-      if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
-        result[dof] = 0;
-    }
+    Eigen::VectorXd result = assembly_->tangent_times(displacement, v);
+    subtract_pressure_product(assembly_->model(), load.pressures, displacement, v, result);
+    clear_held(load, result);
     return result;
   };
-  Eigen::VectorXd residual = b - product(x.col(0));
-  std::vector<Eigen::VectorXd> directions;
-  std::vector<Eigen::VectorXd> products;  // of the directions, orthonormal
-  for (int sweep = 0; sweep < kMaxSweeps && residual.norm() > kTolerance * b.norm(); ++sweep) {
-    Eigen::MatrixXd next = residual;
-    if (!back_solve(next)) return;
-    Eigen::VectorXd direction = next.col(0);
-    Eigen::VectorXd image = product(direction);
-    for (size_t i = 0; i < products.size(); ++i) {
-      const double along = image.dot(products[i]);
-      image -= along * products[i];
-      direction -= along * directions[i];
-    }
-    const double length = image.norm();
-    if (!(length > 0)) return;
-    products.push_back(image / length);
-    directions.push_back(direction / length);
-    const double step = residual.dot(products.back());
-    x.col(0) += step * directions.back();
-    residual -= step * products.back();
-  }
+  const auto precondition = [&](Eigen::VectorXd& v) {
+    Eigen::MatrixXd solution = v;
+    if (!back_solve(solution)) return false;
+    v = solution.col(0);
+    return true;
+  };
+  Eigen::VectorXd b = column.col(0);
+  clear_held(load, b);
+  Eigen::VectorXd x;
+  if (!gmres(product, precondition, b, kTolerance, kMaxSweeps, x)) return false;
+  column = x;
+  return true;
 }
 
 bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
@@ -218,14 +210,23 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
                           Eigen::VectorXd& displacement, double start_scale, const SolverSettings& settings,
                           SolveReport& report, const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
-  double energy = 0;  // stored, less the work of the loads since `displacement`
+  double energy = 0;  // stored
   ElementState state = internal_force(displacement, internal, &energy);
-  if (!(state.min_jacobian > 0)) return false;
+  const auto give_up = [&](StopCause cause) {
+    report.stopped = cause;
+    return false;
+  };
+  const auto note_trouble = [&] {
+    report.trouble_element = state.worst_element;
+    report.trouble_jacobian = state.min_jacobian;
+  };
+  note_trouble();
+  if (!(state.min_jacobian > 0)) return give_up(StopCause::inverted);
   Eigen::VectorXd external = external_force(load, displacement);
   Eigen::VectorXd residual_force = residual(load, internal, external);
   double norm = residual_force.norm();
-  bool reuse =
-      factor_fits(load);  // of the predictor, or of a neighbour: one back-solve tells whether it serves
+  // Of the predictor, or of a neighbour: one back-solve tells whether it serves.
+  bool reuse = settings.reuse_contraction > 0 && factor_fits(load);
   bool projected = false;
 
   const auto scale_now = [&] {
@@ -239,23 +240,25 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   bool stalled = false;  // a whole step with a fresh factor left the residual as it was
   for (int iteration = 1;; ++iteration) {
     const double scale = scale_now();
-    if (!std::isfinite(norm)) return false;
+    if (!std::isfinite(norm)) return give_up(StopCause::not_finite);
     if (norm <= settings.residual_tolerance * scale || (stalled && is_rounding(norm))) {
-      report.residual = norm / scale;
+      report.residual = std::min(norm / scale, settings.residual_tolerance);
       report.min_jacobian = state.min_jacobian;
       report.worst_element = state.worst_element;
       return true;
     }
-    if (fresh_iterations >= settings.max_iterations) return false;
+    if (fresh_iterations >= settings.max_iterations) return give_up(StopCause::iterations);
 
     Eigen::MatrixXd direction = residual_force;
     if (reuse) {
-      if (!back_solve(direction)) return false;
+      if (!back_solve(direction)) return give_up(StopCause::no_tangent);
     } else {
       ++fresh_iterations;
-      if (!factor_and_solve(load, displacement, direction, projected, report)) return false;
+      if (!factor_and_solve(load, displacement, direction, projected, report))
+        return give_up(StopCause::no_tangent);
     }
-    const double slope = -residual_force.dot(direction.col(0));  // dPi/ds
+    // dPi/ds; above 0 where a true tangent with pressures leads uphill: the energy must then not rise.
+    const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
     IterationRecord record;
     record.increment = increment;
@@ -270,6 +273,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       const Eigen::VectorXd trial = displacement + move;
       double stored = 0;
       state = internal_force(trial, internal, &stored);
+      note_trouble();
       if (!(stored < std::numeric_limits<double>::infinity())) continue;
       const double work =
           load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
@@ -278,7 +282,8 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       const double trial_norm = residual_force.norm();
       const bool falls = stored - work <= energy + kSufficientDecrease * step * slope ||
                          trial_norm <= kResidualDecrease * norm_before;
-      const bool bold = !falls && fresh && !projected && step == 1.0 && bold_steps < kBoldSteps;
+      const bool bold = !falls && fresh && !projected && step == 1.0 && bold_steps < kBoldSteps &&
+                        std::isfinite(trial_norm);
       if (falls || bold) {
         bold_steps += bold;
         displacement = trial;
@@ -301,7 +306,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     report.history.push_back(record);
     if (progress) progress(record);
     if (record.step == 0.0) {
-      if (fresh && !is_rounding(norm)) return false;
+      if (fresh && !is_rounding(norm)) return give_up(StopCause::no_descent);
       stalled = fresh;
       reuse = false;
       continue;
@@ -373,7 +378,10 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   double reached = 0;
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
-    if (report.increments >= settings.max_increments) return report;
+    if (report.increments >= settings.max_increments) {
+      report.stopped = StopCause::increments;
+      return report;
+    }
     const int attempt = report.increments + 1;
     // A last increment that would leave a sliver is made whole.
     const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
@@ -394,6 +402,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       factored = factor_and_solve(load, displacement, follow, projected, report);
       if (factored) trial += (jump + follow).col(0);
     }
+    if (!factored) report.stopped = StopCause::no_tangent;
     const int factors_before = report.factorizations;
     if (factored) converged = newton(load, target, attempt, trial, start_scale, settings, report, progress);
     if (converged) {
@@ -414,6 +423,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
     }
   }
   report.converged = true;
+  report.stopped = StopCause::none;
   return report;
 }
 
@@ -425,6 +435,7 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
   // the answer would not have the digits that a fit needs.
   constexpr double kRounding = 1e-6;
   constexpr int kMaxSweeps = 40;
+  if (!load.pressures.empty()) return false;
   // Iterative refinement: the factor at hand belongs to a state nearby, so 1 - K_0^-1 K is small.
   bool exact = false;
   if (!factor_fits(load)) {

@@ -10,8 +10,9 @@
 // if the total potential energy falls enough or the residual does. Either alone fails: the residual must be
 // allowed to rise while a slender body turns, and the energy cannot be told from its rounding near the
 // solution. Pressures that follow their faces have no potential; in the energy stands the work that they do
-// on the way to the trial. The skew part of their tangent is left to a few sweeps with the factor of the
-// symmetric one. Where K is not positive definite, the step is taken with the element tangents projected to
+// on the way to the trial. Their tangent is not symmetric where a loaded patch has a free rim: the factor is
+// of its symmetric part, or where that is indefinite of the body's projected tangent alone, and GMRES does
+// the rest. Where K is not positive definite, the step is taken with the element tangents projected to
 // positive semi-definite ones: still a descent direction of the energy.
 //
 // A slender or stiff body that turns is stretched by every whole step, as a step is straight: energy and
@@ -69,6 +70,17 @@ struct SolveSeconds {
   double back_solve = 0;
 };
 
+// Why a solve gave up: the last increment that was tried.
+enum class StopCause {
+  none,
+  no_tangent,  // no factor, projected or not
+  inverted,    // the increment's first guess inverts an element
+  no_descent,  // no part of Newton's step is better than none
+  iterations,  // max_iterations
+  not_finite,  // the forces overflow
+  increments   // max_increments
+};
+
 struct SolveReport {
   bool converged = false;
   double load_factor = 0;  // reached: 1 when converged
@@ -76,9 +88,13 @@ struct SolveReport {
   int cutbacks = 0;
   int iterations = 0;
   int factorizations = 0;
-  double residual = 0;      // relative, at the last converged state
+  double residual = 0;      // relative, at the last converged state; at most the tolerance, also where only
+                            // rounding is left
   double min_jacobian = 1;  // smallest det F there
   int worst_element = 0;    // index of that element
+  StopCause stopped = StopCause::none;
+  double trouble_jacobian = 1;  // smallest det F of the last state that was tried, converged or not
+  int trouble_element = 0;      // and where
   std::vector<IterationRecord> history;
 };
 
@@ -112,7 +128,8 @@ class StaticSolver {
   // du for given changes of the held dofs at an equilibrium: columns of `directions` (num_dofs rows, nonzero
   // at held dofs only) -> full-length columns with those values there and the free dofs following, K_ff du_f
   // = -K_fc du_c. The linearised DD function; exact to 1e-10, or to what the condition of K leaves of 16
-  // digits. Needs K positive definite there; false where it is not, or leaves fewer than six.
+  // digits. Needs K positive definite there and no pressures; false where it is not, or leaves fewer than
+  // six.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
 
@@ -151,9 +168,12 @@ class StaticSolver {
                               double* energy = nullptr);
   // f_ext(u), all dofs.
   Eigen::VectorXd external_force(const LoadCase& load, const Eigen::VectorXd& displacement) const;
-  // x of (K + S) x = b, S the skew part of the pressures' tangent, from x = K^-1 b.
-  void add_skew_part(const LoadCase& load, const Eigen::VectorXd& displacement, const Eigen::VectorXd& b,
-                     Eigen::MatrixXd& x);
+  // Replaces b by x of (K - K_p) x = b, with the whole unsymmetric tangent K_p of the pressures, by GMRES
+  // with the factor at hand as preconditioner. False, b as it was, where that does not converge.
+  bool solve_with_pressures(const LoadCase& load, const Eigen::VectorXd& displacement,
+                            Eigen::MatrixXd& column);
+  // Sets what has no equation of its own, or is held, to 0.
+  void clear_held(const LoadCase& load, Eigen::VectorXd& vector) const;
   // |P| over the held dofs plus |f_ext| over the free ones.
   double force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
                      const Eigen::VectorXd& external) const;
@@ -168,6 +188,7 @@ class StaticSolver {
   SolveSeconds seconds_;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
+  bool factor_projected_ = false;
 };
 
 }  // namespace palpate

@@ -99,16 +99,16 @@ void subtract_pressure_tangent(const Assembly& assembly, const FacePressures& pr
   });
 }
 
-void subtract_pressure_skew(const Model& model, const FacePressures& pressures,
-                            const Eigen::VectorXd& displacement, const Eigen::VectorXd& vector,
-                            Eigen::VectorXd& product) {
+void subtract_pressure_product(const Model& model, const FacePressures& pressures,
+                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& vector,
+                               Eigen::VectorXd& product) {
   for_each_face(model, pressures, [&]<int kNodes>(const std::array<int, 6>& nodes, double pressure) {
     const auto tangent =
         face_tangent<kNodes>(current_positions<kNodes>(model, nodes, displacement), pressure);
     Eigen::Matrix<double, 3 * kNodes, 1> local;
     for (int a = 0; a < kNodes; ++a)
       local.template segment<3>(3 * a) = vector.segment<3>(3 * nodes[static_cast<size_t>(a)]);
-    const Eigen::Matrix<double, 3 * kNodes, 1> change = 0.5 * (tangent * local - tangent.transpose() * local);
+    const Eigen::Matrix<double, 3 * kNodes, 1> change = tangent * local;
     for (int a = 0; a < kNodes; ++a)
       product.segment<3>(3 * nodes[static_cast<size_t>(a)]) -= change.template segment<3>(3 * a);
   });

@@ -25,10 +25,10 @@ void add_pressure_force(const Model& model, const FacePressures& pressures,
 void subtract_pressure_tangent(const Assembly& assembly, const FacePressures& pressures,
                                const Eigen::VectorXd& displacement, Assembly::SparseLower& stiffness);
 
-// Takes the skew part of their tangent, times `vector`, from `product`, both of num_dofs.
-void subtract_pressure_skew(const Model& model, const FacePressures& pressures,
-                            const Eigen::VectorXd& displacement, const Eigen::VectorXd& vector,
-                            Eigen::VectorXd& product);
+// Takes their whole tangent, times `vector`, from `product`, both of num_dofs.
+void subtract_pressure_product(const Model& model, const FacePressures& pressures,
+                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& vector,
+                               Eigen::VectorXd& product);
 
 // The work of the pressures along the straight way from `displacement` to `displacement + step`. Their forces
 // are quadratic in the position of a face: Simpson's rule is exact.

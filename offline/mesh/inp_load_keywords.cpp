@@ -25,6 +25,25 @@ void read_op(const InpLexer& lexer, const KeywordLine& keyword, DraftOp& op) {
   op = {true, is_new};
 }
 
+// The near name that was meant, or where to define this one.
+std::string remedy_for(const std::string& name, const std::vector<std::string>& known, const char* keyword) {
+  const std::string suggestion = did_you_mean(name, known);
+  return suggestion.empty() ? std::string("; define it with ") + keyword : suggestion;
+}
+
+// A magnitude that must be there: left out, it is more likely forgotten than meant to be 0.
+double magnitude_of(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
+  if (fields.is_empty(2)) lexer.fail(line.place, "the magnitude is missing; write it in the third field");
+  return fields.number(2);
+}
+
+void refuse_direction(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
+  for (std::size_t i = 3; i < 6; ++i) {
+    if (!fields.is_empty(i))
+      lexer.fail(line.place, "a pressure has no direction; remove what follows its magnitude");
+  }
+}
+
 // Index of the amplitude that AMPLITUDE= names, or kRamp.
 int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft& draft) {
   if (keyword.find("AMPLITUDE") == nullptr) return kRamp;
@@ -34,8 +53,8 @@ int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft&
     if (amplitude.name == name) return static_cast<int>(names.size());
     names.push_back(amplitude.name);
   }
-  lexer.fail(keyword.place,
-             "amplitude " + printable(name) + " is not defined above this line" + did_you_mean(name, names));
+  lexer.fail(keyword.place, "amplitude " + printable(name) + " is not defined above this line" +
+                                remedy_for(name, names, "*AMPLITUDE"));
 }
 
 // OP= and AMPLITUDE= of a load; any other parameter is refused but those that the caller reads itself.
@@ -106,10 +125,11 @@ void read_amplitude(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   }
   while (const DataLine* line = lexer.next_data()) {
     const FieldReader fields(lexer, *line, 2, 8, "up to four pairs of time and factor");
-    for (std::size_t i = 0; i < 8 && !fields.is_empty(i); i += 2) {
+    for (std::size_t i = 0; i < 8; i += 2) {
+      if (fields.is_empty(i) && fields.is_empty(i + 1)) continue;
       const double time = fields.number(i);
-      if (fields.is_empty(i + 1))
-        lexer.fail(line->place, "a time without its factor; write pairs of time and factor");
+      if (fields.is_empty(i) || fields.is_empty(i + 1))
+        lexer.fail(line->place, "a time or a factor is missing; write pairs of time and factor");
       if (!amplitude.points.empty() && time <= amplitude.points.back()[0])
         lexer.fail(line->place, "the times of an amplitude must grow; correct them");
       amplitude.points.push_back({time, fields.number(i + 1)});
@@ -130,9 +150,11 @@ void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   if (in_step) {
     amplitude = read_load_parameters(lexer, keyword, draft, draft.steps.back().boundary_op);
   } else {
-    DraftOp nothing_before;
+    DraftOp op;
     lexer.allow_parameters(keyword, {"OP"});
-    read_op(lexer, keyword, nothing_before);
+    read_op(lexer, keyword, op);
+    if (op.is_new)
+      lexer.fail(keyword.place, "*BOUNDARY, OP=NEW before the first *STEP removes nothing; take it out");
   }
   std::vector<DraftDisplacement>& displacements = in_step ? draft.steps.back().prescribed : draft.fixed;
   while (const DataLine* line = lexer.next_data()) {
@@ -187,19 +209,20 @@ void read_dload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     if (kind != "GRAV" || !fields.is_empty(0)) elements = fields.element_or_set(0, draft);
     if (kind == "GRAV") {
       const Eigen::Vector3d direction = direction_of(lexer, *line, fields);
-      step.gravity.push_back({elements, fields.number(2) * direction, amplitude, line->place});
+      step.gravity.push_back(
+          {elements, magnitude_of(lexer, *line, fields) * direction, amplitude, line->place});
       continue;
     }
     if (kind.size() != 2 || kind[0] != 'P' || kind[1] < '1' || kind[1] > '4') {
       lexer.fail(line->place, "distributed load " + printable(kind) +
                                   " is not supported; write P1 to P4 for a pressure on a face, or GRAV");
     }
-    for (std::size_t i = 3; i < 6; ++i) {
-      if (!fields.is_empty(i))
-        lexer.fail(line->place, "a pressure has no direction; remove what follows its magnitude");
-    }
-    step.pressures.push_back(
-        {{elements, kind[1] - '1', line->place}, -1, fields.number(2), amplitude, line->place});
+    refuse_direction(lexer, *line, fields);
+    step.pressures.push_back({{elements, kind[1] - '1', line->place},
+                              -1,
+                              magnitude_of(lexer, *line, fields),
+                              amplitude,
+                              line->place});
   }
 }
 
@@ -209,18 +232,22 @@ void read_dsload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
       read_load_parameters(lexer, keyword, draft, step.dsload_op, {"FOLLOWER", "CONSTANTRESULTANT"});
   while (const DataLine* line = lexer.next_data()) {
     const FieldReader fields(lexer, *line, 3, 6, "surface, P or TRVEC, magnitude, for TRVEC a direction");
+    if (fields.is_empty(0)) lexer.fail(line->place, "the surface is missing; name one of *SURFACE");
     const std::string name = normalised_name(fields.text(0));
     std::vector<std::string> names;
     for (const DraftSurface& surface : draft.surfaces) names.push_back(surface.name);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       lexer.fail(line->place, "surface " + printable(name) + " is not defined above this line" +
-                                  did_you_mean(name, names));
+                                  remedy_for(name, names, "*SURFACE"));
     }
     const int surface = static_cast<int>(found - names.begin());
     const std::string kind = normalised_name(fields.text(1));
     if (kind == "P") {
-      step.pressures.push_back({{}, surface, fields.number(2), amplitude, line->place});
+      refuse_direction(lexer, *line, fields);
+      if (step.nlgeom && !is_yes(lexer, keyword, "FOLLOWER", true))
+        lexer.fail(keyword.place, "a pressure follows its surface; remove FOLLOWER, or write TRVEC");
+      step.pressures.push_back({{}, surface, magnitude_of(lexer, *line, fields), amplitude, line->place});
     } else if (kind == "TRVEC") {
       if (step.nlgeom &&
           (is_yes(lexer, keyword, "FOLLOWER", true) || !is_yes(lexer, keyword, "CONSTANTRESULTANT", false))) {
@@ -230,7 +257,8 @@ void read_dsload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
             "RESULTANT=YES, or use a pressure");
       }
       const Eigen::Vector3d direction = direction_of(lexer, *line, fields);
-      step.tractions.push_back({{}, surface, fields.number(2) * direction, amplitude, line->place});
+      step.tractions.push_back(
+          {{}, surface, magnitude_of(lexer, *line, fields) * direction, amplitude, line->place});
     } else {
       lexer.fail(line->place, "surface load " + printable(kind) + " is not supported; write P or TRVEC");
     }

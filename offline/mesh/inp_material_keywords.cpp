@@ -180,6 +180,8 @@ void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_density(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   lexer.allow_parameters(keyword, {});
   const Constants constants = read_constants(lexer, keyword, 1, 1, "density");
+  if (draft.materials.back().material.density != 0)
+    lexer.fail(keyword.place, "*DENSITY is given twice in this material; keep one");
   if (constants.values[0] <= 0) lexer.fail(constants.place, "the density must be above 0; correct it");
   draft.materials.back().material.density = constants.values[0];
 }

@@ -168,6 +168,35 @@ TEST_P(AssemblyOfEachKind, ProjectionLeavesAPositiveTangentAlone) {
   EXPECT_EQ((dense_of(exact) - dense_of(projected)).norm(), 0.0);
 }
 
+// Enough elements that every number of threads is really used.
+TEST_P(AssemblyOfEachKind, ThreadsDoNotChangeABit) {
+  BlockShape shape;
+  shape.cells = {14, 14, 14};
+  Model model = tetrahedral_block(shape);
+  if (GetParam() == Kind::ten_nodes) model = test::with_middle_nodes(std::move(model));
+  const Eigen::VectorXd displacement = 0.005 * TestRandom(9).vector(model.num_dofs());
+  const Assembly alone(model, no_dofs(model));
+  Eigen::VectorXd force;
+  double energy = 0;
+  const ElementState state = alone.internal_force(displacement, force, &energy);
+  Assembly::SparseLower stiffness;
+  alone.tangent(displacement, false, stiffness);
+  for (const int threads : {2, 3, 7}) {
+    const Assembly together(model, no_dofs(model), threads);
+    Eigen::VectorXd other_force;
+    double other_energy = 0;
+    const ElementState other = together.internal_force(displacement, other_force, &other_energy);
+    EXPECT_EQ(other_force, force);
+    EXPECT_EQ(other_energy, energy);
+    EXPECT_EQ(other.min_jacobian, state.min_jacobian);
+    EXPECT_EQ(other.worst_element, state.worst_element);
+    Assembly::SparseLower other_stiffness;
+    together.tangent(displacement, false, other_stiffness);
+    EXPECT_TRUE(std::equal(stiffness.valuePtr(), stiffness.valuePtr() + stiffness.nonZeros(),
+                           other_stiffness.valuePtr()));
+  }
+}
+
 TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   BlockShape shape;
   shape.cells = {3, 3, 3};

@@ -21,7 +21,7 @@ constexpr double kSolve = 1e-12;
 
 // A random pattern with about `per_row` entries left of the diagonal in a row.
 struct RandomMatrix {
-  Cholesky::SparseLower lower;
+  SparseLower lower;
   Eigen::MatrixXd dense;
 };
 

@@ -221,8 +221,9 @@ TEST_F(InpReader, ReadsDistributedLoads) {
                            "*DLOAD\n"
                            "BODY, GRAV, 9.81, 0, 0, -2\n"
                            "1, P2, 3.\n"
-                           "*DSLOAD, FOLLOWER=NO, CONSTANT RESULTANT=YES\n"
+                           "*DSLOAD\n"
                            "SKIN, P, 0.5\n"
+                           "*DSLOAD, FOLLOWER=NO, CONSTANT RESULTANT=YES\n"
                            "ONE, TRVEC, 2, 0, 3, 4\n" +
                            kEnd);
   EXPECT_EQ(model.materials[0].density, 2.5);
