@@ -69,7 +69,8 @@ def timed(command, folder):
     """(seconds, peak bytes, exit code, output) of one run."""
     with open(folder / "log.txt", "w+") as log:
         start = time.perf_counter()
-        process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=subprocess.STDOUT)
+        threads = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}  # CalculiX takes one core unless told
+        process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=subprocess.STDOUT, env=os.environ | threads)
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - start
         log.seek(0)
