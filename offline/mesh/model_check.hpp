@@ -16,7 +16,8 @@ struct ModelOrigin {
 // Throws InputError unless, in this order: there are elements; each has a positive volume that is more than
 // rounding; no face belongs to three elements or to two on the same side of it; every part is held against
 // its six rigid motions by Model::fixed, or in a model with steps by what each of them prescribes. Appends to
-// Model::warnings when nodes belong to no element, or elements hang on others by a corner or an edge.
+// Model::warnings when nodes belong to no element, elements hang on others by a corner or an edge, or elements
+// of four nodes lock.
 void check_model(Model& model, const ModelOrigin& origin);
 
 // Throws InputError at `where` unless `held` holds every part.

@@ -36,16 +36,17 @@ struct TetrahedronShape {
 
   // N_a.
   static Eigen::Matrix<double, kNodes, 1> values(const Eigen::Vector4d& L) {
-    if constexpr (kNodes == 4) return L;
-    Eigen::Matrix<double, kNodes, 1> N;
-    for (int i = 0; i < 4; ++i) N[i] = L[i] * (2.0 * L[i] - 1.0);
-    if constexpr (kNodes == 10) {
+    if constexpr (kNodes == 4) {
+      return L;
+    } else {
+      Eigen::Matrix<double, kNodes, 1> N;
+      for (int i = 0; i < 4; ++i) N[i] = L[i] * (2.0 * L[i] - 1.0);
       for (int edge = 0; edge < 6; ++edge) {
         const auto [i, j] = kTetrahedronEdges[static_cast<size_t>(edge)];
         N[4 + edge] = 4.0 * L[i] * L[j];
       }
+      return N;
     }
-    return N;
   }
 
   // dN_a / dL_i for i = 1 .. 3, with L_0 = 1 - L_1 - L_2 - L_3.

@@ -174,6 +174,45 @@ TEST_P(SurfacePressure, NewtonIsQuadraticBesideAFreeRim) {
   EXPECT_LE(last.residual, 10 * before.residual * before.residual + 1e-14);
 }
 
+// From a pressure on one face to one on another: half way both press with half their size, and the order of
+// the steps does not show at the end.
+TEST(SurfacePressureSolve, PressuresOfOneStepGiveWayToThoseOfTheNext) {
+  BlockShape shape;
+  shape.cells = {3, 3, 3};
+  const Model model = with_fixed_base(tetrahedral_block(shape));
+  const Assembly assembly(model, model.fixed_dofs());
+  StaticSolver solver(assembly);
+  const LoadCase rest = LoadCase::rest(model);
+  LoadCase first = rest;
+  first.pressures = on_outer_faces(model, 0.1, 1.0);
+  LoadCase second = rest;
+  FacePressures all = on_outer_faces(model, -0.05);
+  for (const auto& [face, pressure] : first.pressures) all.erase(face);
+  second.pressures = all;
+  SolverSettings settings;
+  settings.first_increment = 0.5;
+  settings.largest_increment = 0.5;
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
+  ASSERT_TRUE(solver.ramp(rest, first, u, settings).converged);
+
+  Eigen::VectorXd stopped = u;
+  SolverSettings one = settings;
+  one.max_increments = 1;
+  EXPECT_FALSE(solver.ramp(first, second, stopped, one).converged);
+  LoadCase half = rest;
+  for (const auto& [face, pressure] : first.pressures) half.pressures[face] += 0.5 * pressure;
+  for (const auto& [face, pressure] : second.pressures) half.pressures[face] += 0.5 * pressure;
+  Eigen::VectorXd at_half = Eigen::VectorXd::Zero(model.num_dofs());
+  ASSERT_TRUE(solver.ramp(rest, half, at_half, settings).converged);
+  EXPECT_LE((stopped - at_half).norm(), 1e-8 * at_half.norm());
+
+  ASSERT_TRUE(solver.ramp(first, second, u, settings).converged);
+  Eigen::VectorXd direct = Eigen::VectorXd::Zero(model.num_dofs());
+  ASSERT_TRUE(solver.ramp(rest, second, direct, settings).converged);
+  EXPECT_LE((u - direct).norm(), 1e-8 * direct.norm());
+  EXPECT_GT((u - stopped).norm(), 0.1 * u.norm());
+}
+
 // Suction so strong that the symmetric part of the tangent is indefinite, though the equilibrium is regular.
 // Of the same cube (block of one cell, NEO HOOKE with C10 = 1000, D1 = 0.001, suction 4000 on its top)
 // CalculiX 2.20 finds displacements up to 1.220194.
