@@ -2,8 +2,6 @@
 // page embeds, and as CSV. The scenes are those that tests/reference/solver_scenes_test.cpp holds to bounds.
 #include "bench/solver/validation.hpp"
 
-#include <cblas.h>
-
 #include <cstdio>
 #include <exception>
 
@@ -12,7 +10,6 @@ int main(int argc, char** argv) {
     std::fputs("usage: palpate_study_validation DIR\n", stderr);
     return 1;
   }
-  openblas_set_num_threads(1);  // a buckling beam's iterations follow the last digits, and those the threads
   try {
     const std::filesystem::path directory = argv[1];
     std::filesystem::create_directories(directory);

@@ -1,5 +1,4 @@
 // palpate build: the main job. Scene and model in, a pack with its measured errors out.
-#include <cblas.h>
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -97,7 +96,6 @@ int run_build(const BuildArguments& arguments) {
   SamplingPlan plan;
   plan.jobs = arguments.jobs > 0 ? arguments.jobs
                                  : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  openblas_set_num_threads(1);  // the threads are the sites'
   const ContactSites sites = find_contact_sites(scene, model);
   // Few sites are measured more often, so that a bin's p95 stands on some thirty solves at least.
   constexpr int kFewestSurveySolves = 128;

@@ -1,5 +1,4 @@
 // palpate solve: the full nonlinear finite element solution of every step of a model.
-#include <cblas.h>
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -168,11 +167,6 @@ int run_solve(const SolveArguments& arguments) {
   const LinearSolver linear_solver =
       arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky;
   StaticSolver solver(assembly, linear_solver);
-
-  // On a small factor two threads of BLAS gain a few percent, and lose tenfold where other work wants the
-  // core.
-  constexpr double kWorthThreads = 5e9;  // operations
-  if (solver.factor_operations() < kWorthThreads) openblas_set_num_threads(1);
 
   LoadCase from = LoadCase::rest(model);
   Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());

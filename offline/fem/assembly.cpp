@@ -53,20 +53,26 @@ void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
   }
 }
 
-// The same for eq. (1), whose tangent has so few terms that three products of vectors do: with h_a = H g_a,
-//   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T + dyad h_a h_b^T).
+// The same for a tangent in products of F and H: with f_a = F g_a and h_a = H g_a,
+//   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T + h_a (hh h_b + fh f_b)^T + f_a (fh h_b + ff f_b)^T).
 template <int kNodes>
-void add_stiffness(const ShapeAtPoint<kNodes>& point, const NeoHookeanTangent& tangent,
+void add_stiffness(const ShapeAtPoint<kNodes>& point, const DyadicTangent& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
+  using Vectors = Eigen::Matrix<double, 3, kNodes>;
   const auto& g = point.gradients;
-  const Eigen::Matrix<double, 3, kNodes> h = tangent.H * g;
+  const bool only_h = tangent.ff == 0.0 && tangent.fh == 0.0;
+  const Vectors h = tangent.H * g;
+  Vectors f = Vectors::Zero();
+  if (!only_h) f = tangent.F * g;
   for (int b = 0; b < kNodes; ++b) {
-    const Eigen::Vector3d transposed = point.volume * tangent.transposed * h.col(b);
-    const Eigen::Vector3d dyad = point.volume * tangent.dyad * h.col(b);
     const Eigen::Vector3d identity = point.volume * tangent.identity * g.col(b);
+    const Eigen::Vector3d transposed = point.volume * tangent.transposed * h.col(b);
+    const Eigen::Vector3d with_h = point.volume * (tangent.hh * h.col(b) + tangent.fh * f.col(b));
+    const Eigen::Vector3d with_f = point.volume * (tangent.fh * h.col(b) + tangent.ff * f.col(b));
     for (int a = b; a < kNodes; ++a) {
       auto block = stiffness.template block<3, 3>(3 * a, 3 * b);
-      block += transposed * h.col(a).transpose() + h.col(a) * dyad.transpose();
+      block += transposed * h.col(a).transpose() + h.col(a) * with_h.transpose();
+      if (!only_h) block += f.col(a) * with_f.transpose();
       block.diagonal().array() += identity.dot(g.col(a));
     }
   }
@@ -335,12 +341,12 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
         element.setZero();
         for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
           const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
-          const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law(e));
+          const std::optional<DyadicTangent> dyadic = dyadic_tangent(law(e), F);
           Matrix9d tangent;
-          if (project || neo_hookean == nullptr) tangent = stress_and_tangent(law(e), F).tangent;
+          if (project || !dyadic) tangent = stress_and_tangent(law(e), F).tangent;
           const bool changed = project && clamp_negative_eigenvalues(tangent);
-          if (neo_hookean != nullptr && !changed) {
-            add_stiffness<kNodes>(point, NeoHookeanTangent(*neo_hookean, F), element);
+          if (dyadic && !changed) {
+            add_stiffness<kNodes>(point, *dyadic, element);
           } else {
             add_stiffness<kNodes>(point, tangent, element);
           }
@@ -371,6 +377,8 @@ Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
     for (size_t i = 0; i < group.elements.size(); ++i) {
       const int e = group.elements[i];
       const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
+      const auto moves = [&](int node) { return !vectors.middleRows<3>(3 * node).isZero(0.0); };
+      if (std::none_of(nodes.begin(), nodes.begin() + kNodes, moves)) continue;
       const auto u = nodal_values<kNodes>(e, displacement.data());
       for (const ShapeAtPoint<kNodes>& point : group.rest[i]) {
         const Matrix9d tangent = stress_and_tangent(law(e), deformation_gradient<kNodes>(point, u)).tangent;

@@ -36,6 +36,7 @@ class Assembly {
   Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
+  int threads() const { return num_parts_; }
   int num_dofs() const { return model_->num_dofs(); }
   int num_equations() const { return static_cast<int>(equation_dofs_.size()); }
   const std::vector<int>& equation_dofs() const { return equation_dofs_; }  // equation -> dof

@@ -43,7 +43,7 @@ class Stopwatch {
 StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver) : assembly_(&assembly) {
   const Stopwatch watch(seconds_.analysis);
   if (linear_solver == LinearSolver::cholesky) {
-    cholesky_.emplace(assembly.analysis());
+    cholesky_.emplace(assembly.analysis(), assembly.threads());
   } else {
     conjugate_gradient_.emplace();
   }
@@ -98,6 +98,12 @@ void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd&
 }
 
 bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  return factorize_in(Precision::double_precision, load, displacement, project);
+}
+
+bool StaticSolver::factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement,
+                                bool project) {
+  factor_precision_ = precision;
   factor_projected_ = project;
   assemble_tangent(load, displacement, project);
   const std::vector<int>& dofs = assembly_->equation_dofs();
@@ -115,7 +121,7 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
   }
   const Stopwatch watch(seconds_.factor);
   if (cholesky_) {
-    factor_valid_ = cholesky_->factorize(stiffness_);
+    factor_valid_ = cholesky_->factorize(stiffness_, precision);
   } else {
     conjugate_gradient_->prepare(stiffness_);
     factor_valid_ = true;
@@ -149,16 +155,43 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
                                     Eigen::MatrixXd& columns, bool& projected, SolveReport& report) {
   for (const bool project : {false, true}) {
     projected = project;
-    ++report.factorizations;
-    if (!factorize_at(load, displacement, project)) continue;
-    if (!load.pressures.empty() && solve_with_pressures(load, displacement, columns)) {
-      projected = false;
+    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+      const bool single = precision == Precision::single_precision;
+      if (single && (!single_serves_ || conjugate_gradient_)) continue;
+      ++report.factorizations;
+      if (!factorize_in(precision, load, displacement, project)) continue;
+      if (!load.pressures.empty() && solve_with_pressures(load, displacement, columns)) {
+        projected = false;
+        return true;
+      }
+      Eigen::MatrixXd solution = columns;
+      if (solve_accurately(solution)) {
+        columns = std::move(solution);
+        return true;
+      }
+      if (single) single_serves_ = false;
+    }
+  }
+  return false;
+}
+
+bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
+  if (factor_precision_ == Precision::double_precision) return back_solve(columns);
+  // Newton's next residual is then at least this part of the last, which it seldom is; one correction usually brings it
+  // far below, and a factor that needs more is not worth its haste.
+  constexpr double kAccuracy = 1e-4;
+  constexpr int kCorrections = 2;
+  const Eigen::MatrixXd right = free_equations(columns);
+  Eigen::MatrixXd rest = right;
+  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(right.rows(), right.cols());
+  for (int correction = 0; correction <= kCorrections; ++correction) {
+    if (!solve_equations(rest)) return false;
+    solution += rest;
+    rest = right - stiffness_.selfadjointView<Eigen::Lower>() * solution;
+    if (rest.norm() <= kAccuracy * right.norm()) {
+      set_equations(solution, columns);
       return true;
     }
-    Eigen::MatrixXd solution = columns;
-    if (!back_solve(solution)) continue;
-    columns = std::move(solution);
-    return true;
   }
   return false;
 }
@@ -187,22 +220,23 @@ bool StaticSolver::solve_with_pressures(const LoadCase& load, const Eigen::Vecto
   return true;
 }
 
-bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
-  const std::vector<int>& dofs = assembly_->equation_dofs();
-  Eigen::MatrixXd packed(static_cast<Eigen::Index>(dofs.size()), columns.cols());
-  for (size_t equation = 0; equation < dofs.size(); ++equation) {
-    const Eigen::Index row = static_cast<Eigen::Index>(equation);
-    if (factored_held_[equation]) {
-      packed.row(row).setZero();
-    } else {
-      packed.row(row) = columns.row(dofs[equation]);
-    }
+Eigen::MatrixXd StaticSolver::free_equations(const Eigen::MatrixXd& columns) const {
+  Eigen::MatrixXd packed = columns(assembly_->equation_dofs(), Eigen::all);
+  for (Eigen::Index equation = 0; equation < packed.rows(); ++equation) {
+    if (factored_held_[static_cast<size_t>(equation)]) packed.row(equation).setZero();
   }
-  if (!solve_equations(packed)) return false;
+  return packed;
+}
+
+void StaticSolver::set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const {
   columns.setZero();
-  for (size_t equation = 0; equation < dofs.size(); ++equation) {
-    columns.row(dofs[equation]) = packed.row(static_cast<Eigen::Index>(equation));
-  }
+  columns(assembly_->equation_dofs(), Eigen::all) = packed;
+}
+
+bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd packed = free_equations(columns);
+  if (!solve_equations(packed)) return false;
+  set_equations(packed, columns);
   return true;
 }
 

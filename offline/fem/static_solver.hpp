@@ -142,7 +142,10 @@ class StaticSolver {
   [[nodiscard]] bool back_solve(Eigen::MatrixXd& columns);
 
   // The next solve starts with a factor of its own: its path then does not depend on what was solved before.
-  void forget_factor() { factor_valid_ = false; }
+  void forget_factor() {
+    factor_valid_ = false;
+    single_serves_ = true;
+  }
 
   const Assembly& assembly() const { return *assembly_; }
 
@@ -159,9 +162,17 @@ class StaticSolver {
   bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
   // x of K x = columns over the equations, in place.
   bool solve_equations(Eigen::MatrixXd& columns);
-  // Factors K, projected where it is not positive definite, and solves for the free dofs of `columns`.
+  bool factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
+  // As back_solve(), just after factorize_in(): corrects what a factor in single precision leaves, false where it
+  // leaves too much.
+  bool solve_accurately(Eigen::MatrixXd& columns);
+  // Factors K, in single precision where that serves, projected where it is not positive definite, and solves for the
+  // free dofs of `columns`.
   bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
                         bool& projected, SolveReport& report);
+  // The rows of the equations of full-length columns, 0 where held; and back, 0 where there is no equation.
+  Eigen::MatrixXd free_equations(const Eigen::MatrixXd& columns) const;
+  void set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const;
   // K at a state, pressures included, in stiffness_.
   void assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
@@ -189,6 +200,8 @@ class StaticSolver {
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
   bool factor_projected_ = false;
+  Precision factor_precision_ = Precision::double_precision;
+  bool single_serves_ = true;  // until a matrix turned out too ill-conditioned for it
 };
 
 }  // namespace palpate

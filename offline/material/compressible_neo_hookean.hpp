@@ -12,7 +12,7 @@
 
 #include <cmath>
 
-#include "offline/material/stress_and_tangent.hpp"
+#include "offline/material/dyadic_tangent.hpp"
 
 namespace palpate {
 
@@ -29,30 +29,18 @@ inline Eigen::Matrix3d first_piola_kirchhoff(const CompressibleNeoHookean& law, 
   return law.mu * (F - H) + law.lambda * J * (J - 1.0) * H;
 }
 
-// dP[dF] = identity dF + transposed H dF^T H + dyad (H : dF) H.
-struct NeoHookeanTangent {
-  Eigen::Matrix3d H;
-  double identity = 0;
-  double transposed = 0;
-  double dyad = 0;
-
-  NeoHookeanTangent(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F)
-      : H(F.inverse().transpose()), identity(law.mu) {
-    const double J = F.determinant();
-    transposed = law.mu - law.lambda * J * (J - 1.0);
-    dyad = law.lambda * J * (2.0 * J - 1.0);
-  }
-};
+inline DyadicTangent dyadic_tangent(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
+  const double J = F.determinant();
+  DyadicTangent terms{F, F.inverse().transpose()};
+  terms.identity = law.mu;
+  terms.transposed = law.mu - law.lambda * J * (J - 1.0);
+  terms.hh = law.lambda * J * (2.0 * J - 1.0);
+  return terms;
+}
 
 inline StressAndTangent stress_and_tangent(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
-  const NeoHookeanTangent terms(law, F);
-  StressAndTangent result;
-  result.first_piola_kirchhoff = law.mu * F - terms.transposed * terms.H;
-  result.tangent.setZero();
-  add_identity(terms.identity, result.tangent);
-  add_transposed(terms.transposed, terms.H, result.tangent);
-  add_dyad(terms.dyad, terms.H, terms.H, result.tangent);
-  return result;
+  const DyadicTangent terms = dyadic_tangent(law, F);
+  return {law.mu * F - terms.transposed * terms.H, full_tangent(terms)};
 }
 
 }  // namespace palpate

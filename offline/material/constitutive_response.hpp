@@ -1,6 +1,8 @@
 // Energy, stress and tangent of whatever law a material holds.
 #pragma once
 
+#include <optional>
+
 #include "offline/material/compressible_neo_hookean.hpp"
 #include "offline/material/elastic.hpp"
 #include "offline/material/invariant_law.hpp"
@@ -19,6 +21,14 @@ inline Eigen::Matrix3d first_piola_kirchhoff(const Law& law, const Eigen::Matrix
 
 inline StressAndTangent stress_and_tangent(const Law& law, const Eigen::Matrix3d& F) {
   return std::visit([&](const auto& one) { return stress_and_tangent(one, F); }, law);
+}
+
+// Of the laws whose tangent has that form; nothing for the others.
+inline std::optional<DyadicTangent> dyadic_tangent(const Law& law, const Eigen::Matrix3d& F) {
+  if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law)) return dyadic_tangent(*neo_hookean, F);
+  const auto* invariant = std::get_if<InvariantLaw>(&law);
+  if (invariant != nullptr && invariant->c01 == 0.0) return dyadic_tangent(*invariant, F);
+  return std::nullopt;
 }
 
 }  // namespace palpate

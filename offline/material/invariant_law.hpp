@@ -17,7 +17,7 @@
 
 #include <cmath>
 
-#include "offline/material/stress_and_tangent.hpp"
+#include "offline/material/dyadic_tangent.hpp"
 
 namespace palpate {
 namespace invariant_law {
@@ -97,28 +97,31 @@ inline Eigen::Matrix3d first_piola_kirchhoff(const InvariantLaw& law, const Eige
   return P + volumetric_energy(law.volumetric, k.J).first * k.J * k.H;
 }
 
-inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
+// Of all but C01's term: A and J depend on I1 and J alone.
+inline DyadicTangent dyadic_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
   const invariant_law::Kinematics k(F);
   const Derivatives isochoric = invariant_law::isochoric_energy(law, k.volume_scale * k.i1);
   const Derivatives volumetric = volumetric_energy(law.volumetric, k.J);
-  const Eigen::Matrix3d dA = k.volume_scale * (2.0 * F - 2.0 / 3.0 * k.i1 * k.H);
-  StressAndTangent result;
-  Matrix9d& tangent = result.tangent;
-  tangent.setZero();
-  result.first_piola_kirchhoff = isochoric.first * dA + volumetric.first * k.J * k.H;
   const double first = isochoric.first * k.volume_scale;
-  add_identity(2.0 * first, tangent);
-  invariant_law::add_volume_terms(first, 2.0 / 3.0, k.i1, 2.0 * F, k.H, tangent);
-  if (isochoric.second != 0.0) add_dyad(isochoric.second, dA, dA, tangent);
+  const double second = 4.0 * isochoric.second * k.volume_scale * k.volume_scale;
+  DyadicTangent terms{F, k.H};
+  terms.identity = 2.0 * first;
+  terms.transposed = 2.0 / 3.0 * first * k.i1 - volumetric.first * k.J;
+  terms.ff = second;
+  terms.fh = -4.0 / 3.0 * first - second * k.i1 / 3.0;
+  terms.hh = 4.0 / 9.0 * first * k.i1 + second * k.i1 * k.i1 / 9.0 +
+             k.J * (volumetric.second * k.J + volumetric.first);
+  return terms;
+}
+
+inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
+  StressAndTangent result = {first_piola_kirchhoff(law, F), full_tangent(dyadic_tangent(law, F))};
   if (law.c01 != 0.0) {
+    const invariant_law::Kinematics k(F);
     const double second = law.c01 * k.volume_scale * k.volume_scale;
-    const Eigen::Matrix3d G = invariant_law::gradient_of_i2(k, F);
-    result.first_piola_kirchhoff += second * (G - 4.0 / 3.0 * k.i2 * k.H);
-    invariant_law::add_curvature_of_i2(second, k, F, tangent);
-    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, G, k.H, tangent);
+    invariant_law::add_curvature_of_i2(second, k, F, result.tangent);
+    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, invariant_law::gradient_of_i2(k, F), k.H, result.tangent);
   }
-  add_dyad(k.J * (volumetric.second * k.J + volumetric.first), k.H, k.H, tangent);
-  add_transposed(-volumetric.first * k.J, k.H, tangent);
   return result;
 }
 

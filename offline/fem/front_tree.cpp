@@ -1,0 +1,118 @@
+#include "offline/fem/front_tree.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace palpate {
+namespace {
+
+// Turns counts at [1, n] into where each begins.
+void accumulate(std::vector<int>& counts) { std::partial_sum(counts.begin(), counts.end(), counts.begin()); }
+
+}  // namespace
+
+FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic) {
+  const int* first_columns = static_cast<const int*>(symbolic.super);
+  const int* first_rows = static_cast<const int*>(symbolic.pi);
+  const int* row_indices = static_cast<const int*>(symbolic.s);
+  const int* permutation = static_cast<const int*>(symbolic.Perm);
+  permutation_.assign(permutation, permutation + symbolic.n);
+  std::vector<int> front_of(symbolic.n);  // column -> front
+  fronts_.resize(symbolic.nsuper);
+  for (size_t f = 0; f < symbolic.nsuper; ++f) {
+    Front& front = fronts_[f];
+    front.first_column = first_columns[f];
+    front.num_columns = first_columns[f + 1] - first_columns[f];
+    front.num_rows = first_rows[f + 1] - first_rows[f];
+    front.rows = static_cast<size_t>(first_rows[f]);
+    front.panel = panel_entries_;
+    front.first_within = static_cast<int>(f);
+    panel_entries_ += static_cast<size_t>(front.num_rows) * static_cast<size_t>(front.num_columns);
+    std::fill_n(front_of.begin() + front.first_column, front.num_columns, static_cast<int>(f));
+    for (int column = 0; column < front.num_columns; ++column) {
+      const double rows = front.num_rows - column;
+      front.operations += rows * rows;
+    }
+  }
+
+  first_child_.assign(fronts_.size() + 1, 0);
+  for (size_t f = 0; f < fronts_.size(); ++f) {
+    Front& front = fronts_[f];
+    if (front.num_updated() == 0) continue;
+    front.parent = front_of[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(front.num_columns)])];
+    Front& parent = fronts_[static_cast<size_t>(front.parent)];
+    parent.first_within = std::min(parent.first_within, front.first_within);
+    ++first_child_[static_cast<size_t>(front.parent) + 1];
+  }
+  accumulate(first_child_);
+  children_.resize(static_cast<size_t>(first_child_.back()));
+  std::vector<int> next = first_child_;
+  for (size_t f = 0; f < fronts_.size(); ++f) {
+    const int parent = fronts_[f].parent;
+    if (parent >= 0) children_[static_cast<size_t>(next[static_cast<size_t>(parent)]++)] = static_cast<int>(f);
+  }
+  for (size_t f = fronts_.size(); f-- > 0;) {
+    const int parent = fronts_[f].parent;
+    if (parent >= 0) fronts_[f].depth = fronts_[static_cast<size_t>(parent)].depth + 1;
+  }
+  set_entries(pattern, row_indices, front_of);
+}
+
+void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of) {
+  const size_t num_equations = permutation_.size();
+  std::vector<int> column_of(num_equations);  // equation -> column of L
+  for (size_t column = 0; column < num_equations; ++column)
+    column_of[static_cast<size_t>(permutation_[column])] = static_cast<int>(column);
+
+  // First by front, with the place as (row, column) of L; the rows are looked up front by front below.
+  struct Place {
+    int source, row, column;
+  };
+  const auto for_each_entry = [&](auto&& visit) {
+    int source = 0;
+    for (int column = 0; column < pattern.outerSize(); ++column) {
+      const int at = column_of[static_cast<size_t>(column)];
+      for (SparseLower::InnerIterator it(pattern, column); it; ++it, ++source) {
+        const auto [low, high] = std::minmax(at, column_of[static_cast<size_t>(it.row())]);
+        visit(Place{source, high, low}, static_cast<size_t>(front_of[static_cast<size_t>(low)]));
+      }
+    }
+  };
+  first_entry_.assign(fronts_.size() + 1, 0);
+  for_each_entry([&](const Place&, size_t front) { ++first_entry_[front + 1]; });
+  accumulate(first_entry_);
+  std::vector<Place> places(static_cast<size_t>(first_entry_.back()));
+  std::vector<int> next = first_entry_;
+  for_each_entry([&](const Place& place, size_t front) { places[static_cast<size_t>(next[front]++)] = place; });
+
+  entries_.resize(places.size());
+  rows_in_parent_.assign(fronts_.empty() ? 0 : fronts_.back().rows + static_cast<size_t>(fronts_.back().num_rows), -1);
+  std::vector<int> row_in_front(num_equations);
+  for (size_t f = 0; f < fronts_.size(); ++f) {
+    const Front& front = fronts_[f];
+    for (int row = 0; row < front.num_rows; ++row)
+      row_in_front[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(row)])] = row;
+    for (int e = first_entry_[f]; e < first_entry_[f + 1]; ++e) {
+      const Place& place = places[static_cast<size_t>(e)];
+      entries_[static_cast<size_t>(e)] = {
+          place.source, row_in_front[static_cast<size_t>(place.row)] + (place.column - front.first_column) * front.num_rows};
+    }
+    for (const int c : children(static_cast<int>(f))) {
+      const Front& child = fronts_[static_cast<size_t>(c)];
+      for (size_t row = child.rows + static_cast<size_t>(child.num_columns); row < child.rows + static_cast<size_t>(child.num_rows); ++row)
+        rows_in_parent_[row] = row_in_front[static_cast<size_t>(row_indices[row])];
+    }
+  }
+}
+
+std::span<const int> FrontTree::children(int front) const {
+  const int* begin = children_.data() + first_child_[static_cast<size_t>(front)];
+  return {begin, children_.data() + first_child_[static_cast<size_t>(front) + 1]};
+}
+
+std::span<const FrontTree::Entry> FrontTree::entries(int front) const {
+  const Entry* begin = entries_.data() + first_entry_[static_cast<size_t>(front)];
+  return {begin, entries_.data() + first_entry_[static_cast<size_t>(front) + 1]};
+}
+
+}  // namespace palpate

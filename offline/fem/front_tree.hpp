@@ -1,0 +1,86 @@
+// The shape of a multifrontal Cholesky factor: which columns are eliminated together, and where their update
+// goes.
+//
+// Columns of L with the same pattern form a supernode. With the rows below it a supernode makes a *front*, a
+// dense lower triangle
+//   [ F11      ]   columns of the supernode
+//   [ F21  F22 ]   rows below
+// into which go the matrix' entries of those columns and the updates of the fronts below it in the tree.
+// Eliminating the columns leaves L11, L21 and the update U = F22 - L21 L21^T, whose rows are all rows of the parent.
+// The tree is in postorder: the descendants of a front are the fronts just before it.
+//
+// Source: Duff and Reid 1983; Liu 1992, The multifrontal method for sparse matrix solution.
+#pragma once
+
+#include <cholmod.h>
+
+#include <Eigen/SparseCore>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+using SparseLower =
+    Eigen::SparseMatrix<double, Eigen::ColMajor, int>;  // lower triangle of a symmetric matrix
+
+struct Front {
+  int num_columns = 0;
+  int num_rows = 0;  // columns included
+  int first_column = 0;
+  int parent = -1;       // -1: a root
+  int first_within = 0;  // of the fronts of its subtree, which ends at the front itself
+  int depth = 0;         // number of ancestors
+  size_t panel = 0;      // of L11 and L21, column-major with num_rows rows, among the entries of L
+  size_t rows = 0;       // where its num_rows begin, in anything that has one entry a row of every front
+  double operations = 0;  // of its elimination, floating point
+
+  int num_updated() const { return num_rows - num_columns; }
+  size_t update_entries() const {  // U is kept as a square
+    return static_cast<size_t>(num_updated()) * static_cast<size_t>(num_updated());
+  }
+};
+
+// Constant once made.
+class FrontTree {
+ public:
+  FrontTree() = default;
+  // From CHOLMOD's supernodal analysis of `pattern`.
+  FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic);
+
+  int size() const { return static_cast<int>(fronts_.size()); }
+  const Front& operator[](int front) const { return fronts_[static_cast<size_t>(front)]; }
+  std::span<const int> children(int front) const;
+
+  // Where the updated rows of a front (num_updated of them) stand among the rows of its parent, ascending.
+  const int* rows_in_parent(int front) const {
+    const Front& at = (*this)[front];
+    return rows_in_parent_.data() + at.rows + at.num_columns;
+  }
+
+  // One stored entry of the matrix and its place in the panel of its front.
+  struct Entry {
+    int source;  // position in the value array
+    int target;
+  };
+  std::span<const Entry> entries(int front) const;
+
+  int num_entries() const { return static_cast<int>(entries_.size()); }
+  const std::vector<int>& permutation() const { return permutation_; }  // column of L -> equation
+  size_t panel_entries() const { return panel_entries_; }
+  size_t total_rows() const { return rows_in_parent_.size(); }  // sum of num_rows
+
+ private:
+  void set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of);
+
+  std::vector<Front> fronts_;
+  std::vector<int> children_;  // of front after front
+  std::vector<int> first_child_;
+  std::vector<int> rows_in_parent_;
+  std::vector<Entry> entries_;
+  std::vector<int> first_entry_;
+  std::vector<int> permutation_;
+  size_t panel_entries_ = 0;
+};
+
+}  // namespace palpate
