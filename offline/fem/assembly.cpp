@@ -191,36 +191,47 @@ int Assembly::first_equation(int node) const {
 }
 
 void Assembly::set_pattern() {
-  // Pairs of nodes that share an element, the smaller first: its columns hold the rows of both.
-  std::vector<std::pair<int, int>> pairs;
+  std::vector<int> first_element(static_cast<size_t>(model_->num_nodes()) + 1, 0);
   for (const Tetrahedron& element : model_->elements) {
-    for (const int a : element.nodes()) {
-      for (const int b : element.nodes()) {
-        if (a <= b) pairs.emplace_back(a, b);
-      }
-    }
+    for (const int node : element.nodes()) ++first_element[static_cast<size_t>(node) + 1];
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  std::partial_sum(first_element.begin(), first_element.end(), first_element.begin());
+  std::vector<int> elements(static_cast<size_t>(first_element.back()));  // of node after node
+  std::vector<int> next = first_element;
+  for (size_t e = 0; e < model_->elements.size(); ++e) {
+    for (const int node : model_->elements[e].nodes())
+      elements[static_cast<size_t>(next[static_cast<size_t>(node)]++)] = static_cast<int>(e);
+  }
 
   std::vector<int> starts = {0};
   std::vector<int> rows;
-  for (size_t begin = 0; begin < pairs.size();) {
-    const int node = pairs[begin].first;
-    size_t end = begin;
-    while (end < pairs.size() && pairs[end].first == node) ++end;
+  std::vector<int>
+      coupled;  // the node and those above it that share an element with it: its columns hold their rows
+  std::vector<int> coupled_to(static_cast<size_t>(model_->num_nodes()), -1);
+  for (int node = 0; node < model_->num_nodes(); ++node) {
+    if (first_equation(node) < 0) continue;
+    coupled.clear();
+    for (int i = first_element[static_cast<size_t>(node)]; i < first_element[static_cast<size_t>(node) + 1];
+         ++i) {
+      for (const int other :
+           model_->elements[static_cast<size_t>(elements[static_cast<size_t>(i)])].nodes()) {
+        if (other < node || coupled_to[static_cast<size_t>(other)] == node) continue;
+        coupled_to[static_cast<size_t>(other)] = node;
+        coupled.push_back(other);
+      }
+    }
+    std::sort(coupled.begin(), coupled.end());
     for (int axis = 0; axis < 3; ++axis) {
       const int column = dof_equations_[static_cast<size_t>(3 * node + axis)];
       if (column < 0) continue;
-      for (size_t i = begin; i < end; ++i) {
+      for (const int other : coupled) {
         for (int row_axis = 0; row_axis < 3; ++row_axis) {
-          const int row = dof_equations_[static_cast<size_t>(3 * pairs[i].second + row_axis)];
+          const int row = dof_equations_[static_cast<size_t>(3 * other + row_axis)];
           if (row >= column) rows.push_back(row);
         }
       }
       starts.push_back(static_cast<int>(rows.size()));
     }
-    begin = end;
   }
   std::vector<double> values(rows.size(), 0.0);
   pattern_ =

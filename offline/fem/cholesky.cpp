@@ -51,9 +51,10 @@ class Workspace {
   cholmod_common common;
 };
 
-// Equations that follow one another and are coupled to the same others, as the dofs of a node are, make one block:
-// where each block begins, and the end. Ordering blocks takes half the time of ordering equations. Neighbourhoods are
-// compared by a sum of hashes; should two differ unseen, the order is a little worse and no less right.
+// Equations that follow one another and are coupled to the same others, as the dofs of a node are, make one
+// block: where each block begins, and the end. Ordering blocks takes half the time of ordering equations.
+// Neighbourhoods are compared by a sum of hashes; should two differ unseen, the order is a little worse and
+// no less right.
 std::vector<int> merge_alike(const SparseLower& pattern) {
   const auto hash = [](int equation) {  // splitmix64
     std::uint64_t bits = (static_cast<std::uint64_t>(equation) + 1) * 0x9e3779b97f4a7c15U;
@@ -83,7 +84,8 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
   std::vector<int> block_of(static_cast<size_t>(pattern.cols()));
   for (int block = 0; block < num_blocks; ++block) {
     const auto begin = block_of.begin();
-    std::fill(begin + first_of[static_cast<size_t>(block)], begin + first_of[static_cast<size_t>(block) + 1], block);
+    std::fill(begin + first_of[static_cast<size_t>(block)], begin + first_of[static_cast<size_t>(block) + 1],
+              block);
   }
   SparseLower blocks(num_blocks, num_blocks);
   for (int block = 0; block < num_blocks; ++block) {
@@ -101,7 +103,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
 
 }  // namespace
 
-CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
+CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::make_shared<FrontTree>()) {
   if (pattern.rows() == 0) return;  // CHOLMOD takes no matrix without rows
   Workspace workspace;
   const std::vector<int> first_of = merge_alike(pattern);
@@ -116,14 +118,14 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
     // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
-    // The threads are ours, branches of the elimination tree or sites of a build. Those of CHOLMOD's loops and of
-    // BLAS would spin beside them, and the last digits of a product would follow their number.
+    // The threads are ours, branches of the elimination tree or sites of a build. Those of CHOLMOD's loops
+    // and of BLAS would spin beside them, and the last digits of a product would follow their number.
     omp_set_max_active_levels(0);
     openblas_set_num_threads(1);
     if (cholmod_metis(&blocks, nullptr, 0, 0, block_order.data(), &workspace.common) != 0) {
       for (const int block : block_order) {
-        for (int equation = first_of[static_cast<size_t>(block)]; equation < first_of[static_cast<size_t>(block) + 1];
-             ++equation)
+        for (int equation = first_of[static_cast<size_t>(block)];
+             equation < first_of[static_cast<size_t>(block) + 1]; ++equation)
           order.push_back(equation);
       }
       symbolic = cholmod_analyze_p(&sparse, order.data(), nullptr, 0, &workspace.common);
@@ -137,7 +139,7 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
     throw std::runtime_error("CHOLMOD failed with status " + std::to_string(status));
   }
   try {
-    fronts_ = FrontTree(pattern, *symbolic);
+    fronts_ = std::make_shared<FrontTree>(pattern, *symbolic);
   } catch (...) {
     cholmod_free_factor(&symbolic, &workspace.common);
     throw;
@@ -148,7 +150,7 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) {
 }
 
 Cholesky::Cholesky(const CholeskyAnalysis& analysis, int threads)
-    : fronts_(&analysis.fronts()), threads_(threads) {}
+    : fronts_(analysis.fronts()), threads_(threads) {}
 
 bool Cholesky::factorize(const SparseLower& matrix, Precision precision) {
   if (precision == Precision::single_precision) {

@@ -1,10 +1,11 @@
-// Sparse Cholesky factor K = L L^T: one symbolic analysis by CHOLMOD, many numeric factors by the multifrontal
-// method. On an organ of 9,000 equations these take half the time of CHOLMOD's own in double precision, a quarter in
-// single (README, "Speed"), and share branches of the elimination tree between threads, where CHOLMOD only shares
-// dense products.
+// Sparse Cholesky factor K = L L^T: one symbolic analysis by CHOLMOD, many numeric factors by the
+// multifrontal method. On an organ of 9,000 equations these take half the time of CHOLMOD's own in double
+// precision, a quarter in single (README, "Speed"), and share branches of the elimination tree between
+// threads, where CHOLMOD only shares dense products.
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "offline/fem/front_tree.hpp"
@@ -22,22 +23,22 @@ class CholeskyAnalysis {
   CholeskyAnalysis(const CholeskyAnalysis&) = delete;
   CholeskyAnalysis& operator=(const CholeskyAnalysis&) = delete;
 
-  const FrontTree& fronts() const { return fronts_; }
+  const std::shared_ptr<const FrontTree>& fronts() const { return fronts_; }
   // Nonzeros of L, and floating-point operations of one numeric factor.
   double factor_nonzeros() const { return factor_nonzeros_; }
   double factor_operations() const { return factor_operations_; }
 
  private:
-  FrontTree fronts_;
+  std::shared_ptr<const FrontTree> fronts_;
   double factor_nonzeros_ = 0;
   double factor_operations_ = 0;
 };
 
-// Of a factor. Single takes half the time and memory, and leaves a solution about six digits less the condition
-// of the matrix.
+// Of a factor. Single takes half the time and memory, and leaves a solution about six digits less the
+// condition of the matrix.
 enum class Precision { single_precision, double_precision };
 
-// Not thread-safe: one object a thread. Not copyable. `analysis` must outlive it.
+// Not thread-safe: one object a thread. Not copyable.
 class Cholesky {
  public:
   explicit Cholesky(const CholeskyAnalysis& analysis, int threads = 1);
@@ -56,7 +57,7 @@ class Cholesky {
  private:
   void solve_dense(double* values, int columns);
 
-  const FrontTree* fronts_;
+  std::shared_ptr<const FrontTree> fronts_;
   int threads_;
   std::optional<Multifrontal<double>> double_;  // the last factor is in one of the two
   std::optional<Multifrontal<float>> single_;

@@ -7,7 +7,9 @@ namespace palpate {
 namespace {
 
 // Turns counts at [1, n] into where each begins.
-void accumulate(std::vector<int>& counts) { std::partial_sum(counts.begin(), counts.end(), counts.begin()); }
+void accumulate(std::vector<int>& counts) {
+  std::partial_sum(counts.begin(), counts.end(), counts.begin());
+}
 
 }  // namespace
 
@@ -39,7 +41,8 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic)
   for (size_t f = 0; f < fronts_.size(); ++f) {
     Front& front = fronts_[f];
     if (front.num_updated() == 0) continue;
-    front.parent = front_of[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(front.num_columns)])];
+    front.parent =
+        front_of[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(front.num_columns)])];
     Front& parent = fronts_[static_cast<size_t>(front.parent)];
     parent.first_within = std::min(parent.first_within, front.first_within);
     ++first_child_[static_cast<size_t>(front.parent) + 1];
@@ -49,7 +52,8 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic)
   std::vector<int> next = first_child_;
   for (size_t f = 0; f < fronts_.size(); ++f) {
     const int parent = fronts_[f].parent;
-    if (parent >= 0) children_[static_cast<size_t>(next[static_cast<size_t>(parent)]++)] = static_cast<int>(f);
+    if (parent >= 0)
+      children_[static_cast<size_t>(next[static_cast<size_t>(parent)]++)] = static_cast<int>(f);
   }
   for (size_t f = fronts_.size(); f-- > 0;) {
     const int parent = fronts_[f].parent;
@@ -58,7 +62,8 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic)
   set_entries(pattern, row_indices, front_of);
 }
 
-void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of) {
+void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
+                            const std::vector<int>& front_of) {
   const size_t num_equations = permutation_.size();
   std::vector<int> column_of(num_equations);  // equation -> column of L
   for (size_t column = 0; column < num_equations; ++column)
@@ -83,10 +88,12 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices, 
   accumulate(first_entry_);
   std::vector<Place> places(static_cast<size_t>(first_entry_.back()));
   std::vector<int> next = first_entry_;
-  for_each_entry([&](const Place& place, size_t front) { places[static_cast<size_t>(next[front]++)] = place; });
+  for_each_entry(
+      [&](const Place& place, size_t front) { places[static_cast<size_t>(next[front]++)] = place; });
 
   entries_.resize(places.size());
-  rows_in_parent_.assign(fronts_.empty() ? 0 : fronts_.back().rows + static_cast<size_t>(fronts_.back().num_rows), -1);
+  rows_in_parent_.assign(
+      fronts_.empty() ? 0 : fronts_.back().rows + static_cast<size_t>(fronts_.back().num_rows), -1);
   std::vector<int> row_in_front(num_equations);
   for (size_t f = 0; f < fronts_.size(); ++f) {
     const Front& front = fronts_[f];
@@ -94,12 +101,14 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices, 
       row_in_front[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(row)])] = row;
     for (int e = first_entry_[f]; e < first_entry_[f + 1]; ++e) {
       const Place& place = places[static_cast<size_t>(e)];
-      entries_[static_cast<size_t>(e)] = {
-          place.source, row_in_front[static_cast<size_t>(place.row)] + (place.column - front.first_column) * front.num_rows};
+      entries_[static_cast<size_t>(e)] = {place.source,
+                                          row_in_front[static_cast<size_t>(place.row)] +
+                                              (place.column - front.first_column) * front.num_rows};
     }
     for (const int c : children(static_cast<int>(f))) {
       const Front& child = fronts_[static_cast<size_t>(c)];
-      for (size_t row = child.rows + static_cast<size_t>(child.num_columns); row < child.rows + static_cast<size_t>(child.num_rows); ++row)
+      for (size_t row = child.rows + static_cast<size_t>(child.num_columns);
+           row < child.rows + static_cast<size_t>(child.num_rows); ++row)
         rows_in_parent_[row] = row_in_front[static_cast<size_t>(row_indices[row])];
     }
   }

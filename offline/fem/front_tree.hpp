@@ -6,8 +6,8 @@
 //   [ F11      ]   columns of the supernode
 //   [ F21  F22 ]   rows below
 // into which go the matrix' entries of those columns and the updates of the fronts below it in the tree.
-// Eliminating the columns leaves L11, L21 and the update U = F22 - L21 L21^T, whose rows are all rows of the parent.
-// The tree is in postorder: the descendants of a front are the fronts just before it.
+// Eliminating the columns leaves L11, L21 and the update U = F22 - L21 L21^T, whose rows are all rows of the
+// parent. The tree is in postorder: the descendants of a front are the fronts just before it.
 //
 // Source: Duff and Reid 1983; Liu 1992, The multifrontal method for sparse matrix solution.
 #pragma once
@@ -28,11 +28,11 @@ struct Front {
   int num_columns = 0;
   int num_rows = 0;  // columns included
   int first_column = 0;
-  int parent = -1;       // -1: a root
-  int first_within = 0;  // of the fronts of its subtree, which ends at the front itself
-  int depth = 0;         // number of ancestors
-  size_t panel = 0;      // of L11 and L21, column-major with num_rows rows, among the entries of L
-  size_t rows = 0;       // where its num_rows begin, in anything that has one entry a row of every front
+  int parent = -1;        // -1: a root
+  int first_within = 0;   // of the fronts of its subtree, which ends at the front itself
+  int depth = 0;          // number of ancestors
+  size_t panel = 0;       // of L11 and L21, column-major with num_rows rows, among the entries of L
+  size_t rows = 0;        // where its num_rows begin, in anything that has one entry a row of every front
   double operations = 0;  // of its elimination, floating point
 
   int num_updated() const { return num_rows - num_columns; }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <thread>
 #include <utility>
 
@@ -32,63 +33,70 @@ bool factor_in_place(int n, float* a, int stride) {
 
 // B := B L^-T
 void solve_right(int rows, int n, const double* l, double* b, int stride) {
-  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0, l, stride, b, stride);
+  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0, l, stride, b,
+              stride);
 }
 void solve_right(int rows, int n, const float* l, float* b, int stride) {
-  cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0F, l, stride, b, stride);
+  cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0F, l, stride, b,
+              stride);
 }
 
-// C := beta C - A A^T over the first `columns` columns of the lower triangle of C, which has as many rows as A.
+// C := beta C - A A^T over the first `columns` columns of the lower triangle of C, which has as many rows as
+// A.
 void subtract_square(int rows, int columns, int inner, const double* a, int stride, double beta, double* c,
                      int c_stride) {
   cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0, a, stride, beta, c, c_stride);
   if (rows > columns)
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0, a + columns, stride, a,
-                stride, beta, c + columns, c_stride);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0, a + columns,
+                stride, a, stride, beta, c + columns, c_stride);
 }
 void subtract_square(int rows, int columns, int inner, const float* a, int stride, float beta, float* c,
                      int c_stride) {
   cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0F, a, stride, beta, c, c_stride);
   if (rows > columns)
-    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0F, a + columns, stride, a,
-                stride, beta, c + columns, c_stride);
+    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0F, a + columns,
+                stride, a, stride, beta, c + columns, c_stride);
 }
 
 // X := L^-1 X, or L^-T X
-void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const double* l, int stride, double* x, int x_stride) {
+void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const double* l, int stride, double* x,
+                int x_stride) {
   if (columns == 1) {
     cblas_dtrsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
   } else {
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0, l, stride, x, x_stride);
+    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0, l, stride, x,
+                x_stride);
   }
 }
-void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const float* l, int stride, float* x, int x_stride) {
+void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const float* l, int stride, float* x,
+                int x_stride) {
   if (columns == 1) {
     cblas_strsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
   } else {
-    cblas_strsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0F, l, stride, x, x_stride);
+    cblas_strsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0F, l, stride, x,
+                x_stride);
   }
 }
 
 // Y := Y - A X, or Y - A^T X, with A of (rows, inner); X and Y share their stride.
-void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const double* a, int a_stride,
-                      const double* x, double* y, int stride) {
+void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const double* a,
+                      int a_stride, const double* x, double* y, int stride) {
   if (columns == 1) {
     cblas_dgemv(CblasColMajor, transpose, rows, inner, -1.0, a, a_stride, x, 1, 1.0, y, 1);
   } else {
     const bool plain = transpose == CblasNoTrans;
-    cblas_dgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows, -1.0, a,
-                a_stride, x, stride, 1.0, y, stride);
+    cblas_dgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
+                -1.0, a, a_stride, x, stride, 1.0, y, stride);
   }
 }
-void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const float* a, int a_stride,
-                      const float* x, float* y, int stride) {
+void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const float* a,
+                      int a_stride, const float* x, float* y, int stride) {
   if (columns == 1) {
     cblas_sgemv(CblasColMajor, transpose, rows, inner, -1.0F, a, a_stride, x, 1, 1.0F, y, 1);
   } else {
     const bool plain = transpose == CblasNoTrans;
-    cblas_sgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows, -1.0F, a,
-                a_stride, x, stride, 1.0F, y, stride);
+    cblas_sgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
+                -1.0F, a, a_stride, x, stride, 1.0F, y, stride);
   }
 }
 
@@ -104,14 +112,17 @@ void parallel_for(int threads, int count, Work&& work) {
   run();
 }
 
-// A front of more operations is cut into blocks of so many rows or columns, which the trunk's fronts share out.
+// A front of more operations is cut into blocks of so many rows or columns, which the trunk's fronts share
+// out.
 constexpr double kWideOperations = 2e8;
 constexpr int kBlock = 256;
 
-bool is_wide(const Front& front) { return front.operations > kWideOperations; }
+bool is_wide(const Front& front) {
+  return front.operations > kWideOperations;
+}
 
-// Eliminates the columns of a front: L11 and L21 in place of F11 and F21, and `update` = - L21 L21^T. The cuts follow
-// from its size alone, and so do its bits. False where a pivot is not positive.
+// Eliminates the columns of a front: L11 and L21 in place of F11 and F21, and `update` = - L21 L21^T. The
+// cuts follow from its size alone, and so do its bits. False where a pivot is not positive.
 template <typename Real>
 bool eliminate_columns(const Front& front, Real* panel, Real* update, int threads) {
   const int rows = front.num_rows;
@@ -135,7 +146,8 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, int thread
       solve_right(count, next - first, at(panel, first, first), at(panel, row, first), rows);
     });
     for_each_block(next, columns, [&](int column, int count) {
-      subtract_square(rows - column, count, next - first, at(panel, column, first), rows, Real(1), at(panel, column, column), rows);
+      subtract_square(rows - column, count, next - first, at(panel, column, first), rows, Real(1),
+                      at(panel, column, column), rows);
     });
   }
   const int updated = front.num_updated();
@@ -145,6 +157,10 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, int thread
   });
   return true;
 }
+
+// A pivot below this part of the diagonal entry that it was is what rounding left of a zero.
+template <typename Real>
+constexpr Real kSmallestPivot = 64 * std::numeric_limits<Real>::epsilon();
 
 // A power of two near 1 / magnitude, which changes no digit.
 double inverse_power_of_two(double magnitude) {
@@ -234,13 +250,15 @@ void Multifrontal<Real>::reserve(Stacks& stacks, const std::vector<int>& fronts)
     }
     mine[static_cast<size_t>(front)] = 1;
   }
-  for (int parity = 0; parity < 2; ++parity) stacks.entries[parity] = std::make_unique_for_overwrite<Real[]>(most[parity]);
+  for (int parity = 0; parity < 2; ++parity)
+    stacks.entries[parity] = std::make_unique_for_overwrite<Real[]>(most[parity]);
 }
 
 template <typename Real>
 template <typename Work>
 void Multifrontal<Real>::for_each_branch(Work&& work) {
-  parallel_for(threads_, static_cast<int>(branches_.size()), [&](int branch) { work(branches_[static_cast<size_t>(branch)]); });
+  parallel_for(threads_, static_cast<int>(branches_.size()),
+               [&](int branch) { work(branches_[static_cast<size_t>(branch)]); });
 }
 
 template <typename Real>
@@ -274,10 +292,18 @@ bool Multifrontal<Real>::eliminate(int index, Stacks& stacks) {
   const int parity = front.depth & 1;
   Real* panel = panels_.get() + front.panel;
   std::fill_n(panel, static_cast<size_t>(rows) * static_cast<size_t>(columns), Real(0));
-  for (const FrontTree::Entry& entry : tree_->entries(index)) panel[entry.target] = static_cast<Real>(scale_ * values_[entry.source]);
+  for (const FrontTree::Entry& entry : tree_->entries(index))
+    panel[entry.target] = static_cast<Real>(scale_ * values_[entry.source]);
+  std::vector<Real> diagonal(static_cast<size_t>(columns));
+  for (int column = 0; column < columns; ++column)
+    diagonal[static_cast<size_t>(column)] = panel[static_cast<ptrdiff_t>(column) * (rows + 1)];
   add_children(index, panel, nullptr, false);
   Real* update = stacks.entries[parity].get() + stacks.top[parity];
   if (!eliminate_columns(front, panel, update, &stacks == &trunk_stacks_ ? threads_ : 1)) return false;
+  for (int column = 0; column < columns; ++column) {
+    const Real root = panel[static_cast<ptrdiff_t>(column) * (rows + 1)];
+    if (!(root * root > kSmallestPivot<Real> * diagonal[static_cast<size_t>(column)])) return false;
+  }
   add_children(index, nullptr, update, true);
   updates_[static_cast<size_t>(index)] = update;
   stacks.top[parity] += front.update_entries();
@@ -285,12 +311,16 @@ bool Multifrontal<Real>::eliminate(int index, Stacks& stacks) {
   for (const int child : tree_->children(index)) {
     Real* begin = stacks.entries[1 - parity].get();
     Real* waiting = updates_[static_cast<size_t>(child)];
-    if (waiting >= begin && waiting < begin + stacks.top[1 - parity]) { stacks.top[1 - parity] = static_cast<size_t>(waiting - begin); break; }
+    if (waiting >= begin && waiting < begin + stacks.top[1 - parity]) {
+      stacks.top[1 - parity] = static_cast<size_t>(waiting - begin);
+      break;
+    }
   }
   return true;
 }
 
-// Adds the children's updates to the front: what falls in its columns to `panel`, or what lies above to `update`.
+// Adds the children's updates to the front: what falls in its columns to `panel`, or what lies above to
+// `update`.
 template <typename Real>
 void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool above) const {
   const Front& front = (*tree_)[index];
@@ -302,15 +332,18 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
     const Real* from = updates_[static_cast<size_t>(c)];
     for (int j = above ? in_columns : 0; j < (above ? n : in_columns); ++j) {
       const Real* column = from + static_cast<size_t>(j) * static_cast<size_t>(n);
-      Real* to = above ? update + static_cast<size_t>(place[j] - front.num_columns) * static_cast<size_t>(front.num_updated()) - front.num_columns
+      Real* to = above ? update +
+                             static_cast<size_t>(place[j] - front.num_columns) *
+                                 static_cast<size_t>(front.num_updated()) -
+                             front.num_columns
                        : panel + static_cast<size_t>(place[j]) * static_cast<size_t>(front.num_rows);
       for (int i = j; i < n; ++i) to[place[i]] += column[i];
     }
   }
 }
 
-// With w a front's rows: forward, w1 = L11^-1 (b + what the children carry), w2 = what they carry - L21 w1 goes to
-// the parent; back, w2 = the parent's x, w1 = L11^-T (w1 - L21^T w2) = x.
+// With w a front's rows: forward, w1 = L11^-1 (b + what the children carry), w2 = what they carry - L21 w1
+// goes to the parent; back, w2 = the parent's x, w1 = L11^-T (w1 - L21^T w2) = x.
 template <typename Real>
 void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
   const FrontTree& tree = *tree_;
@@ -323,7 +356,9 @@ void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
     scales[static_cast<size_t>(column)] = inverse_power_of_two(largest);
   }
   carried_.resize(tree.total_rows() * static_cast<size_t>(columns));
-  const auto carried = [&](const Front& front) { return carried_.data() + front.rows * static_cast<size_t>(columns); };
+  const auto carried = [&](const Front& front) {
+    return carried_.data() + front.rows * static_cast<size_t>(columns);
+  };
   const auto forward = [&](int index) {
     const Front& front = tree[index];
     const int rows = front.num_rows;
@@ -332,19 +367,23 @@ void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
       const double* b = right_hand_sides + static_cast<size_t>(column) * n;
       Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows);
       for (int row = 0; row < front.num_columns; ++row)
-        to[row] = static_cast<Real>(b[tree.permutation()[static_cast<size_t>(front.first_column + row)]] * scales[static_cast<size_t>(column)]);
+        to[row] = static_cast<Real>(b[tree.permutation()[static_cast<size_t>(front.first_column + row)]] *
+                                    scales[static_cast<size_t>(column)]);
       std::fill_n(to + front.num_columns, front.num_updated(), Real(0));
       for (const int c : tree.children(index)) {
         const Front& child = tree[c];
         const int* place = tree.rows_in_parent(c);
-        const Real* from = carried(child) + static_cast<size_t>(column) * static_cast<size_t>(child.num_rows) + child.num_columns;
+        const Real* from = carried(child) +
+                           static_cast<size_t>(column) * static_cast<size_t>(child.num_rows) +
+                           child.num_columns;
         for (int row = 0; row < child.num_updated(); ++row) to[place[row]] += from[row];
       }
     }
     const Real* panel = panels_.get() + front.panel;
     solve_left(CblasNoTrans, front.num_columns, columns, panel, rows, w, rows);
     if (front.num_updated() > 0)
-      subtract_product(CblasNoTrans, front.num_updated(), front.num_columns, columns, panel + front.num_columns, rows, w, w + front.num_columns, rows);
+      subtract_product(CblasNoTrans, front.num_updated(), front.num_columns, columns,
+                       panel + front.num_columns, rows, w, w + front.num_columns, rows);
   };
   const auto backward = [&](int index) {
     const Front& front = tree[index];
@@ -355,18 +394,22 @@ void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
       const Front& parent = tree[front.parent];
       const int* place = tree.rows_in_parent(index);
       for (int column = 0; column < columns; ++column) {
-        const Real* from = carried(parent) + static_cast<size_t>(column) * static_cast<size_t>(parent.num_rows);
+        const Real* from =
+            carried(parent) + static_cast<size_t>(column) * static_cast<size_t>(parent.num_rows);
         Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows) + front.num_columns;
         for (int row = 0; row < front.num_updated(); ++row) to[row] = from[place[row]];
       }
-      subtract_product(CblasTrans, front.num_updated(), front.num_columns, columns, panel + front.num_columns, rows, w + front.num_columns, w, rows);
+      subtract_product(CblasTrans, front.num_updated(), front.num_columns, columns, panel + front.num_columns,
+                       rows, w + front.num_columns, w, rows);
     }
     solve_left(CblasTrans, front.num_columns, columns, panel, rows, w, rows);
     for (int column = 0; column < columns; ++column) {
       double* x = right_hand_sides + static_cast<size_t>(column) * n;
       const double back = scale_ / scales[static_cast<size_t>(column)];
       for (int row = 0; row < front.num_columns; ++row)
-        x[tree.permutation()[static_cast<size_t>(front.first_column + row)]] = back * static_cast<double>(w[static_cast<size_t>(column) * static_cast<size_t>(rows) + static_cast<size_t>(row)]);
+        x[tree.permutation()[static_cast<size_t>(front.first_column + row)]] =
+            back * static_cast<double>(
+                       w[static_cast<size_t>(column) * static_cast<size_t>(rows) + static_cast<size_t>(row)]);
     }
   };
   for_each_branch([&](Branch& branch) {

@@ -2,13 +2,13 @@
 // single precision.
 //
 // The work is dense BLAS on the fronts of a FrontTree (which derives it). Disjoint subtrees, the *branches*,
-// are eliminated side by side; what stands above them, the *trunk*, after them. Every front is made by the same
-// operations in the same order whoever does it, so the bits do not depend on the threads. BLAS must be
+// are eliminated side by side; what stands above them, the *trunk*, after them. Every front is made by the
+// same operations in the same order whoever does it, so the bits do not depend on the threads. BLAS must be
 // single-threaded (openblas_set_num_threads(1)) where branches run side by side.
 //
-// Updates wait for their parent on stacks. In postorder all that lies above the updates of a front's children is gone
-// when the front is made, but its own update must be made before theirs are dropped; two stacks, for even and
-// odd depth, let it.
+// Updates wait for their parent on stacks. In postorder all that lies above the updates of a front's children
+// is gone when the front is made, but its own update must be made before theirs are dropped; two stacks, for
+// even and odd depth, let it.
 #pragma once
 
 #include <memory>
@@ -57,8 +57,8 @@ class Multifrontal {
   std::unique_ptr<Real[]> panels_;
   std::vector<Real*> updates_;  // of every front, where they wait
   const double* values_ = nullptr;
-  double scale_ = 1;            // of the matrix that is factored, a power of two
-  std::vector<Real> carried_;   // of solve: one entry a row of every front and column
+  double scale_ = 1;           // of the matrix that is factored, a power of two
+  std::vector<Real> carried_;  // of solve: one entry a row of every front and column
 };
 
 extern template class Multifrontal<double>;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "offline/fem/gmres.hpp"
+#include "offline/fem/load_path.hpp"
 
 namespace palpate {
 namespace {
@@ -19,8 +20,8 @@ constexpr int kMaxBacktracks = 12;
 // A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
-// An increment that converged with so few factors is followed by one half as large again.
-constexpr int kEasyFactors = 6;
+// An increment that converged with so few factors, the predictor's included, is followed by one half as large again.
+constexpr int kEasyFactors = 7;
 // Whole steps that an increment may take against the merit.
 constexpr int kBoldSteps = 8;
 
@@ -101,8 +102,8 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
   return factorize_in(Precision::double_precision, load, displacement, project);
 }
 
-bool StaticSolver::factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement,
-                                bool project) {
+bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
+                                const Eigen::VectorXd& displacement, bool project) {
   factor_precision_ = precision;
   factor_projected_ = project;
   assemble_tangent(load, displacement, project);
@@ -157,19 +158,23 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     projected = project;
     for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
       const bool single = precision == Precision::single_precision;
-      if (single && (!single_serves_ || conjugate_gradient_)) continue;
+      if (single && (project || !single_serves_)) continue;
+      // Where single precision failed the tangent is ill-conditioned or the equilibrium unstable, which rounding soon
+      // leaves: the rest of the increment is in double.
+      single_serves_ = single;
       ++report.factorizations;
       if (!factorize_in(precision, load, displacement, project)) continue;
       if (!load.pressures.empty() && solve_with_pressures(load, displacement, columns)) {
+        single_served_ = single_served_ || single;
         projected = false;
         return true;
       }
       Eigen::MatrixXd solution = columns;
       if (solve_accurately(solution)) {
+        single_served_ = single_served_ || single;
         columns = std::move(solution);
         return true;
       }
-      if (single) single_serves_ = false;
     }
   }
   return false;
@@ -177,8 +182,8 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
 
 bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
   if (factor_precision_ == Precision::double_precision) return back_solve(columns);
-  // Newton's next residual is then at least this part of the last, which it seldom is; one correction usually brings it
-  // far below, and a factor that needs more is not worth its haste.
+  // Newton's next residual is then at least this part of the last, which it seldom is; one correction usually
+  // brings it far below, and a factor that needs more is not worth its haste.
   constexpr double kAccuracy = 1e-4;
   constexpr int kCorrections = 2;
   const Eigen::MatrixXd right = free_equations(columns);
@@ -350,11 +355,25 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   }
 }
 
+template <typename Attempt>
+bool StaticSolver::in_either_precision(Attempt&& attempt) {
+  single_serves_ = !conjugate_gradient_;
+  single_served_ = false;
+  if (attempt()) return true;
+  if (!single_served_) return false;
+  single_serves_ = false;
+  forget_factor();
+  return attempt();
+}
+
 SolveReport StaticSolver::correct(const LoadCase& load, Eigen::VectorXd& displacement,
                                   const SolverSettings& settings) {
   SolveReport report;
-  Eigen::VectorXd trial = displacement;
-  report.converged = newton(load, 1.0, 1, trial, 0.0, settings, report, {});
+  Eigen::VectorXd trial;
+  report.converged = in_either_precision([&] {
+    trial = displacement;
+    return newton(load, 1.0, 1, trial, 0.0, settings, report, {});
+  });
   if (report.converged) {
     report.increments = 1;
     report.load_factor = 1.0;
@@ -370,6 +389,26 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
       from, [&](double) { return to; }, displacement, settings, progress);
 }
 
+bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int increment,
+                                  Eigen::VectorXd& displacement, double start_scale,
+                                  const SolverSettings& settings, SolveReport& report,
+                                  const std::function<void(const IterationRecord&)>& progress) {
+  Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
+  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
+    if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
+  }
+  if (jump.cwiseAbs().maxCoeff() > 0) {
+    Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
+    bool projected = false;
+    if (!factor_and_solve(load, displacement, follow, projected, report)) {
+      report.stopped = StopCause::no_tangent;
+      return false;
+    }
+    displacement += (jump + follow).col(0);
+  }
+  return newton(load, load_factor, increment, displacement, start_scale, settings, report, progress);
+}
+
 SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
                                  Eigen::VectorXd& displacement, const SolverSettings& settings,
                                  const std::function<void(const IterationRecord&)>& progress) {
@@ -381,33 +420,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   report.min_jacobian = state.min_jacobian;
   report.worst_element = state.worst_element;
 
-  // What the outside does at the start, reactions included, less what it does in loads(0).
-  LoadCase start = from;
-  Eigen::VectorXd pushed = Eigen::VectorXd::Zero(num_dofs);
-  add_pressure_force(assembly_->model(), from.pressures, displacement, pushed);
-  for (int dof = 0; dof < num_dofs; ++dof) {
-    if (from.held[static_cast<size_t>(dof)]) start.force[dof] = internal[dof] - pushed[dof];
-  }
-  const LoadCase first = loads(0.0);
-  const Eigen::VectorXd displacement_offset = displacement - first.displacement;
-  const Eigen::VectorXd force_offset = start.force - first.force;
-  FacePressures pressure_offset = from.pressures;
-  for (const auto& [face, pressure] : first.pressures) pressure_offset[face] -= pressure;
-  const std::vector<char> held = loads(1.0).held;
-
-  const auto load_at = [&](double time) {
-    LoadCase load = loads(time);
-    load.held = held;
-    if (time < 1.0) {  // else to the bit what it says
-      load.displacement += (1.0 - time) * displacement_offset;
-      load.force += (1.0 - time) * force_offset;
-      for (const auto& [face, pressure] : pressure_offset) load.pressures[face] += (1.0 - time) * pressure;
-    }
-    for (int dof = 0; dof < num_dofs; ++dof) {
-      if (held[static_cast<size_t>(dof)]) load.force[dof] = 0;
-    }
-    return load;
-  };
+  const LoadPath path(from, loads, assembly_->model(), displacement, internal);
 
   double reached = 0;
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
@@ -419,26 +432,15 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
     const int attempt = report.increments + 1;
     // A last increment that would leave a sliver is made whole.
     const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
-    const LoadCase load = load_at(target);
+    const LoadCase load = path.at(target);
 
-    // Predictor: the held dofs move and the free ones follow along the tangent at the state before, so that
-    // the elements beside a held node are not crushed by its jump.
-    Eigen::VectorXd trial = displacement;
-    Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(num_dofs, 1);
-    for (int dof = 0; dof < num_dofs; ++dof) {
-      if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
-    }
-    bool converged = false;
-    bool factored = true;
-    if (jump.cwiseAbs().maxCoeff() > 0) {
-      Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
-      bool projected = false;
-      factored = factor_and_solve(load, displacement, follow, projected, report);
-      if (factored) trial += (jump + follow).col(0);
-    }
-    if (!factored) report.stopped = StopCause::no_tangent;
-    const int factors_before = report.factorizations;
-    if (factored) converged = newton(load, target, attempt, trial, start_scale, settings, report, progress);
+    Eigen::VectorXd trial;
+    int factors_before = 0;
+    const bool converged = in_either_precision([&] {
+      trial = displacement;
+      factors_before = report.factorizations;
+      return take_increment(load, target, attempt, trial, start_scale, settings, report, progress);
+    });
     if (converged) {
       displacement = trial;
       for (int dof = 0; dof < num_dofs; ++dof) {

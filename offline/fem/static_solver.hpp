@@ -106,10 +106,7 @@ class StaticSolver {
   // `assembly` must outlive the solver and eliminate only dofs that every load case holds at zero.
   explicit StaticSolver(const Assembly& assembly, LinearSolver linear_solver = LinearSolver::cholesky);
 
-  // Follows the loads of a step over its time, loads(0) to loads(1), from `displacement`, the equilibrium of
-  // `from`. Held are always the dofs that loads(1) holds. Where loads(0) is not `from`, the difference ramps
-  // out over the step: a dof newly held moves from where it is, the reaction of one that is released
-  // dies away, a load that stands in loads(t) at its full size all the time grows linearly.
+  // Follows the LoadPath of a step over its time, from `displacement`, the equilibrium of `from`, to that of loads(1).
   // On failure `displacement` is the last converged state and `report.load_factor` the time it belongs to.
   // `progress` (may be empty) is called after every iteration.
   SolveReport follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
@@ -142,10 +139,7 @@ class StaticSolver {
   [[nodiscard]] bool back_solve(Eigen::MatrixXd& columns);
 
   // The next solve starts with a factor of its own: its path then does not depend on what was solved before.
-  void forget_factor() {
-    factor_valid_ = false;
-    single_serves_ = true;
-  }
+  void forget_factor() { factor_valid_ = false; }
 
   const Assembly& assembly() const { return *assembly_; }
 
@@ -159,15 +153,26 @@ class StaticSolver {
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
               double start_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);
+  // From one equilibrium to the next. Predictor: the held dofs move and the free ones follow along the tangent at
+  // the state before, so that the elements beside a held node are not crushed by its jump. Then Newton. On failure
+  // `displacement` means nothing.
+  bool take_increment(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
+                      double start_scale, const SolverSettings& settings, SolveReport& report,
+                      const std::function<void(const IterationRecord&)>& progress);
+  // Tries with factors in single precision, where they serve, and if that fails in double: near an unstable
+  // equilibrium the rounding of single grows where that of double does not yet.
+  template <typename Attempt>
+  bool in_either_precision(Attempt&& attempt);
   bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
   // x of K x = columns over the equations, in place.
   bool solve_equations(Eigen::MatrixXd& columns);
-  bool factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
-  // As back_solve(), just after factorize_in(): corrects what a factor in single precision leaves, false where it
-  // leaves too much.
+  bool factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement,
+                    bool project);
+  // As back_solve(), just after factorize_in(): corrects what a factor in single precision leaves, false
+  // where it leaves too much.
   bool solve_accurately(Eigen::MatrixXd& columns);
-  // Factors K, in single precision where that serves, projected where it is not positive definite, and solves for the
-  // free dofs of `columns`.
+  // Factors K, in single precision where that serves, projected where it is not positive definite, and solves
+  // for the free dofs of `columns`.
   bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
                         bool& projected, SolveReport& report);
   // The rows of the equations of full-length columns, 0 where held; and back, 0 where there is no equation.
@@ -201,7 +206,8 @@ class StaticSolver {
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;
-  bool single_serves_ = true;  // until a matrix turned out too ill-conditioned for it
+  bool single_serves_ = false;  // no tangent of this attempt was indefinite or too ill-conditioned yet
+  bool single_served_ = false;  // a direction of this attempt came from a factor in single precision
 };
 
 }  // namespace palpate

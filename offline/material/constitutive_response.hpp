@@ -25,7 +25,8 @@ inline StressAndTangent stress_and_tangent(const Law& law, const Eigen::Matrix3d
 
 // Of the laws whose tangent has that form; nothing for the others.
 inline std::optional<DyadicTangent> dyadic_tangent(const Law& law, const Eigen::Matrix3d& F) {
-  if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law)) return dyadic_tangent(*neo_hookean, F);
+  if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law))
+    return dyadic_tangent(*neo_hookean, F);
   const auto* invariant = std::get_if<InvariantLaw>(&law);
   if (invariant != nullptr && invariant->c01 == 0.0) return dyadic_tangent(*invariant, F);
   return std::nullopt;

@@ -1,9 +1,10 @@
-// A tangent made of products of F and H = F^-T, as those laws have it whose energy depends on I1 = F : F and J alone:
+// A tangent made of products of F and H = F^-T, as those laws have it whose energy depends on I1 = F : F and
+// J alone:
 //
 //   dP[dF] = identity dF + transposed H dF^T H + (ff F + fh H)(F : dF) + (fh F + hh H)(H : dF)
 //
-// Between two shape gradients g_a, g_b it is a few products of the vectors F g and H g, where the full tangent costs a
-// contraction of 81 numbers: an assembly is three times faster.
+// Between two shape gradients g_a, g_b it is a few products of the vectors F g and H g, where the full
+// tangent costs a contraction of 81 numbers: an assembly is three times faster.
 #pragma once
 
 #include "offline/material/stress_and_tangent.hpp"

@@ -120,7 +120,8 @@ inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen:
     const invariant_law::Kinematics k(F);
     const double second = law.c01 * k.volume_scale * k.volume_scale;
     invariant_law::add_curvature_of_i2(second, k, F, result.tangent);
-    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, invariant_law::gradient_of_i2(k, F), k.H, result.tangent);
+    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, invariant_law::gradient_of_i2(k, F), k.H,
+                                    result.tangent);
   }
   return result;
 }
