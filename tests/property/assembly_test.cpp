@@ -31,13 +31,16 @@ constexpr double kDifference = 1e-7;
 
 enum class Kind { four_nodes, ten_nodes };
 
-Model two_materials(Kind kind = Kind::four_nodes) {
+Model several_materials(Kind kind = Kind::four_nodes) {
   BlockShape shape;
   shape.cells = {2, 2, 2};
   shape.size = {1.0, 1.25, 0.75};
   Model model = tetrahedral_block(shape);
   model.materials.push_back({"STIFF", CompressibleNeoHookean{2.4, 10.0}});
-  for (size_t e = 0; e < model.elements.size(); e += 3) model.elements[e].material = 1;
+  // One for each way in which a tangent is assembled: H alone, F and H (YEOH), and all 81 numbers.
+  model.materials.push_back({"YEOH", InvariantLaw{0.5, 0.0, 0.2, 0.05, {{0.8}}}});
+  model.materials.push_back({"MOONEY-RIVLIN", InvariantLaw{0.4, 0.2, 0.0, 0.0, {{0.9}}}});
+  for (size_t e = 0; e < model.elements.size(); ++e) model.elements[e].material = static_cast<int>(e % 4);
   return kind == Kind::four_nodes ? model : test::with_middle_nodes(model, 0.02);
 }
 
@@ -71,7 +74,7 @@ double stored_energy(const Assembly& assembly, const Eigen::VectorXd& displaceme
 }
 
 TEST_P(AssemblyOfEachKind, ForceIsTheGradientOfTheEnergy) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   Eigen::VectorXd force;
@@ -88,7 +91,7 @@ TEST_P(AssemblyOfEachKind, ForceIsTheGradientOfTheEnergy) {
 }
 
 TEST_P(AssemblyOfEachKind, TangentIsTheGradientOfTheForce) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   const int n = model.num_dofs();
@@ -112,7 +115,7 @@ TEST_P(AssemblyOfEachKind, TangentIsTheGradientOfTheForce) {
 }
 
 TEST_P(AssemblyOfEachKind, TangentKeepsOnePatternForAllStates) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   Assembly::SparseLower rest;
   assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, rest);
@@ -135,7 +138,7 @@ TEST_P(AssemblyOfEachKind, TangentKeepsOnePatternForAllStates) {
 }
 
 TEST_P(AssemblyOfEachKind, ProjectedTangentHasNoNegativeEigenvalue) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   // Squeezed to 0.6: pressure makes rotations, and with them the true tangent, unstable.
   const Eigen::VectorXd squeezed = affine_displacement(model, 0.6 * Eigen::Matrix3d::Identity()) +
@@ -155,7 +158,7 @@ TEST_P(AssemblyOfEachKind, ProjectedTangentHasNoNegativeEigenvalue) {
 }
 
 TEST_P(AssemblyOfEachKind, ProjectionLeavesAPositiveTangentAlone) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   // Stretched a little, so that tension steadies rotations; much more, and a law with a large lambda softens
   // in shear.
@@ -224,7 +227,7 @@ TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
 }
 
 TEST_P(AssemblyOfEachKind, RigidMotionsCostNothing) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   Assembly::SparseLower lower;
   assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, lower);
@@ -254,7 +257,7 @@ TEST_P(AssemblyOfEachKind, RigidMotionsCostNothing) {
 }
 
 TEST_P(AssemblyOfEachKind, ForcesBalanceInEveryState) {
-  const Model model = two_materials(GetParam());
+  const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);
   Eigen::VectorXd force;
@@ -362,7 +365,7 @@ TEST(AssemblyProperty, RoundingIsAsSmallAsSaid) {
 }
 
 TEST(AssemblyProperty, EliminatedDofsLeaveTheEquations) {
-  const Model model = test::with_fixed_base(two_materials());
+  const Model model = test::with_fixed_base(several_materials());
   const std::vector<char> eliminated = model.fixed_dofs();
   const Assembly whole(model, no_dofs(model));
   const Assembly reduced(model, eliminated);
@@ -393,7 +396,7 @@ TEST(AssemblyProperty, EliminatedDofsLeaveTheEquations) {
 }
 
 TEST(AssemblyProperty, ANodeWithoutElementHasNoEquation) {
-  Model model = two_materials();
+  Model model = several_materials();
   const Assembly without(model, no_dofs(model));
   model.positions.insert(model.positions.begin(), Eigen::Vector3d(0.5, 0.5, 0.5));
   model.labels.insert(model.labels.begin(), 999);

@@ -6,9 +6,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
+#include <limits>
 #include <thread>
 #include <vector>
 
+#include "offline/fem/assembly.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
@@ -108,6 +110,9 @@ TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   zero.lower *= 0.0;
   EXPECT_FALSE(cholesky.factorize(zero.lower));
   ASSERT_TRUE(cholesky.factorize(good.lower));
+  RandomMatrix not_a_number = good;
+  not_a_number.lower.coeffRef(n / 2, n / 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(cholesky.factorize(not_a_number.lower));
   RandomMatrix barely = good;  // one eigenvalue just below zero, the diagonal still positive
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(good.dense, Eigen::EigenvaluesOnly);
   for (int i = 0; i < n; ++i) barely.lower.coeffRef(i, i) -= eigen.eigenvalues()(0) * (1 + 1e-6);
@@ -137,6 +142,64 @@ TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
   for (Eigen::VectorXd& solution : at_once) threads.emplace_back([&] { solution = solve(); });
   for (std::thread& thread : threads) thread.join();
   for (const Eigen::VectorXd& solution : at_once) EXPECT_EQ(solution, alone) << "to the bit";
+}
+
+TEST(CholeskyReference, SinglePrecisionLeavesItsRounding) {
+  // Condition under 1e3 times single rounding; at least the rounding itself, or it was done in double.
+  constexpr double kSingle = 1e-4;
+  const int n = 150;
+  RandomMatrix matrix = random_matrix(n, 4, 21, 22);
+  Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
+  for (const double unit : {1.0, 1e-60, 1e60}) {  // beyond what single precision can hold
+    SCOPED_TRACE(unit);
+    RandomMatrix scaled = matrix;
+    scaled.lower *= unit;
+    ASSERT_TRUE(cholesky.factorize(scaled.lower, Precision::single_precision));
+    for (const int columns : {1, 5}) {
+      const Eigen::MatrixXd right = TestRandom(23).matrix(n, columns);
+      Eigen::MatrixXd solution = right / unit;
+      cholesky.solve(solution);
+      const Eigen::MatrixXd expected = matrix.dense.llt().solve(right) / unit / unit;
+      EXPECT_LE((solution - expected).norm(), kSingle * expected.norm());
+      EXPECT_GE((solution - expected).norm(), 1e-9 * expected.norm());
+    }
+  }
+  ASSERT_TRUE(cholesky.factorize(matrix.lower));
+  Eigen::VectorXd solution = TestRandom(23).vector(n);
+  const Eigen::VectorXd right = solution;
+  cholesky.solve(solution);
+  EXPECT_LE((matrix.dense * solution - right).norm(), kSolve * right.norm()) << "double after single";
+}
+
+TEST(CholeskyReference, AnyNumberOfThreadsGivesTheSameBits) {
+  // A block with branches to share out, and a dense matrix, one front that is cut into blocks.
+  test::BlockShape shape;
+  shape.cells = {6, 6, 12};
+  const Model block = test::tetrahedral_block(shape);
+  const Assembly assembly(block, test::no_dofs(block));
+  SparseLower stiffness;
+  assembly.tangent(Eigen::VectorXd::Zero(block.num_dofs()), false, stiffness);
+  for (Eigen::Index equation = 0; equation < stiffness.cols(); ++equation)
+    stiffness.coeffRef(equation, equation) *= 1.01;  // it floats
+  for (const SparseLower& matrix : {stiffness, random_matrix(1100, 20000, 81, 82).lower}) {
+    const CholeskyAnalysis analysis(matrix);
+    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+      Cholesky alone(analysis, 1);
+      ASSERT_TRUE(alone.factorize(matrix, precision));
+      Eigen::VectorXd expected = TestRandom(83).vector(static_cast<int>(matrix.cols()));
+      const Eigen::VectorXd right = expected;
+      alone.solve(expected);
+      const double residual = (matrix.selfadjointView<Eigen::Lower>() * expected - right).norm();
+      EXPECT_LE(residual, (precision == Precision::double_precision ? 1e-12 : 1e-3) * right.norm());
+      for (const int threads : {2, 3, 7}) {
+        Cholesky shared(analysis, threads);
+        ASSERT_TRUE(shared.factorize(matrix, precision));
+        Eigen::VectorXd solution = right;
+        shared.solve(solution);
+        EXPECT_EQ(solution, expected) << threads << " threads, to the bit";
+      }
+    }
+  }
 }
 
 TEST(CholeskyReference, CountsTheFactorsNonzeros) {
