@@ -56,6 +56,13 @@ ElementState StaticSolver::internal_force(const Eigen::VectorXd& displacement, E
   return assembly_->internal_force(displacement, force, energy);
 }
 
+double StaticSolver::stored_energy(const Eigen::VectorXd& displacement) {
+  double energy = 0;
+  Eigen::VectorXd force;
+  internal_force(displacement, force, &energy);
+  return energy;
+}
+
 Eigen::VectorXd StaticSolver::external_force(const LoadCase& load,
                                              const Eigen::VectorXd& displacement) const {
   Eigen::VectorXd external = load.force;
@@ -100,6 +107,11 @@ void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd&
 
 bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
   return factorize_in(Precision::double_precision, load, displacement, project);
+}
+
+bool StaticSolver::is_positive_definite(const LoadCase& load, const Eigen::VectorXd& displacement) {
+  return factorize_in(Precision::single_precision, load, displacement, false) ||
+         factorize_in(Precision::double_precision, load, displacement, false);
 }
 
 bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
@@ -249,8 +261,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
                           Eigen::VectorXd& displacement, double start_scale, const SolverSettings& settings,
                           SolveReport& report, const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
-  double energy = 0;  // stored
-  ElementState state = internal_force(displacement, internal, &energy);
+  ElementState state = internal_force(displacement, internal);
   const auto give_up = [&](StopCause cause) {
     report.stopped = cause;
     return false;
@@ -274,6 +285,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
   };
+  std::optional<double> energy;  // stored at `displacement`, once it is asked for
   int bold_steps = 0;
   int fresh_iterations = 0;
   bool stalled = false;  // a whole step with a fresh factor left the residual as it was
@@ -307,26 +319,31 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     const double norm_before = norm;
     const bool fresh = !reuse;
     double step = 1.0;
+    std::optional<double> trial_energy;
     for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
       const Eigen::VectorXd move = step * direction.col(0);
       const Eigen::VectorXd trial = displacement + move;
-      double stored = 0;
-      state = internal_force(trial, internal, &stored);
+      trial_energy.reset();
+      state = internal_force(trial, internal);
       note_trouble();
-      if (!(stored < std::numeric_limits<double>::infinity())) continue;
-      const double work =
-          load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
+      if (!(state.min_jacobian > 0)) continue;
       external = external_force(load, trial);
       residual_force = residual(load, internal, external);
       const double trial_norm = residual_force.norm();
-      const bool falls = stored - work <= energy + kSufficientDecrease * step * slope ||
-                         trial_norm <= kResidualDecrease * norm_before;
+      bool falls = trial_norm <= kResidualDecrease * norm_before;
+      if (!falls) {
+        if (!energy) energy = stored_energy(displacement);
+        trial_energy = stored_energy(trial);
+        const double work =
+            load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
+        falls = *trial_energy - work <= *energy + kSufficientDecrease * step * slope;
+      }
       const bool bold = !falls && fresh && !projected && step == 1.0 && bold_steps < kBoldSteps &&
                         std::isfinite(trial_norm);
       if (falls || bold) {
         bold_steps += bold;
         displacement = trial;
-        energy = stored;
+        energy = trial_energy;
         norm = trial_norm;
         record.step = step;
         break;

@@ -130,6 +130,10 @@ class StaticSolver {
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
 
+  // Whether K at `displacement`, with the held dofs of `load` taken out and the symmetric part of what pressures add, is
+  // positive definite. Single precision decides where its rounding cannot matter. Cholesky only.
+  [[nodiscard]] bool is_positive_definite(const LoadCase& load, const Eigen::VectorXd& displacement);
+
   // Factors K at `displacement` with the held dofs of `load` taken out. False where it is not positive
   // definite; conjugate gradients find that out in the solve.
   [[nodiscard]] bool factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
@@ -182,6 +186,7 @@ class StaticSolver {
   void assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr);
+  double stored_energy(const Eigen::VectorXd& displacement);
   // f_ext(u), all dofs.
   Eigen::VectorXd external_force(const LoadCase& load, const Eigen::VectorXd& displacement) const;
   // Replaces b by x of (K - K_p) x = b, with the whole unsymmetric tangent K_p of the pressures, by GMRES
