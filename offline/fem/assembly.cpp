@@ -137,7 +137,8 @@ void Assembly::divide_nodes(int parts) {
   share(quadratic_);
 }
 
-Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int threads) : model_(&model) {
+Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int threads)
+    : model_(&model), threads_(std::max(1, threads)) {
   std::vector<char> has_element(static_cast<size_t>(model.num_nodes()), 0);
   for (size_t e = 0; e < model.elements.size(); ++e) {
     const Tetrahedron& element = model.elements[e];
@@ -145,8 +146,8 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
     (element.num_nodes == 4 ? linear_.elements : quadratic_.elements).push_back(static_cast<int>(e));
   }
   constexpr size_t kWorthAThread = 2000;  // elements: a tenth of a millisecond and more
-  divide_nodes(static_cast<int>(std::clamp<size_t>(model.elements.size() / kWorthAThread, 1,
-                                                   static_cast<size_t>(std::max(1, threads)))));
+  divide_nodes(static_cast<int>(
+      std::clamp<size_t>(model.elements.size() / kWorthAThread, 1, static_cast<size_t>(threads_))));
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
     if (eliminated[static_cast<size_t>(dof)] || !has_element[static_cast<size_t>(dof / 3)]) continue;

@@ -36,7 +36,7 @@ class Assembly {
   Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
-  int threads() const { return num_parts_; }
+  int threads() const { return threads_; }  // that it was made with
   int num_dofs() const { return model_->num_dofs(); }
   int num_equations() const { return static_cast<int>(equation_dofs_.size()); }
   const std::vector<int>& equation_dofs() const { return equation_dofs_; }  // equation -> dof
@@ -99,6 +99,7 @@ class Assembly {
   void divide_nodes(int parts);
 
   const Model* model_;
+  int threads_;
   // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
   // nodes, in the order of the elements; those on the border of two parts are computed by both.
   int num_parts_ = 1;

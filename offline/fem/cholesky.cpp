@@ -11,10 +11,6 @@
 #include <string>
 #include <vector>
 
-// Of the OpenMP runtime that CHOLMOD brings; <omp.h> belongs to a compiler, and we compile nothing with
-// OpenMP.
-extern "C" void omp_set_max_active_levels(int levels);
-
 namespace palpate {
 namespace {
 
@@ -118,9 +114,8 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
     // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
-    // The threads are ours, branches of the elimination tree or sites of a build. Those of CHOLMOD's loops
-    // and of BLAS would spin beside them, and the last digits of a product would follow their number.
-    omp_set_max_active_levels(0);
+    // The threads are ours, branches of the elimination tree or sites of a build. Those of BLAS would spin
+    // beside them, and the last digits of a product would follow their number.
     openblas_set_num_threads(1);
     if (cholmod_metis(&blocks, nullptr, 0, 0, block_order.data(), &workspace.common) != 0) {
       for (const int block : block_order) {
@@ -172,11 +167,12 @@ void Cholesky::solve(Eigen::VectorXd& right_hand_side) {
 }
 
 void Cholesky::solve_dense(double* values, int columns) {
-  if (columns == 0) return;
   if (single_) {
     single_->solve(values, columns);
-  } else {
+  } else if (double_) {
     double_->solve(values, columns);
+  } else {
+    throw std::logic_error("there is no factor to solve with");
   }
 }
 

@@ -1,7 +1,11 @@
 #include "offline/fem/front_tree.hpp"
 
+#include <cholmod.h>
+
 #include <algorithm>
+#include <limits>
 #include <numeric>
+#include <stdexcept>
 
 namespace palpate {
 namespace {
@@ -13,7 +17,7 @@ void accumulate(std::vector<int>& counts) {
 
 }  // namespace
 
-FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic) {
+FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic) {
   const int* first_columns = static_cast<const int*>(symbolic.super);
   const int* first_rows = static_cast<const int*>(symbolic.pi);
   const int* row_indices = static_cast<const int*>(symbolic.s);
@@ -29,7 +33,10 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic)
     front.rows = static_cast<size_t>(first_rows[f]);
     front.panel = panel_entries_;
     front.first_within = static_cast<int>(f);
-    panel_entries_ += static_cast<size_t>(front.num_rows) * static_cast<size_t>(front.num_columns);
+    const size_t entries = static_cast<size_t>(front.num_rows) * static_cast<size_t>(front.num_columns);
+    if (entries > static_cast<size_t>(std::numeric_limits<int>::max()))
+      throw std::runtime_error("the factor of this model has a front of more than 2^31 entries");
+    panel_entries_ += entries;
     std::fill_n(front_of.begin() + front.first_column, front.num_columns, static_cast<int>(f));
     for (int column = 0; column < front.num_columns; ++column) {
       const double rows = front.num_rows - column;

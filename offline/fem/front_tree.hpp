@@ -12,12 +12,12 @@
 // Source: Duff and Reid 1983; Liu 1992, The multifrontal method for sparse matrix solution.
 #pragma once
 
-#include <cholmod.h>
-
 #include <Eigen/SparseCore>
 #include <cstddef>
 #include <span>
 #include <vector>
+
+struct cholmod_factor_struct;  // CHOLMOD's cholmod_factor
 
 namespace palpate {
 
@@ -45,8 +45,9 @@ struct Front {
 class FrontTree {
  public:
   FrontTree() = default;
-  // From CHOLMOD's supernodal analysis of `pattern`.
-  FrontTree(const SparseLower& pattern, const cholmod_factor& symbolic);
+  // From CHOLMOD's supernodal analysis of `pattern`. Throws std::runtime_error where a front has more than
+  // 2^31 entries.
+  FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic);
 
   int size() const { return static_cast<int>(fronts_.size()); }
   const Front& operator[](int front) const { return fronts_[static_cast<size_t>(front)]; }

@@ -9,9 +9,9 @@
 namespace palpate {
 
 // At time 0 it does what the outside does at the start, reactions included; where the step's own loads(0) is
-// something else, the difference ramps out over the step: a dof newly held moves from where it is, the reaction of
-// one that is released dies away, a load that stands in loads(t) at its full size all the time grows linearly. Held
-// are always the dofs that loads(1) holds.
+// something else, the difference ramps out over the step: a dof newly held moves from where it is, the
+// reaction of one that is released dies away, a load that stands in loads(t) at its full size all the time
+// grows linearly. Held are always the dofs that loads(1) holds.
 class LoadPath {
  public:
   // `displacement` is the equilibrium of `from`, with the internal forces `internal`.

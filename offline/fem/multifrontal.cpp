@@ -1,116 +1,17 @@
 #include "offline/fem/multifrontal.hpp"
 
-#include <cblas.h>
-
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
 #include <utility>
 
-// LAPACK's, which OpenBLAS carries: Cholesky factor of a dense matrix in place.
-extern "C" {
-void dpotrf_(const char* triangle, const int* n, double* a, const int* stride, int* info);
-void spotrf_(const char* triangle, const int* n, float* a, const int* stride, int* info);
-}
+#include "offline/fem/dense_kernels.hpp"
+#include "offline/fem/parallel_for.hpp"
 
 namespace palpate {
 namespace {
-
-// The dense kernels, on column-major lower triangles.
-
-bool factor_in_place(int n, double* a, int stride) {
-  int info = 0;
-  dpotrf_("L", &n, a, &stride, &info);
-  return info == 0;
-}
-bool factor_in_place(int n, float* a, int stride) {
-  int info = 0;
-  spotrf_("L", &n, a, &stride, &info);
-  return info == 0;
-}
-
-// B := B L^-T
-void solve_right(int rows, int n, const double* l, double* b, int stride) {
-  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0, l, stride, b,
-              stride);
-}
-void solve_right(int rows, int n, const float* l, float* b, int stride) {
-  cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0F, l, stride, b,
-              stride);
-}
-
-// C := beta C - A A^T over the first `columns` columns of the lower triangle of C, which has as many rows as
-// A.
-void subtract_square(int rows, int columns, int inner, const double* a, int stride, double beta, double* c,
-                     int c_stride) {
-  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0, a, stride, beta, c, c_stride);
-  if (rows > columns)
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0, a + columns,
-                stride, a, stride, beta, c + columns, c_stride);
-}
-void subtract_square(int rows, int columns, int inner, const float* a, int stride, float beta, float* c,
-                     int c_stride) {
-  cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0F, a, stride, beta, c, c_stride);
-  if (rows > columns)
-    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0F, a + columns,
-                stride, a, stride, beta, c + columns, c_stride);
-}
-
-// X := L^-1 X, or L^-T X
-void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const double* l, int stride, double* x,
-                int x_stride) {
-  if (columns == 1) {
-    cblas_dtrsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
-  } else {
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0, l, stride, x,
-                x_stride);
-  }
-}
-void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const float* l, int stride, float* x,
-                int x_stride) {
-  if (columns == 1) {
-    cblas_strsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
-  } else {
-    cblas_strsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0F, l, stride, x,
-                x_stride);
-  }
-}
-
-// Y := Y - A X, or Y - A^T X, with A of (rows, inner); X and Y share their stride.
-void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const double* a,
-                      int a_stride, const double* x, double* y, int stride) {
-  if (columns == 1) {
-    cblas_dgemv(CblasColMajor, transpose, rows, inner, -1.0, a, a_stride, x, 1, 1.0, y, 1);
-  } else {
-    const bool plain = transpose == CblasNoTrans;
-    cblas_dgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
-                -1.0, a, a_stride, x, stride, 1.0, y, stride);
-  }
-}
-void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const float* a,
-                      int a_stride, const float* x, float* y, int stride) {
-  if (columns == 1) {
-    cblas_sgemv(CblasColMajor, transpose, rows, inner, -1.0F, a, a_stride, x, 1, 1.0F, y, 1);
-  } else {
-    const bool plain = transpose == CblasNoTrans;
-    cblas_sgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
-                -1.0F, a, a_stride, x, stride, 1.0F, y, stride);
-  }
-}
-
-// Calls work(0) ... work(count - 1), each once, on so many threads.
-template <typename Work>
-void parallel_for(int threads, int count, Work&& work) {
-  std::atomic<int> next = 0;
-  const auto run = [&] {
-    for (int index = next++; index < count; index = next++) work(index);
-  };
-  std::vector<std::jthread> others;
-  for (int thread = 1; thread < std::min(threads, count); ++thread) others.emplace_back(run);
-  run();
-}
 
 // A front of more operations is cut into blocks of so many rows or columns, which the trunk's fronts share
 // out.
@@ -133,7 +34,7 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, int thread
   };
   const auto for_each_block = [&](int begin, int end, auto&& work) {
     const int block = wide ? kBlock : std::max(1, end - begin);
-    parallel_for(wide ? threads : 1, (end - begin + block - 1) / block, [&](int index) {
+    parallel_for(wide ? threads : 1, (end - begin + block - 1) / block, [&](int index, int) {
       const int first = begin + index * block;
       work(first, std::min(block, end - first));
     });
@@ -172,21 +73,39 @@ double inverse_power_of_two(double magnitude) {
 
 template <typename Real>
 Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tree), threads_(threads) {
-  divide(threads);
-  std::vector<int> fronts;
-  for (Branch& branch : branches_) {
-    fronts.clear();
-    for (int front = tree[branch.root].first_within; front <= branch.root; ++front) fronts.push_back(front);
-    reserve(branch.stacks, fronts);
-  }
-  reserve(trunk_stacks_, trunk_);
-  panels_ = std::make_unique_for_overwrite<Real[]>(tree.panel_entries());
+  divide();
+  // As much as waits at any time, found by going through the elimination without doing it.
+  std::array<size_t, 2> branch_room = {0, 0};
   updates_.resize(static_cast<size_t>(tree.size()));
+  for (Branch& branch : branches_) {
+    std::array<size_t, 2> top = {0, 0};
+    for (int front = tree[branch.root].first_within; front <= branch.root; ++front)
+      wait(front, top, branch_room);
+    branch.update = std::make_unique_for_overwrite<Real[]>(tree[branch.root].update_entries());
+    updates_[static_cast<size_t>(branch.root)] = branch.update.get();
+  }
+  std::array<size_t, 2> trunk_room = {0, 0};
+  std::array<size_t, 2> top = {0, 0};
+  for (const int front : trunk_) wait(front, top, trunk_room);
+
+  int most_columns = 0;
+  for (int front = 0; front < tree.size(); ++front)
+    most_columns = std::max(most_columns, tree[front].num_columns);
+  const auto reserve = [&](Workspace& workspace, const std::array<size_t, 2>& room) {
+    for (size_t parity = 0; parity < 2; ++parity)
+      workspace.stack[parity] = std::make_unique_for_overwrite<Real[]>(room[parity]);
+    workspace.diagonal.resize(static_cast<size_t>(most_columns));
+  };
+  workers_.resize(std::min(static_cast<size_t>(threads_), branches_.size()));
+  for (Workspace& worker : workers_) reserve(worker, branch_room);
+  reserve(trunk_workspace_, trunk_room);
+  panels_ = std::make_unique_for_overwrite<Real[]>(tree.panel_entries());
 }
 
-// Splits the costliest branch into its children while that makes the whole sooner done.
+// A few splits of the costliest branch into its children; the division of those that would be done first is
+// kept.
 template <typename Real>
-void Multifrontal<Real>::divide(int threads) {
+void Multifrontal<Real>::divide() {
   const FrontTree& tree = *tree_;
   std::vector<double> cost(static_cast<size_t>(tree.size()));  // of the subtree
   std::vector<std::pair<double, int>> roots;
@@ -200,7 +119,7 @@ void Multifrontal<Real>::divide(int threads) {
     }
   }
   const auto time_of = [&](const std::vector<std::pair<double, int>>& sorted, double trunk) {
-    std::vector<double> busy(static_cast<size_t>(threads), 0.0);
+    std::vector<double> busy(static_cast<size_t>(threads_), 0.0);
     for (const auto& [branch_cost, root] : sorted) *std::min_element(busy.begin(), busy.end()) += branch_cost;
     return trunk + *std::max_element(busy.begin(), busy.end());
   };
@@ -211,11 +130,11 @@ void Multifrontal<Real>::divide(int threads) {
   std::vector<std::pair<double, int>> best = roots;
   double trunk = 0;
   double best_time = time_of(roots, trunk);
-  const int splits = threads == 1 ? 0 : 16 * threads;
+  const int splits = threads_ == 1 ? 0 : 16 * threads_;
   for (int split = 0; split < splits && !roots.empty(); ++split) {
     const int root = roots.front().second;
     if (tree.children(root).empty()) break;
-    trunk += is_wide(tree[root]) ? tree[root].operations / threads : tree[root].operations;
+    trunk += is_wide(tree[root]) ? tree[root].operations / threads_ : tree[root].operations;
     roots.erase(roots.begin());
     for (const int child : tree.children(root)) roots.emplace_back(cost[static_cast<size_t>(child)], child);
     std::sort(roots.begin(), roots.end(), costliest_first);
@@ -225,9 +144,11 @@ void Multifrontal<Real>::divide(int threads) {
       best = roots;
     }
   }
+  is_branch_root_.assign(static_cast<size_t>(tree.size()), 0);
   std::vector<char> in_branch(static_cast<size_t>(tree.size()), 0);
   for (const auto& [branch_cost, root] : best) {
-    branches_.push_back({root, {}});
+    branches_.push_back({root, nullptr});
+    is_branch_root_[static_cast<size_t>(root)] = 1;
     std::fill(in_branch.begin() + tree[root].first_within, in_branch.begin() + root + 1, 1);
   }
   for (int front = 0; front < tree.size(); ++front) {
@@ -235,30 +156,16 @@ void Multifrontal<Real>::divide(int threads) {
   }
 }
 
-// Room for the most that waits at any time, found by going through the elimination without doing it.
+// What making a front does to the two stacks: its update is put on one, those of its children leave the
+// other.
 template <typename Real>
-void Multifrontal<Real>::reserve(Stacks& stacks, const std::vector<int>& fronts) const {
-  size_t most[2] = {0, 0};
-  size_t top[2] = {0, 0};
-  std::vector<char> mine(static_cast<size_t>(tree_->size()), 0);
-  for (const int front : fronts) {
-    const int parity = (*tree_)[front].depth & 1;
-    top[parity] += (*tree_)[front].update_entries();
-    most[parity] = std::max(most[parity], top[parity]);
-    for (const int child : tree_->children(front)) {
-      if (mine[static_cast<size_t>(child)]) top[1 - parity] -= (*tree_)[child].update_entries();
-    }
-    mine[static_cast<size_t>(front)] = 1;
+void Multifrontal<Real>::wait(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& most) const {
+  const size_t parity = static_cast<size_t>((*tree_)[front].depth & 1);
+  if (!is_branch_root_[static_cast<size_t>(front)]) top[parity] += (*tree_)[front].update_entries();
+  most[parity] = std::max(most[parity], top[parity]);
+  for (const int child : tree_->children(front)) {
+    if (!is_branch_root_[static_cast<size_t>(child)]) top[1 - parity] -= (*tree_)[child].update_entries();
   }
-  for (int parity = 0; parity < 2; ++parity)
-    stacks.entries[parity] = std::make_unique_for_overwrite<Real[]>(most[parity]);
-}
-
-template <typename Real>
-template <typename Work>
-void Multifrontal<Real>::for_each_branch(Work&& work) {
-  parallel_for(threads_, static_cast<int>(branches_.size()),
-               [&](int branch) { work(branches_[static_cast<size_t>(branch)]); });
 }
 
 template <typename Real>
@@ -271,51 +178,47 @@ bool Multifrontal<Real>::factorize(const double* values) {
   scale_ = inverse_power_of_two(largest);
   values_ = values;
   std::atomic<bool> definite = true;
-  for_each_branch([&](Branch& branch) {
-    branch.stacks.top[0] = branch.stacks.top[1] = 0;
-    for (int front = (*tree_)[branch.root].first_within; front <= branch.root && definite; ++front) {
-      if (!eliminate(front, branch.stacks)) definite = false;
+  parallel_for(threads_, static_cast<int>(branches_.size()), [&](int index, int worker) {
+    const int root = branches_[static_cast<size_t>(index)].root;
+    Workspace& workspace = workers_[static_cast<size_t>(worker)];
+    workspace.top = {0, 0};
+    for (int front = (*tree_)[root].first_within; front <= root && definite; ++front) {
+      if (!eliminate(front, workspace, 1)) definite = false;
     }
   });
-  trunk_stacks_.top[0] = trunk_stacks_.top[1] = 0;
+  trunk_workspace_.top = {0, 0};
   for (const int front : trunk_) {
-    if (definite && !eliminate(front, trunk_stacks_)) definite = false;
+    if (definite && !eliminate(front, trunk_workspace_, threads_)) definite = false;
   }
   return definite;
 }
 
 template <typename Real>
-bool Multifrontal<Real>::eliminate(int index, Stacks& stacks) {
+bool Multifrontal<Real>::eliminate(int index, Workspace& workspace, int threads) {
   const Front& front = (*tree_)[index];
   const int rows = front.num_rows;
   const int columns = front.num_columns;
-  const int parity = front.depth & 1;
+  const size_t parity = static_cast<size_t>(front.depth & 1);
   Real* panel = panels_.get() + front.panel;
+  const auto pivot = [&](int column) { return panel[static_cast<ptrdiff_t>(column) * (rows + 1)]; };
   std::fill_n(panel, static_cast<size_t>(rows) * static_cast<size_t>(columns), Real(0));
   for (const FrontTree::Entry& entry : tree_->entries(index))
     panel[entry.target] = static_cast<Real>(scale_ * values_[entry.source]);
-  std::vector<Real> diagonal(static_cast<size_t>(columns));
   for (int column = 0; column < columns; ++column)
-    diagonal[static_cast<size_t>(column)] = panel[static_cast<ptrdiff_t>(column) * (rows + 1)];
+    workspace.diagonal[static_cast<size_t>(column)] = pivot(column);
   add_children(index, panel, nullptr, false);
-  Real* update = stacks.entries[parity].get() + stacks.top[parity];
-  if (!eliminate_columns(front, panel, update, &stacks == &trunk_stacks_ ? threads_ : 1)) return false;
+
+  Real*& update = updates_[static_cast<size_t>(index)];
+  if (!is_branch_root_[static_cast<size_t>(index)])
+    update = workspace.stack[parity].get() + workspace.top[parity];
+  if (!eliminate_columns(front, panel, update, threads)) return false;
   for (int column = 0; column < columns; ++column) {
-    const Real root = panel[static_cast<ptrdiff_t>(column) * (rows + 1)];
-    if (!(root * root > kSmallestPivot<Real> * diagonal[static_cast<size_t>(column)])) return false;
+    const Real root = pivot(column);
+    if (!(root * root > kSmallestPivot<Real> * workspace.diagonal[static_cast<size_t>(column)])) return false;
   }
   add_children(index, nullptr, update, true);
-  updates_[static_cast<size_t>(index)] = update;
-  stacks.top[parity] += front.update_entries();
-  // Drops the children's, which end at the top of the other stack, where they are on it at all.
-  for (const int child : tree_->children(index)) {
-    Real* begin = stacks.entries[1 - parity].get();
-    Real* waiting = updates_[static_cast<size_t>(child)];
-    if (waiting >= begin && waiting < begin + stacks.top[1 - parity]) {
-      stacks.top[1 - parity] = static_cast<size_t>(waiting - begin);
-      break;
-    }
-  }
+  std::array<size_t, 2> unused = {0, 0};
+  wait(index, workspace.top, unused);
   return true;
 }
 
@@ -345,7 +248,7 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
 // With w a front's rows: forward, w1 = L11^-1 (b + what the children carry), w2 = what they carry - L21 w1
 // goes to the parent; back, w2 = the parent's x, w1 = L11^-T (w1 - L21^T w2) = x.
 template <typename Real>
-void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
+void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
   const FrontTree& tree = *tree_;
   const size_t n = tree.permutation().size();
   std::vector<double> scales(static_cast<size_t>(columns));
@@ -412,14 +315,24 @@ void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
                        w[static_cast<size_t>(column) * static_cast<size_t>(rows) + static_cast<size_t>(row)]);
     }
   };
-  for_each_branch([&](Branch& branch) {
-    for (int front = tree[branch.root].first_within; front <= branch.root; ++front) forward(front);
+  parallel_for(threads_, static_cast<int>(branches_.size()), [&](int branch, int) {
+    const int root = branches_[static_cast<size_t>(branch)].root;
+    for (int front = tree[root].first_within; front <= root; ++front) forward(front);
   });
   for (const int front : trunk_) forward(front);
   for (auto front = trunk_.rbegin(); front != trunk_.rend(); ++front) backward(*front);
-  for_each_branch([&](Branch& branch) {
-    for (int front = branch.root; front >= tree[branch.root].first_within; --front) backward(front);
+  parallel_for(threads_, static_cast<int>(branches_.size()), [&](int branch, int) {
+    const int root = branches_[static_cast<size_t>(branch)].root;
+    for (int front = root; front >= tree[root].first_within; --front) backward(front);
   });
+}
+
+template <typename Real>
+void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
+  constexpr int kColumns = 16;  // share each read of the panels; more would only take more room
+  const size_t rows = tree_->permutation().size();
+  for (int first = 0; first < columns; first += kColumns)
+    solve_block(right_hand_sides + static_cast<size_t>(first) * rows, std::min(kColumns, columns - first));
 }
 
 template class Multifrontal<double>;

@@ -8,9 +8,11 @@
 //
 // Updates wait for their parent on stacks. In postorder all that lies above the updates of a front's children
 // is gone when the front is made, but its own update must be made before theirs are dropped; two stacks, for
-// even and odd depth, let it.
+// even and odd depth, let it. A branch has the stacks of the thread that makes it, and puts its root's update
+// aside for the trunk.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -32,33 +34,34 @@ class Multifrontal {
   void solve(double* right_hand_sides, int columns);
 
  private:
-  // Updates that wait.
-  struct Stacks {
-    std::unique_ptr<Real[]> entries[2];
-    size_t top[2] = {0, 0};
+  struct Workspace {                   // of one thread
+    std::unique_ptr<Real[]> stack[2];  // updates that wait for their parent, at even and odd depth
+    std::array<size_t, 2> top;
+    std::vector<Real> diagonal;  // of the front's columns, before the elimination
   };
   struct Branch {
     int root;
-    Stacks stacks;
+    std::unique_ptr<Real[]> update;  // of its root, for the trunk
   };
 
-  void divide(int threads);
-  void reserve(Stacks& stacks, const std::vector<int>& fronts) const;
-  bool eliminate(int front, Stacks& stacks);
+  void divide();
+  void wait(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& most) const;
+  bool eliminate(int front, Workspace& workspace, int threads);
   void add_children(int front, Real* panel, Real* update, bool above) const;
-  template <typename Work>
-  void for_each_branch(Work&& work);
+  void solve_block(double* right_hand_sides, int columns);
 
   const FrontTree* tree_;
   int threads_;
   std::vector<Branch> branches_;  // the most costly first
+  std::vector<char> is_branch_root_;
   std::vector<int> trunk_;
-  Stacks trunk_stacks_;
-  std::unique_ptr<Real[]> panels_;
-  std::vector<Real*> updates_;  // of every front, where they wait
+  std::vector<Workspace> workers_;
+  Workspace trunk_workspace_;
+  std::unique_ptr<Real[]> panels_;  // L11 and L21 of every front
+  std::vector<Real*> updates_;      // of every front, where they wait
   const double* values_ = nullptr;
   double scale_ = 1;           // of the matrix that is factored, a power of two
-  std::vector<Real> carried_;  // of solve: one entry a row of every front and column
+  std::vector<Real> carried_;  // of solve_block: one entry a row of every front and column
 };
 
 extern template class Multifrontal<double>;

@@ -20,7 +20,8 @@ constexpr int kMaxBacktracks = 12;
 // A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
-// An increment that converged with so few factors, the predictor's included, is followed by one half as large again.
+// An increment that converged with so few factors, the predictor's included, is followed by one half as large
+// again.
 constexpr int kEasyFactors = 7;
 // Whole steps that an increment may take against the merit.
 constexpr int kBoldSteps = 8;
@@ -109,13 +110,9 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
   return factorize_in(Precision::double_precision, load, displacement, project);
 }
 
-bool StaticSolver::is_positive_definite(const LoadCase& load, const Eigen::VectorXd& displacement) {
-  return factorize_in(Precision::single_precision, load, displacement, false) ||
-         factorize_in(Precision::double_precision, load, displacement, false);
-}
-
 bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
                                 const Eigen::VectorXd& displacement, bool project) {
+  factor_valid_ = false;  // also should memory run out below
   factor_precision_ = precision;
   factor_projected_ = project;
   assemble_tangent(load, displacement, project);
@@ -171,8 +168,8 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
       const bool single = precision == Precision::single_precision;
       if (single && (project || !single_serves_)) continue;
-      // Where single precision failed the tangent is ill-conditioned or the equilibrium unstable, which rounding soon
-      // leaves: the rest of the increment is in double.
+      // Where single precision failed the tangent is ill-conditioned or the equilibrium unstable, which
+      // rounding soon leaves: the rest of the increment is in double.
       single_serves_ = single;
       ++report.factorizations;
       if (!factorize_in(precision, load, displacement, project)) continue;
@@ -302,6 +299,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
 
     Eigen::MatrixXd direction = residual_force;
     if (reuse) {
+      single_served_ = single_served_ || factor_precision_ == Precision::single_precision;
       if (!back_solve(direction)) return give_up(StopCause::no_tangent);
     } else {
       ++fresh_iterations;
@@ -373,21 +371,30 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
 }
 
 template <typename Attempt>
-bool StaticSolver::in_either_precision(Attempt&& attempt) {
+bool StaticSolver::in_either_precision(SolveReport& report, Attempt&& attempt) {
+  const size_t rows_before = report.history.size();
   single_serves_ = !conjugate_gradient_;
   single_served_ = false;
-  if (attempt()) return true;
-  if (!single_served_) return false;
-  single_serves_ = false;
-  forget_factor();
-  return attempt();
+  bool converged = attempt();
+  // What inverts an element or overflows does so in double too.
+  const bool may_be_rounding = report.stopped == StopCause::no_tangent ||
+                               report.stopped == StopCause::no_descent ||
+                               report.stopped == StopCause::iterations;
+  if (!converged && single_served_ && may_be_rounding) {
+    report.history.resize(rows_before);
+    single_serves_ = false;
+    forget_factor();
+    converged = attempt();
+  }
+  if (converged) report.stopped = StopCause::none;
+  return converged;
 }
 
 SolveReport StaticSolver::correct(const LoadCase& load, Eigen::VectorXd& displacement,
                                   const SolverSettings& settings) {
   SolveReport report;
   Eigen::VectorXd trial;
-  report.converged = in_either_precision([&] {
+  report.converged = in_either_precision(report, [&] {
     trial = displacement;
     return newton(load, 1.0, 1, trial, 0.0, settings, report, {});
   });
@@ -453,7 +460,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 
     Eigen::VectorXd trial;
     int factors_before = 0;
-    const bool converged = in_either_precision([&] {
+    const bool converged = in_either_precision(report, [&] {
       trial = displacement;
       factors_before = report.factorizations;
       return take_increment(load, target, attempt, trial, start_scale, settings, report, progress);

@@ -39,7 +39,8 @@ struct SolverSettings {
   // let go has no force of its own. 1e-10 leaves reactions right to about 10 digits; Newton's last iteration
   // usually goes well below it.
   double residual_tolerance = 1e-10;
-  int max_iterations = 30;  // with a factor of their own, per increment, before the increment is cut
+  // With a factor of their own, before an increment is tried in double precision, and then before it is cut.
+  int max_iterations = 30;
   int max_increments =
       100;  // converged ones, as INC of *STEP; what is cut back is bounded by smallest_increment
   double first_increment = 1.0;  // fraction of the ramp
@@ -93,9 +94,9 @@ struct SolveReport {
   double min_jacobian = 1;  // smallest det F there
   int worst_element = 0;    // index of that element
   StopCause stopped = StopCause::none;
-  double trouble_jacobian = 1;  // smallest det F of the last state that was tried, converged or not
-  int trouble_element = 0;      // and where
-  std::vector<IterationRecord> history;
+  double trouble_jacobian = 1;           // smallest det F of the last state that was tried, converged or not
+  int trouble_element = 0;               // and where
+  std::vector<IterationRecord> history;  // of an increment tried in both precisions, the second try
 };
 
 // How K du = r is solved.
@@ -106,9 +107,9 @@ class StaticSolver {
   // `assembly` must outlive the solver and eliminate only dofs that every load case holds at zero.
   explicit StaticSolver(const Assembly& assembly, LinearSolver linear_solver = LinearSolver::cholesky);
 
-  // Follows the LoadPath of a step over its time, from `displacement`, the equilibrium of `from`, to that of loads(1).
-  // On failure `displacement` is the last converged state and `report.load_factor` the time it belongs to.
-  // `progress` (may be empty) is called after every iteration.
+  // Follows the LoadPath of a step over its time, from `displacement`, the equilibrium of `from`, to that of
+  // loads(1). On failure `displacement` is the last converged state and `report.load_factor` the time it
+  // belongs to. `progress` (may be empty) is called after every iteration.
   SolveReport follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
                      Eigen::VectorXd& displacement, const SolverSettings& settings,
                      const std::function<void(const IterationRecord&)>& progress = {});
@@ -129,10 +130,6 @@ class StaticSolver {
   // six.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
-
-  // Whether K at `displacement`, with the held dofs of `load` taken out and the symmetric part of what pressures add, is
-  // positive definite. Single precision decides where its rounding cannot matter. Cholesky only.
-  [[nodiscard]] bool is_positive_definite(const LoadCase& load, const Eigen::VectorXd& displacement);
 
   // Factors K at `displacement` with the held dofs of `load` taken out. False where it is not positive
   // definite; conjugate gradients find that out in the solve.
@@ -157,16 +154,16 @@ class StaticSolver {
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
               double start_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);
-  // From one equilibrium to the next. Predictor: the held dofs move and the free ones follow along the tangent at
-  // the state before, so that the elements beside a held node are not crushed by its jump. Then Newton. On failure
-  // `displacement` means nothing.
+  // From one equilibrium to the next. Predictor: the held dofs move and the free ones follow along the
+  // tangent at the state before, so that the elements beside a held node are not crushed by its jump. Then
+  // Newton. On failure `displacement` means nothing.
   bool take_increment(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
                       double start_scale, const SolverSettings& settings, SolveReport& report,
                       const std::function<void(const IterationRecord&)>& progress);
   // Tries with factors in single precision, where they serve, and if that fails in double: near an unstable
   // equilibrium the rounding of single grows where that of double does not yet.
   template <typename Attempt>
-  bool in_either_precision(Attempt&& attempt);
+  bool in_either_precision(SolveReport& report, Attempt&& attempt);
   bool factor_fits(const LoadCase& load) const;  // there is a factor, with the held dofs of `load`
   // x of K x = columns over the equations, in place.
   bool solve_equations(Eigen::MatrixXd& columns);

@@ -28,7 +28,7 @@ inline std::optional<DyadicTangent> dyadic_tangent(const Law& law, const Eigen::
   if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law))
     return dyadic_tangent(*neo_hookean, F);
   const auto* invariant = std::get_if<InvariantLaw>(&law);
-  if (invariant != nullptr && invariant->c01 == 0.0) return dyadic_tangent(*invariant, F);
+  if (invariant != nullptr && invariant->c01 == 0.0) return dyadic_part(*invariant, F);
   return std::nullopt;
 }
 

@@ -97,8 +97,8 @@ inline Eigen::Matrix3d first_piola_kirchhoff(const InvariantLaw& law, const Eige
   return P + volumetric_energy(law.volumetric, k.J).first * k.J * k.H;
 }
 
-// Of all but C01's term: A and J depend on I1 and J alone.
-inline DyadicTangent dyadic_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
+// The tangent of all but C01's term: A and J depend on I1 and J alone.
+inline DyadicTangent dyadic_part(const InvariantLaw& law, const Eigen::Matrix3d& F) {
   const invariant_law::Kinematics k(F);
   const Derivatives isochoric = invariant_law::isochoric_energy(law, k.volume_scale * k.i1);
   const Derivatives volumetric = volumetric_energy(law.volumetric, k.J);
@@ -115,7 +115,7 @@ inline DyadicTangent dyadic_tangent(const InvariantLaw& law, const Eigen::Matrix
 }
 
 inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
-  StressAndTangent result = {first_piola_kirchhoff(law, F), full_tangent(dyadic_tangent(law, F))};
+  StressAndTangent result = {first_piola_kirchhoff(law, F), full_tangent(dyadic_part(law, F))};
   if (law.c01 != 0.0) {
     const invariant_law::Kinematics k(F);
     const double second = law.c01 * k.volume_scale * k.volume_scale;

@@ -76,6 +76,7 @@ struct NodalForce {
 struct FaceId {
   int element = 0;
   int face = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy sees a 0 in the default
   friend auto operator<=>(const FaceId&, const FaceId&) = default;
 };
 

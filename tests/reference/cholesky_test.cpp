@@ -6,7 +6,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -199,6 +201,96 @@ TEST(CholeskyReference, AnyNumberOfThreadsGivesTheSameBits) {
         EXPECT_EQ(solution, expected) << threads << " threads, to the bit";
       }
     }
+  }
+}
+
+// Two dense cliques of 1000 that share 400: the front of either is cut into blocks and passes an update on.
+SparseLower two_cliques() {
+  constexpr int kSize = 1600;
+  TestRandom random(91);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int column = 0; column < kSize; ++column) {
+    entries.emplace_back(column, column, 900.0);
+    for (int row = column + 1; row < kSize; ++row) {
+      const bool together = row < 1000 || column >= 600;
+      if (together) entries.emplace_back(row, column, random());
+    }
+  }
+  SparseLower matrix(kSize, kSize);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+TEST(CholeskyReference, WideFrontsPassTheirUpdatesOn) {
+  const SparseLower matrix = two_cliques();
+  const CholeskyAnalysis analysis(matrix);
+  const Eigen::VectorXd right = TestRandom(92).vector(static_cast<int>(matrix.cols()));
+  Eigen::VectorXd alone;
+  for (const int threads : {1, 2, 5}) {
+    Cholesky cholesky(analysis, threads);
+    ASSERT_TRUE(cholesky.factorize(matrix));
+    Eigen::VectorXd solution = right;
+    cholesky.solve(solution);
+    EXPECT_LE((matrix.selfadjointView<Eigen::Lower>() * solution - right).norm(), kSolve * right.norm());
+    if (threads == 1) alone = solution;
+    EXPECT_EQ(solution, alone) << threads << " threads, to the bit";
+  }
+}
+
+TEST(CholeskyReference, ThreadsRefuseAndGoOn) {
+  // Disjoint blocks, a forest, of which the last one is not positive definite.
+  constexpr int kBlocks = 40;
+  constexpr int kRows = 30;
+  const RandomMatrix block = random_matrix(kRows, 4, 93, 94);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int b = 0; b < kBlocks; ++b) {
+    for (int column = 0; column < kRows; ++column) {
+      for (SparseLower::InnerIterator it(block.lower, column); it; ++it)
+        entries.emplace_back(kRows * b + static_cast<int>(it.row()), kRows * b + column, it.value());
+    }
+  }
+  SparseLower good(kBlocks * kRows, kBlocks * kRows);
+  good.setFromTriplets(entries.begin(), entries.end());
+  SparseLower bad = good;
+  bad.coeffRef(good.cols() - 1, good.cols() - 1) *= -1;
+  const CholeskyAnalysis analysis(good);
+  Cholesky cholesky(analysis, 4);
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    EXPECT_FALSE(cholesky.factorize(bad, precision));
+    ASSERT_TRUE(cholesky.factorize(good, precision));
+    Eigen::VectorXd solution = TestRandom(95).vector(static_cast<int>(good.cols()));
+    const Eigen::VectorXd right = solution;
+    cholesky.solve(solution);
+    EXPECT_LE((good.selfadjointView<Eigen::Lower>() * solution - right).norm(), 1e-3 * right.norm());
+  }
+}
+
+TEST(CholeskyReference, NoEquationsAndNoFactor) {
+  const SparseLower nothing(0, 0);
+  Cholesky empty(CholeskyAnalysis(nothing), 3);
+  ASSERT_TRUE(empty.factorize(nothing));
+  Eigen::VectorXd none(0);
+  empty.solve(none);
+  Cholesky unused{CholeskyAnalysis(random_matrix(5, 2, 1, 2).lower)};
+  Eigen::VectorXd right = Eigen::VectorXd::Ones(5);
+  EXPECT_THROW(unused.solve(right), std::logic_error);
+}
+
+TEST(CholeskyReference, DoubleTellsABarelyIndefiniteMatrix) {
+  // The 1D Laplacian, eigenvalues 2 - 2 cos(k pi / (n + 1)), shifted so that the smallest is 3e-8 of the
+  // largest, below or above zero.
+  constexpr int kSize = 3000;
+  const double smallest = 2 - 2 * std::cos(std::acos(-1.0) / (kSize + 1));
+  for (const double sign : {-1.0, 1.0}) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int i = 0; i < kSize; ++i) {
+      entries.emplace_back(i, i, 2 - smallest + sign * 4 * 3e-8);
+      if (i > 0) entries.emplace_back(i, i - 1, -1.0);
+    }
+    SparseLower matrix(kSize, kSize);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Cholesky cholesky{CholeskyAnalysis(matrix)};
+    EXPECT_EQ(cholesky.factorize(matrix), sign > 0);
   }
 }
 

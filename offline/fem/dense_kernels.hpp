@@ -1,0 +1,97 @@
+// The dense kernels of the multifrontal factor, in double and single precision: BLAS and LAPACK under names
+// of what they do. All matrices are column-major, of triangles only the lower is read and written.
+#pragma once
+
+#include <cblas.h>
+
+// LAPACK's, which OpenBLAS carries: Cholesky factor of a dense matrix in place.
+extern "C" {
+void dpotrf_(const char* triangle, const int* n, double* a, const int* stride, int* info);
+void spotrf_(const char* triangle, const int* n, float* a, const int* stride, int* info);
+}
+
+namespace palpate {
+
+// The dense kernels, on column-major lower triangles.
+
+inline bool factor_in_place(int n, double* a, int stride) {
+  int info = 0;
+  dpotrf_("L", &n, a, &stride, &info);
+  return info == 0;
+}
+inline bool factor_in_place(int n, float* a, int stride) {
+  int info = 0;
+  spotrf_("L", &n, a, &stride, &info);
+  return info == 0;
+}
+
+// B := B L^-T
+inline void solve_right(int rows, int n, const double* l, double* b, int stride) {
+  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0, l, stride, b,
+              stride);
+}
+inline void solve_right(int rows, int n, const float* l, float* b, int stride) {
+  cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, rows, n, 1.0F, l, stride, b,
+              stride);
+}
+
+// C := beta C - A A^T over the first `columns` columns of the lower triangle of C, which has as many rows as
+// A.
+inline void subtract_square(int rows, int columns, int inner, const double* a, int stride, double beta,
+                            double* c, int c_stride) {
+  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0, a, stride, beta, c, c_stride);
+  if (rows > columns)
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0, a + columns,
+                stride, a, stride, beta, c + columns, c_stride);
+}
+inline void subtract_square(int rows, int columns, int inner, const float* a, int stride, float beta,
+                            float* c, int c_stride) {
+  cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0F, a, stride, beta, c, c_stride);
+  if (rows > columns)
+    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0F, a + columns,
+                stride, a, stride, beta, c + columns, c_stride);
+}
+
+// X := L^-1 X, or L^-T X
+inline void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const double* l, int stride, double* x,
+                       int x_stride) {
+  if (columns == 1) {
+    cblas_dtrsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
+  } else {
+    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0, l, stride, x,
+                x_stride);
+  }
+}
+inline void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const float* l, int stride, float* x,
+                       int x_stride) {
+  if (columns == 1) {
+    cblas_strsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, stride, x, 1);
+  } else {
+    cblas_strsm(CblasColMajor, CblasLeft, CblasLower, transpose, CblasNonUnit, n, columns, 1.0F, l, stride, x,
+                x_stride);
+  }
+}
+
+// Y := Y - A X, or Y - A^T X, with A of (rows, inner); X and Y share their stride.
+inline void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const double* a,
+                             int a_stride, const double* x, double* y, int stride) {
+  if (columns == 1) {
+    cblas_dgemv(CblasColMajor, transpose, rows, inner, -1.0, a, a_stride, x, 1, 1.0, y, 1);
+  } else {
+    const bool plain = transpose == CblasNoTrans;
+    cblas_dgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
+                -1.0, a, a_stride, x, stride, 1.0, y, stride);
+  }
+}
+inline void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const float* a,
+                             int a_stride, const float* x, float* y, int stride) {
+  if (columns == 1) {
+    cblas_sgemv(CblasColMajor, transpose, rows, inner, -1.0F, a, a_stride, x, 1, 1.0F, y, 1);
+  } else {
+    const bool plain = transpose == CblasNoTrans;
+    cblas_sgemm(CblasColMajor, transpose, CblasNoTrans, plain ? rows : inner, columns, plain ? inner : rows,
+                -1.0F, a, a_stride, x, stride, 1.0F, y, stride);
+  }
+}
+
+}  // namespace palpate
