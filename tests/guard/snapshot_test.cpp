@@ -42,13 +42,20 @@ CommandResult run_threads(const std::string& more) {
   return run_command(shell_word(PALPATE_SNAPSHOT_THREADS) + " " + shell_word(pack.string()) + more);
 }
 
+// Of kernels that spread addresses wider than it expects.
+bool sanitizer_cannot_run(const CommandResult& run) {
+  return run.output.find("unexpected memory mapping") != std::string::npos;
+}
+
 TEST(Snapshot, OneReaderBesideTheHapticThreadIsNoRace) {
   const CommandResult run = run_threads("");
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
   EXPECT_EQ(run.exit_code, 0) << run.output;
 }
 
 TEST(Snapshot, TwoReadersAreARaceAndAreFound) {
   const CommandResult run = run_threads(" two-readers");
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
   EXPECT_EQ(run.exit_code, 66) << run.output;
   EXPECT_NE(run.output.find("data race"), std::string::npos) << run.output;
 }
