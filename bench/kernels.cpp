@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
 
 namespace {
 
@@ -70,6 +71,17 @@ void shapes(benchmark::internal::Benchmark* bench) {
 }
 
 }  // namespace
+
+// What the two threads do to hand a field over, without its weights.
+void snapshot_hand_over(benchmark::State& state) {
+  palpate::FieldSnapshots snapshots = {};
+  palpate::reset_snapshots(snapshots);
+  for (auto _ : state) {
+    palpate::publish(snapshots);
+    benchmark::DoNotOptimize(palpate::acquire(snapshots));
+  }
+}
+BENCHMARK(snapshot_hand_over);
 
 BENCHMARK(field_fastest)->Apply(shapes);
 BENCHMARK(field_scalar)->Apply(shapes);

@@ -95,7 +95,6 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.unit_forces = arena.take<double>(size_t{3} * max_contacts * dofs);
   state.stiffness = arena.take<double>(size_t{9} * max_contacts * max_contacts);
   state.nodal_force = arena.take<double>(dofs);
-  state.weights = arena.take<float>(dofs);
 }
 
 void prepare_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const uint32_t* fixed,
@@ -178,12 +177,12 @@ void evaluate_linear(const double* displacements, LinearState& state, double* fo
   }
 }
 
-void add_linear_field(const pal_pack& pack, const LinearState& state, uint32_t panel, AddColumns add_columns,
+void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t panel, AddColumns add_columns,
                       float* sum) {
-  for (uint32_t slot = 0; slot < state.num_held; ++slot) {
-    const float* columns = pack.field_compliance + size_t{3} * state.held[slot] * pack.field_stride +
+  for (uint32_t slot = 0; slot < field.num_held; ++slot) {
+    const float* columns = pack.field_compliance + size_t{3} * field.held[slot] * pack.field_stride +
                            size_t{panel} * pack::kPanelRows;
-    add_columns(columns, pack.field_stride, state.weights + size_t{3} * slot, 3, sum);
+    add_columns(columns, pack.field_stride, field.weights + size_t{3} * slot, 3, sum);
   }
 }
 

@@ -17,6 +17,7 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
 
 namespace palpate {
 
@@ -37,7 +38,6 @@ struct LinearState {
   double* unit_forces;  // X: [3 max_contacts][3 max_held], a row for each column of E
   double* stiffness;    // S: [3 max_contacts][3 max_contacts]
   double* nodal_force;  // f of the last frame: [3 max_held]
-  float* weights;       // f as floats in API units, for the field: [3 max_held]
 };
 
 // Takes the arrays of a state that serves these capacities.
@@ -52,8 +52,8 @@ void prepare_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t 
 // Forces [count][3] in model units for displacements in model units [count][3], and f for the field.
 void evaluate_linear(const double* displacements, LinearState& state, double* forces);
 
-// u of the nodes of one panel, added to sum[96]. `weights` must hold f times the length scale.
-void add_linear_field(const pal_pack& pack, const LinearState& state, uint32_t panel, AddColumns add_columns,
+// u of the nodes of one panel, added to sum[96]. The field's weights are f times the length scale.
+void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t panel, AddColumns add_columns,
                       float* sum);
 
 }  // namespace palpate

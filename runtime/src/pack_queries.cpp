@@ -1,8 +1,12 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/sized_struct.hpp"
 
 namespace {
+
+constexpr uint32_t kFirstInfoBytes = 88;
+constexpr uint32_t kFirstGeometryBytes = 40;
 
 // Position of `node_label` among count entries whose labels rise with the entry, or count.
 template <typename LabelOf>
@@ -24,34 +28,34 @@ uint32_t find_label(uint32_t count, int32_t node_label, LabelOf label_of) {
 
 extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* info) noexcept {
   if (pack == nullptr || info == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (info->struct_size != sizeof *info) return PAL_STATUS_BAD_STRUCT_SIZE;
-  info->num_nodes = pack->num_nodes;
-  info->num_triangles = pack->num_triangles;
-  info->num_sites = pack->num_sites;
-  info->num_contact_nodes = pack->num_contact_nodes;
-  info->max_patch_nodes = pack->max_patch_nodes;
-  info->max_contacts = pack->max_contacts;
-  info->has_linear = pack->contact_compliance != nullptr;
-  info->has_polynomial = pack->radii != nullptr;
-  info->polynomial_degree = pack->degree;
-  info->has_units = pack->has_units;
-  info->metres_per_length_unit = pack->metres;
-  info->newtons_per_force_unit = pack->newtons;
-  info->max_displacement = pack->max_displacement * pack->metres;
-  info->tip_radius = pack->tip_radius * pack->metres;
-  info->mean_surface_edge = pack->mean_surface_edge * pack->metres;
-  return PAL_STATUS_OK;
+  pal_pack_info all = {};
+  all.num_nodes = pack->num_nodes;
+  all.num_triangles = pack->num_triangles;
+  all.num_sites = pack->num_sites;
+  all.num_contact_nodes = pack->num_contact_nodes;
+  all.max_patch_nodes = pack->max_patch_nodes;
+  all.max_contacts = pack->max_contacts;
+  all.has_linear = pack->contact_compliance != nullptr;
+  all.has_polynomial = pack->radii != nullptr;
+  all.polynomial_degree = pack->degree;
+  all.has_units = pack->has_units;
+  all.metres_per_length_unit = pack->metres;
+  all.newtons_per_force_unit = pack->newtons;
+  all.max_displacement = pack->max_displacement * pack->metres;
+  all.tip_radius = pack->tip_radius * pack->metres;
+  all.mean_surface_edge = pack->mean_surface_edge * pack->metres;
+  return palpate::write_sized(all, kFirstInfoBytes, *info);
 }
 
 extern "C" pal_status pal_pack_get_geometry(const pal_pack* pack, pal_geometry* geometry) noexcept {
   if (pack == nullptr || geometry == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (geometry->struct_size != sizeof *geometry) return PAL_STATUS_BAD_STRUCT_SIZE;
-  geometry->num_nodes = pack->num_nodes;
-  geometry->num_triangles = pack->num_triangles;
-  geometry->labels = pack->labels;
-  geometry->positions = pack->positions;
-  geometry->triangles = pack->triangles;
-  return PAL_STATUS_OK;
+  pal_geometry all = {};
+  all.num_nodes = pack->num_nodes;
+  all.num_triangles = pack->num_triangles;
+  all.labels = pack->labels;
+  all.positions = pack->positions;
+  all.triangles = pack->triangles;
+  return palpate::write_sized(all, kFirstGeometryBytes, *geometry);
 }
 
 extern "C" pal_status pal_pack_find_site(const pal_pack* pack, int32_t node_label, uint32_t* site) noexcept {

@@ -15,7 +15,6 @@ using pack::num_monomials;
 constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree + 1);
 // Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
 constexpr double kRounding = 1e-9;
-static_assert(num_monomials(1, pack::kMaxDegree) <= sizeof(PolynomialState::weights) / sizeof(float));
 
 // Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
 struct Part {
@@ -110,15 +109,14 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double d[3]) {
 }
 
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialState& state) {
+                         double length_scale, PolynomialAnswer& answer, float* weights) {
   const double radius = pack.radii[site];
   double x[3] = {displacement[0] / radius, displacement[1] / radius, displacement[2] / radius};
   double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  state.site = site;
-  state.flags = 0;
-  if (s > 1.0 + kRounding || is_behind_surface(pack, site, x)) state.flags |= PAL_FLAG_EXTRAPOLATED;
+  answer.flags = 0;
+  if (s > 1.0 + kRounding || is_behind_surface(pack, site, x)) answer.flags |= PAL_FLAG_EXTRAPOLATED;
   if (s > kLargestExtrapolation) {
-    state.flags |= PAL_FLAG_CLAMPED;
+    answer.flags |= PAL_FLAG_CLAMPED;
     for (double& component : x) component *= kLargestExtrapolation / s;
     s = kLargestExtrapolation;
   }
@@ -140,13 +138,13 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   const double* n = pack.inward_normals != nullptr ? pack.inward_normals + size_t{3} * site : kNoNormal;
   const Fade fade = fade_behind_surface(x[0] * n[0] + x[1] * n[1] + x[2] * n[2]);
   for (int i = 0, ij = 0; i < 3; ++i) {
-    state.force[i] =
+    answer.force[i] =
         (quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i]) / radius;
     for (int j = i; j < 3; ++j, ++ij) {
       const double faded = fade.phi * rest.hessian[ij] +
                            fade.first * (n[i] * rest.gradient[j] + rest.gradient[i] * n[j]) +
                            fade.second * rest.value * n[i] * n[j];
-      state.stiffness[3 * i + j] = state.stiffness[3 * j + i] =
+      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] =
           (quadratic.hessian[ij] + faded) / (radius * radius);
     }
   }
@@ -158,17 +156,21 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
     const double fading = degree > 1 ? fade.phi : 1.0;
     const double scale = length_scale * fading * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
     for (uint32_t i = 0; i < num_monomials(degree); ++i) {
-      state.weights[term++] = static_cast<float>(scale * monomials[monomial_start(degree) + i]);
+      weights[term++] = static_cast<float>(scale * monomials[monomial_start(degree) + i]);
     }
   }
 }
 
-void add_polynomial_field(const pal_pack& pack, const PolynomialState& state, uint32_t panel,
+uint32_t num_field_weights(const pal_pack& pack) {
+  return pack.radii == nullptr ? 0 : num_monomials(1, pack.degree);
+}
+
+void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t panel,
                           AddColumns add_columns, float* sum) {
   const uint32_t terms = num_monomials(1, pack.degree);
   const size_t panels = pack::num_panels(pack.num_nodes);
-  const float* coefficients = pack.field + (size_t{state.site} * panels + panel) * terms * pack::kPanelRows;
-  add_columns(coefficients, pack::kPanelRows, state.weights, terms, sum);
+  const float* coefficients = pack.field + (size_t{field.site} * panels + panel) * terms * pack::kPanelRows;
+  add_columns(coefficients, pack::kPanelRows, field.weights, terms, sum);
 }
 
 }  // namespace palpate

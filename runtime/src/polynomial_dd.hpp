@@ -22,31 +22,32 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
 
 namespace palpate {
 
 // Beyond this many radii the displacement itself is shortened.
 inline constexpr double kLargestExtrapolation = 4.0;
 
-// Of one frame; the field weights serve every visual frame until the next.
-struct PolynomialState {
-  uint32_t site;
+// Weights of its field; 0 where the pack has no polynomials.
+uint32_t num_field_weights(const pal_pack& pack);
+
+struct PolynomialAnswer {
   uint32_t flags;       // PAL_FLAG_EXTRAPOLATED, PAL_FLAG_CLAMPED
   double force[3];      // model units
   double stiffness[9];  // row-major
-  float weights[128];   // monomials of degree 1 .. degree, times the continuation and the length scale
 };
 
 // Whether a displacement points out of the tissue at a site where only inward ones were sampled.
 bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
-// Force and stiffness at a site of the pack for a finite displacement, model units. `length_scale` goes into
-// the field weights. Cost at degree 3: 31 energy terms, about 700 multiply-adds.
+// Force and stiffness at a site of the pack for a finite displacement, model units; and the weights of the field,
+// [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale. Cost at degree 3: 31 energy terms, about 700 multiply-adds.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialState& state);
+                         double length_scale, PolynomialAnswer& answer, float* weights);
 
 // u of the nodes of one panel, added to sum[96].
-void add_polynomial_field(const pal_pack& pack, const PolynomialState& state, uint32_t panel,
+void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t panel,
                           AddColumns add_columns, float* sum);
 
 }  // namespace palpate

@@ -7,28 +7,31 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/flush_denormals.hpp"
 #include "runtime/src/linear_dd.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
+#include "runtime/src/sized_struct.hpp"
 
 struct pal_session {
   const pal_pack* pack;
   pal_session_config config;
   palpate::AddColumns add_columns;
-  pal_model answered;  // which model the last haptic frame used; PAL_MODEL_AUTO = none, the tissue is at rest
   uint32_t num_fixed;
   uint32_t* fixed;        // [max_fixed] contact nodes
   double* displacements;  // [max_contacts][3] model units
   double* forces;         // [max_contacts][3] model units
   uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
   palpate::LinearState linear;
-  palpate::PolynomialState polynomial;
+  palpate::FieldSnapshots snapshots;
 };
 
 namespace palpate {
 namespace {
 
 constexpr uint32_t kMostFixed = 1024;
+constexpr uint32_t kFirstConfigBytes = 16;
 // In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
 constexpr double kAbsurdDisplacement = 1e6;
 // The estimate where nothing was measured: all of it may be wrong.
@@ -43,19 +46,28 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
   if (pack.contact_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
+  const size_t polynomial_weights = num_field_weights(pack);
+  const size_t linear_weights = size_t{3} * linear.max_held;
+  for (FieldState& slot : arrays.snapshots.slots) {
+    slot.held = arena.take<uint32_t>(linear.max_held);
+    slot.weights =
+        arena.take<float>(linear_weights > polynomial_weights ? linear_weights : polynomial_weights);
+  }
+  reset_snapshots(arrays.snapshots);
   return session;
 }
 
-pal_status check_config(const pal_pack* pack, const pal_session_config* config) {
-  if (pack == nullptr || config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (config->struct_size != sizeof *config) return PAL_STATUS_BAD_STRUCT_SIZE;
-  if (config->max_contacts < 1 || config->max_contacts > pack::kMostContacts ||
-      config->max_fixed > kMostFixed) {
+// `config` becomes the caller's, completed by the defaults.
+pal_status read_config(const pal_pack* pack, const pal_session_config* given, pal_session_config& config) {
+  if (pack == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  config = pal_default_session_config(pack);
+  if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
+    return status;
+  if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed)
     return PAL_STATUS_BAD_ARGUMENT;
-  }
   int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
-  static_assert(sizeof model == sizeof config->model);
-  memcpy(&model, &config->model, sizeof model);
+  static_assert(sizeof model == sizeof config.model);
+  memcpy(&model, &config.model, sizeof model);
   switch (model) {
     case PAL_MODEL_AUTO:
       return PAL_STATUS_OK;
@@ -65,6 +77,13 @@ pal_status check_config(const pal_pack* pack, const pal_session_config* config) 
       return pack->radii != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
   return PAL_STATUS_BAD_ARGUMENT;
+}
+
+size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
+  Arena counting(nullptr);
+  pal_session arrays = {};
+  carve_session(pack, config, counting, arrays.linear, arrays);
+  return counting.used();
 }
 
 // |d|, without overflow on the way.
@@ -124,10 +143,13 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     prepare_linear(pack, contacts, count, session.fixed, session.num_fixed, linear);
   }
   evaluate_linear(session.displacements, linear, session.forces);
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.model = PAL_MODEL_LINEAR;
+  field.num_held = linear.num_held;
+  memcpy(field.held, linear.held, linear.num_held * sizeof *field.held);
   for (uint32_t i = 0; i < 3 * linear.num_held; ++i) {
-    linear.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
+    field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
   }
-  session.answered = PAL_MODEL_LINEAR;
   if (results == nullptr) return;
   const bool surveyed = count == 1 && session.num_fixed == 0;
   for (uint32_t c = 0; c < count; ++c) {
@@ -155,18 +177,21 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
 void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   const double* d = session.displacements;
-  evaluate_polynomial(pack, contact.site, d, pack.metres, session.polynomial);
-  session.answered = PAL_MODEL_POLYNOMIAL;
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.model = PAL_MODEL_POLYNOMIAL;
+  field.site = contact.site;
+  PolynomialAnswer answer;
+  evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
   if (results == nullptr) return;
   pal_contact_result& result = results[0];
   result = {};
   result.model = PAL_MODEL_POLYNOMIAL;
-  result.flags = session.polynomial.flags | session.input_flags[0];
+  result.flags = answer.flags | session.input_flags[0];
   estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
   for (int i = 0; i < 3; ++i) {
-    result.force[i] = session.polynomial.force[i] * pack.newtons;
+    result.force[i] = answer.force[i] * pack.newtons;
     for (int j = 0; j < 3; ++j)
-      result.stiffness[i][j] = session.polynomial.stiffness[3 * i + j] * (pack.newtons / pack.metres);
+      result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
   }
 }
 
@@ -185,29 +210,29 @@ extern "C" pal_session_config pal_default_session_config(const pal_pack* pack) n
 extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,
                                                  size_t* bytes) noexcept {
   if (bytes == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (const pal_status status = palpate::check_config(pack, config); status != PAL_STATUS_OK) return status;
-  palpate::Arena counting(nullptr);
-  pal_session arrays = {};
-  palpate::carve_session(*pack, *config, counting, arrays.linear, arrays);
-  *bytes = counting.used();
+  pal_session_config complete;
+  if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
+    return status;
+  *bytes = palpate::required_bytes(*pack, complete);
   return PAL_STATUS_OK;
 }
 
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  size_t required = 0;
-  if (const pal_status status = pal_session_required_bytes(pack, config, &required); status != PAL_STATUS_OK)
+  pal_session_config complete;
+  if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
+  const size_t required = palpate::required_bytes(*pack, complete);
   if (arena_bytes < required) return PAL_STATUS_ARENA_TOO_SMALL;
   if (reinterpret_cast<uintptr_t>(arena) % palpate::Arena::kAlignment != 0)
     return PAL_STATUS_ARENA_MISALIGNED;
   memset(arena, 0, required);  // also touches every page now rather than in a frame
   palpate::Arena memory(arena);
   pal_session made = {};
-  pal_session* place = palpate::carve_session(*pack, *config, memory, made.linear, made);
+  pal_session* place = palpate::carve_session(*pack, complete, memory, made.linear, made);
   made.pack = pack;
-  made.config = *config;
+  made.config = complete;
   made.add_columns = palpate::choose_add_columns();
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
@@ -250,7 +275,8 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* 
     }
   }
   if (count == 0) {
-    session->answered = PAL_MODEL_AUTO;
+    session->snapshots.slots[session->snapshots.back].model = PAL_MODEL_AUTO;
+    palpate::publish(session->snapshots);
     return PAL_STATUS_OK;
   }
   const bool polynomial = session->config.model != PAL_MODEL_LINEAR && pack.radii != nullptr && count == 1 &&
@@ -258,6 +284,7 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* 
   if (!polynomial && (session->config.model == PAL_MODEL_POLYNOMIAL || pack.contact_compliance == nullptr)) {
     return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
+  const palpate::FlushDenormals flush;
   for (uint32_t c = 0; c < count; ++c) {
     session->input_flags[c] =
         palpate::take_displacement(pack, contacts[c].displacement, session->displacements + size_t{3} * c);
@@ -267,6 +294,7 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* 
   } else {
     palpate::answer_linear(*session, contacts, count, results);
   }
+  palpate::publish(session->snapshots);
   return PAL_STATUS_OK;
 }
 
@@ -275,14 +303,16 @@ extern "C" pal_status pal_visual_frame(pal_session* session, float* displacement
   if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (stride_bytes < 3 * sizeof(float)) return PAL_STATUS_BAD_ARGUMENT;
   const pal_pack& pack = *session->pack;
+  const palpate::FieldState& field = palpate::acquire(session->snapshots);
+  const palpate::FlushDenormals flush;
   char* out = reinterpret_cast<char*>(displacements);
   alignas(64) float panel[palpate::pack::kPanelRows];
   for (uint32_t p = 0; p < palpate::pack::num_panels(pack.num_nodes); ++p) {
     memset(panel, 0, sizeof panel);
-    if (session->answered == PAL_MODEL_LINEAR) {
-      palpate::add_linear_field(pack, session->linear, p, session->add_columns, panel);
-    } else if (session->answered == PAL_MODEL_POLYNOMIAL) {
-      palpate::add_polynomial_field(pack, session->polynomial, p, session->add_columns, panel);
+    if (field.model == PAL_MODEL_LINEAR) {
+      palpate::add_linear_field(pack, field, p, session->add_columns, panel);
+    } else if (field.model == PAL_MODEL_POLYNOMIAL) {
+      palpate::add_polynomial_field(pack, field, p, session->add_columns, panel);
     }
     const uint32_t first = p * palpate::pack::kPanelNodes;
     const uint32_t left = pack.num_nodes - first;

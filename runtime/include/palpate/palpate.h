@@ -14,7 +14,8 @@
  * Units. SI (metres, newtons) where the scene states what its numbers mean, else the model's own units:
  * pal_pack_info::metres_per_length_unit tells. Axes and origin are the model's.
  *
- * Threads. A pack may be used from any thread at once. A session belongs to one thread at a time.
+ * Threads. A pack may be used from any thread at once. A session belongs to one thread at a time, but for
+ * pal_visual_frame: one more thread may call it while the first is in any other call.
  *
  * Errors. Every call that can fail returns a pal_status, and then has changed nothing: outputs are untouched.
  * What is physically doubtful about an answer is not an error but a flag beside the answer. Nothing here
@@ -24,6 +25,13 @@
  * frame touches it first; for hard real time call mlock on pal_pack_get_bytes, or open from locked memory.
  * Replace a pack file only by renaming another onto it, as the builder does: a file that is cut short
  * or written into while it is mapped takes the process down, or gives other forces than were checked.
+ *
+ * Structs that grow. `struct_size`, set by the caller to the sizeof that it was compiled with, lets old callers meet a new
+ * library and new callers an old one: members that one side does not know have their default (zero in results).
+ * PAL_STATUS_BAD_STRUCT_SIZE where it is below that of the first release, or a member that the library does not know is
+ * not zero.
+ *
+ * Floating point. Frames flush subnormal numbers to zero and put the caller's mode back.
  *
  * Handles come from these functions; memory that was not initialised by them is not recognised.
  *
@@ -49,7 +57,7 @@ typedef enum pal_status {
   PAL_STATUS_OK = 0,
   /* the call */
   PAL_STATUS_NULL_ARGUMENT = 10,
-  PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not one that this library knows */
+  PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not set, or asks for more than this library knows */
   PAL_STATUS_BAD_ARGUMENT = 12,    /* a value outside its documented range */
   PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in */
   PAL_STATUS_NO_SUCH_SITE = 14,
@@ -227,9 +235,9 @@ typedef struct pal_contact_result {
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                           pal_contact_result* results) PAL_NOEXCEPT;
 
-/* Displacements of all packed nodes under the contacts of the last haptic frame: node i's three floats are
+/* Displacements of all packed nodes under the contacts of the last haptic frame that has returned: node i's three floats are
  * written at (char*)displacements + i * stride_bytes, stride_bytes >= 12. m, or length unit. Cost: one pass
- * over the coefficients in use. Real-time safe: yes. */
+ * over the coefficients in use; the haptic thread never waits for it. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, float* displacements,
                                           size_t stride_bytes) PAL_NOEXCEPT;
 

@@ -1,0 +1,65 @@
+// A visual frame on a thread of its own sees whole haptic frames, and no data race.
+#include <gtest/gtest.h>
+
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/shell_command.hpp"
+#include "tests/support/small_pack.hpp"
+
+namespace palpate::test {
+namespace {
+
+TEST(Snapshot, TheFieldIsThatOfTheLastHapticFrame) {
+  const OpenPack pack(small_pack_bytes());
+  OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+  const std::vector<float> rest = session.field();
+  session.touch({{0, {0, 0, -0.02}}});
+  session.touch({{0, {0, 0, -0.04}}});  // two haptic frames to one visual
+  OwnedSession only_last(pack.get(), PAL_MODEL_AUTO);
+  only_last.touch({{0, {0, 0, -0.04}}});
+  const std::vector<float> pushed = session.field();
+  EXPECT_EQ(pushed, only_last.field());
+  EXPECT_NE(pushed, rest);
+  EXPECT_EQ(session.field(), pushed) << "two visual frames to one haptic";
+  session.touch({});
+  EXPECT_EQ(session.field(), rest);
+}
+
+TEST(Snapshot, ARefusedFrameLeavesTheFieldAlone) {
+  const OpenPack pack(small_pack_bytes());
+  OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+  session.touch({{0, {0, 0, -0.04}}});
+  const std::vector<float> before = session.field();
+  const pal_contact nowhere = {pack.info().num_sites, {0, 0, 0.01}};
+  ASSERT_EQ(pal_haptic_frame(session.get(), &nowhere, 1, nullptr), PAL_STATUS_NO_SUCH_SITE);
+  EXPECT_EQ(session.field(), before);
+}
+
+#ifdef PALPATE_SNAPSHOT_THREADS
+CommandResult run_threads(const std::string& more) {
+  const TempDir dir;
+  const auto bytes = small_pack_bytes().bytes();
+  const auto pack = dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return run_command(shell_word(PALPATE_SNAPSHOT_THREADS) + " " + shell_word(pack.string()) + more);
+}
+
+// Of kernels that spread addresses wider than it expects.
+bool sanitizer_cannot_run(const CommandResult& run) {
+  return run.output.find("unexpected memory mapping") != std::string::npos;
+}
+
+TEST(Snapshot, OneReaderBesideTheHapticThreadIsNoRace) {
+  const CommandResult run = run_threads("");
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+}
+
+TEST(Snapshot, TwoReadersAreARaceAndAreFound) {
+  const CommandResult run = run_threads(" two-readers");
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
+  EXPECT_EQ(run.exit_code, 66) << run.output;
+  EXPECT_NE(run.output.find("data race"), std::string::npos) << run.output;
+}
+#endif
+
+}  // namespace
+}  // namespace palpate::test
