@@ -47,9 +47,9 @@ struct SolverSettings {
   double smallest_increment = 1e-5;
   double largest_increment = 1.0;
   // The factor of the previous iteration is used again while an iteration shrinks the residual at least to
-  // this fraction (modified Newton: such an iteration costs a third of one with a factor of its own). 0 = factor in every
-  // iteration.
-  double reuse_contraction = 0.1;
+  // this fraction (modified Newton: such an iteration costs a third of one with a factor of its own). 0 =
+  // factor in every iteration.
+  double reuse_contraction = 0.2;
 };
 
 // One line of the residual table.
