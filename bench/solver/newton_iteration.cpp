@@ -1,9 +1,7 @@
-// palpate_bench_solver: what one Newton iteration on the shipped brain is made of, each part on one thread
-// and on all. The factor stands beside CHOLMOD's own on the same ordering, and beside a dense product, the
-// bound of both.
+// palpate_bench_solver: what one Newton iteration on the shipped brain is made of, each part on one thread and on
+// all. A dense product on one thread is the bound of the factor in double precision.
 #include <benchmark/benchmark.h>
 #include <cblas.h>
-#include <cholmod.h>
 
 #include <algorithm>
 #include <thread>
@@ -89,35 +87,6 @@ void back_solve(benchmark::State& state) {
   state.counters["error"] = residual_of(cholesky, stiffness);
 }
 
-void factor_by_cholmod(benchmark::State& state) {
-  const Assembly assembly(brain(), brain().fixed_dofs());
-  SparseLower stiffness = stiffness_of(assembly);
-  std::vector<int> order = assembly.analysis().fronts()->permutation();
-  openblas_set_num_threads(static_cast<int>(state.range(0)));
-  cholmod_common common;
-  cholmod_start(&common);
-  common.supernodal = CHOLMOD_SUPERNODAL;
-  common.nmethods = 1;
-  common.method[0].ordering = CHOLMOD_GIVEN;
-  cholmod_sparse sparse = {};
-  sparse.nrow = sparse.ncol = static_cast<size_t>(stiffness.cols());
-  sparse.nzmax = static_cast<size_t>(stiffness.nonZeros());
-  sparse.p = stiffness.outerIndexPtr();
-  sparse.i = stiffness.innerIndexPtr();
-  sparse.x = stiffness.valuePtr();
-  sparse.stype = -1;
-  sparse.itype = CHOLMOD_INT;
-  sparse.xtype = CHOLMOD_REAL;
-  sparse.dtype = CHOLMOD_DOUBLE;
-  sparse.sorted = sparse.packed = 1;
-  ::cholmod_factor* symbolic = cholmod_analyze_p(&sparse, order.data(), nullptr, 0, &common);
-  for (auto _ : state) cholmod_factorize(&sparse, symbolic, &common);
-  count_operations(state, common.fl);
-  cholmod_free_factor(&symbolic, &common);
-  cholmod_finish(&common);
-  openblas_set_num_threads(1);
-}
-
 // One thread.
 void dense_product(benchmark::State& state) {
   constexpr int kSize = 1024;
@@ -150,7 +119,6 @@ BENCHMARK(forces)->Apply(one_thread_and_all);
 BENCHMARK(tangent)->Apply(one_thread_and_all);
 BENCHMARK(factor<Precision::single_precision>)->Apply(one_thread_and_all);
 BENCHMARK(factor<Precision::double_precision>)->Apply(one_thread_and_all);
-BENCHMARK(factor_by_cholmod)->Apply(one_thread_and_all);
 BENCHMARK(back_solve<Precision::single_precision>)->Apply(one_thread_and_all);
 BENCHMARK(back_solve<Precision::double_precision>)->Apply(one_thread_and_all);
 BENCHMARK(dense_product)->Unit(benchmark::kMillisecond)->Apply(median_and_max);

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <thread>
+
+#include "offline/fem/parallel_for.hpp"
 
 namespace palpate {
 namespace {
@@ -101,9 +102,7 @@ Eigen::Matrix<double, 3, kNodes> Assembly::nodal_values(int element, const doubl
 
 template <typename Work>
 void Assembly::for_each_part(Work&& work) const {
-  std::vector<std::jthread> threads;
-  for (int part = 1; part < num_parts_; ++part) threads.emplace_back(work, part);
-  work(0);
+  parallel_for(num_parts_, num_parts_, [&](int part, int) { work(part); });
 }
 
 void Assembly::divide_nodes(int parts) {

@@ -24,13 +24,16 @@ namespace palpate {
 template <typename Real>
 class Multifrontal {
  public:
+  // Takes all the memory that factors need: panel_entries() of the tree and what waits on the stacks. Throws
+  // std::bad_alloc.
   Multifrontal(const FrontTree& tree, int threads);
 
   // Factor of the matrix with these values on the tree's pattern. False where it is not positive definite to
-  // the rounding of Real; solve() must then not be called.
+  // the rounding of Real; solve() must then not be called. Cost: the sum of Front::operations.
   [[nodiscard]] bool factorize(const double* values);
 
-  // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them.
+  // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them. Cost: two passes
+  // over L for each 16 columns. Throws std::bad_alloc.
   void solve(double* right_hand_sides, int columns);
 
  private:
