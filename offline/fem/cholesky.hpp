@@ -1,6 +1,5 @@
 // Sparse Cholesky factor K = L L^T: one symbolic analysis by CHOLMOD, many numeric factors by the
-// multifrontal method, in double or in single precision. CHOLMOD's numeric factor beside it: VALIDATION.md,
-// "Speed beside CalculiX".
+// multifrontal method, in double or in single precision.
 #pragma once
 
 #include <Eigen/Core>

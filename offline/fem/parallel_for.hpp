@@ -1,30 +1,33 @@
-// A loop shared out between threads.
+// A loop shared out between threads that stay for the next one: a Newton iteration has some twenty loops of
+// a few tenths of a millisecond, which is what it costs to start a thread.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
-#include <system_error>
-#include <thread>
-#include <vector>
+#include <type_traits>
 
 namespace palpate {
 
-// Calls work(index, worker) once for each index below `count`, on as many threads as asked for, or as the
-// system gives. `worker` counts the threads from 0, the caller's. `work` must not throw: there is nobody to
-// catch it.
+// Calls run(context, worker) on the caller's thread, as worker 0, and on as many of threads - 1 others as come
+// before that call has returned; returns when all have. Alone where another loop has the threads at the time,
+// as a loop within a loop does, or where the system gives none. `run` must not throw: there is nobody to catch
+// it.
+void run_on_threads(int threads, void (*run)(void* context, int worker), void* context);
+
+// Calls work(index, worker) once for each index below `count`, on as many threads as asked for or as there are
+// (run_on_threads). `worker` is below `threads`; no two calls at a time have the same one.
 template <typename Work>
 void parallel_for(int threads, int count, Work&& work) {
-  std::atomic<int> next = 0;
-  const auto run = [&](int worker) {
-    for (int index = next++; index < count; index = next++) work(index, worker);
-  };
-  std::vector<std::jthread> others;
-  try {
-    for (int worker = 1; worker < std::min(threads, count); ++worker) others.emplace_back(run, worker);
-  } catch (const std::system_error&) {
-    // No more threads: those at hand do it all.
-  }
-  run(0);
+  struct Loop {
+    std::remove_reference_t<Work>& work;
+    int count;
+    std::atomic<int> next = 0;
+    void run(int worker) {
+      for (int index = next++; index < count; index = next++) work(index, worker);
+    }
+  } loop = {work, count};
+  run_on_threads(
+      count > 1 ? threads : 1, [](void* context, int worker) { static_cast<Loop*>(context)->run(worker); },
+      &loop);
 }
 
 }  // namespace palpate
