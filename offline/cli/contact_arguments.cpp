@@ -108,7 +108,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
   session.fix(fixed);
-  answer.results = session.haptic_frame(answer.contacts);
+  answer.results = session.contact_frame(answer.contacts);
   answer.field = session.visual_frame();
   return answer;
 }

@@ -34,7 +34,7 @@ class TimedSession {
                "session");
   }
   void haptic(std::span<const pal_contact> contacts) {
-    require_ok(session_.haptic_frame(contacts, {results_.data(), contacts.size()}), "frame");
+    require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
   }
   void visual(float* field) { require_ok(session_.visual_frame(field), "frame"); }
 

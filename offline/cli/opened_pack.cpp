@@ -115,14 +115,14 @@ void ModelUnitSession::fix(std::span<const std::uint32_t> contact_nodes) {
   require_ok(session_.set_fixed(contact_nodes), "fixed nodes");
 }
 
-std::vector<pal_contact_result> ModelUnitSession::haptic_frame(std::span<const pal_contact> contacts) {
+std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const pal_contact> contacts) {
   const pal_pack_info info = opened_->info();
   std::vector<pal_contact> scaled(contacts.begin(), contacts.end());
   for (pal_contact& contact : scaled) {
     for (double& component : contact.displacement) component *= info.metres_per_length_unit;
   }
   std::vector<pal_contact_result> results(contacts.size());
-  require_ok(session_.haptic_frame(scaled, results), "frame");
+  require_ok(session_.contact_frame(scaled, results), "frame");
   for (pal_contact_result& result : results) {
     for (double& component : result.force) component /= info.newtons_per_force_unit;
     for (auto& row : result.stiffness) {

@@ -50,7 +50,7 @@ class ModelUnitSession {
   void fix(std::span<const std::uint32_t> contact_nodes);
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
-  std::vector<pal_contact_result> haptic_frame(std::span<const pal_contact> contacts);
+  std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
 
  private:

@@ -1,13 +1,13 @@
-// What a visual frame needs of a haptic frame, handed from the thread of the one to the thread of the other; neither
-// ever waits, and neither sees the other at work.
+// What a visual frame needs of a haptic frame, handed from the thread of the one to the thread of the other;
+// neither ever waits, and neither sees the other at work.
 //
 //   haptic thread              between them                visual thread
 //   fills slot `back`  --->  `shared`: a slot, fresh?  --->  reads slot `front`
 //
-// Three slots, each held by one of the three places. publish() swaps `back` with the shared one and marks it fresh;
-// acquire() swaps `front` with it if it is fresh. A slot is thus never written while it is read, an unread slot is
-// overwritten by a newer one, and a reader finds the newest finished frame. One writer, one reader: the swaps are
-// wait-free. (Known as triple buffering.)
+// Three slots, each held by one of the three places. publish() swaps `back` with the shared one and marks it
+// fresh; acquire() swaps `front` with it if it is fresh. A slot is thus never written while it is read, an
+// unread slot is overwritten by a newer one, and a reader finds the newest finished frame. One writer, one
+// reader: the swaps are wait-free. (Known as triple buffering.)
 #pragma once
 
 #include <palpate/palpate.h>

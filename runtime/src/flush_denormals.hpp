@@ -1,6 +1,6 @@
-// Subnormal numbers become zero while an object of this class lives: arithmetic on them takes a hundred times as long on
-// some processors, and a force of 1e-310 N is none. The caller's mode is put back, with the exception flags that
-// it had.
+// Subnormal numbers become zero while an object of this class lives: arithmetic on them takes a hundred times
+// as long on some processors, and a force of 1e-310 N is none. The caller's mode is put back, with the
+// exception flags that it had.
 #pragma once
 
 #include <stdint.h>

@@ -1,7 +1,11 @@
 #include <palpate/palpate.h>
 
+#include <math.h>
+#include <string.h>
+
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/sized_struct.hpp"
+#include "runtime/src/surface_bvh.hpp"
 
 namespace {
 
@@ -81,6 +85,28 @@ extern "C" pal_status pal_pack_get_site_node(const pal_pack* pack, uint32_t site
   if (pack == nullptr || node == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (site >= pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
   *node = pack->site_nodes[site];
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
+                                                  pal_surface_point* point) noexcept {
+  if (pack == nullptr || position == nullptr || point == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  double place[3];
+  for (int i = 0; i < 3; ++i) {
+    if (!isfinite(position[i])) return PAL_STATUS_NOT_FINITE;
+    place[i] = position[i] / pack->metres;
+  }
+  palpate::SurfaceHit hit;
+  if (!palpate::find_nearest_surface_point(*pack, place, 0, hit)) return PAL_STATUS_NO_SUCH_MODEL;
+  pal_surface_point found = {};
+  for (int i = 0; i < 3; ++i) {
+    found.sites[i] = hit.sites[i];
+    found.weights[i] = hit.weights[i];
+    found.position[i] = hit.point[i] * pack->metres;
+    found.normal[i] = hit.normal[i];
+  }
+  found.distance = hit.distance * pack->metres;
+  memcpy(point, &found, sizeof found);
   return PAL_STATUS_OK;
 }
 

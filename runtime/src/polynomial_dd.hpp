@@ -41,8 +41,9 @@ struct PolynomialAnswer {
 // Whether a displacement points out of the tissue at a site where only inward ones were sampled.
 bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
-// Force and stiffness at a site of the pack for a finite displacement, model units; and the weights of the field,
-// [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale. Cost at degree 3: 31 energy terms, about 700 multiply-adds.
+// Force and stiffness at a site of the pack for a finite displacement, model units; and the weights of the
+// field, [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale.
+// Cost at degree 3: 31 energy terms, about 700 multiply-adds.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          double length_scale, PolynomialAnswer& answer, float* weights);
 

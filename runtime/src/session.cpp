@@ -6,44 +6,29 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/arena.hpp"
-#include "runtime/src/field_kernel.hpp"
-#include "runtime/src/field_snapshot.hpp"
 #include "runtime/src/flush_denormals.hpp"
-#include "runtime/src/linear_dd.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
+#include "runtime/src/pose.hpp"
+#include "runtime/src/response.hpp"
+#include "runtime/src/session_state.hpp"
 #include "runtime/src/sized_struct.hpp"
-
-struct pal_session {
-  const pal_pack* pack;
-  pal_session_config config;
-  palpate::AddColumns add_columns;
-  uint32_t num_fixed;
-  uint32_t* fixed;        // [max_fixed] contact nodes
-  double* displacements;  // [max_contacts][3] model units
-  double* forces;         // [max_contacts][3] model units
-  uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
-  palpate::LinearState linear;
-  palpate::FieldSnapshots snapshots;
-};
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kMostFixed = 1024;
-constexpr uint32_t kFirstConfigBytes = 16;
-// In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
-constexpr double kAbsurdDisplacement = 1e6;
-// The estimate where nothing was measured: all of it may be wrong.
-constexpr double kUnknownError = 1.0;
+constexpr uint32_t kFirstConfigBytes = sizeof(pal_session_config);
+constexpr uint32_t kFirstInputBytes = sizeof(pal_haptic_input);
+constexpr uint32_t kFirstResultBytes = sizeof(pal_tool_result);
 
 pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
-                           LinearState& linear, pal_session& arrays) {
+                           pal_session& arrays) {
   pal_session* session = arena.take<pal_session>(1);
   arrays.fixed = arena.take<uint32_t>(config.max_fixed);
   arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
+  LinearState& linear = arrays.linear;
   if (pack.contact_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const size_t polynomial_weights = num_field_weights(pack);
@@ -54,6 +39,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
         arena.take<float>(linear_weights > polynomial_weights ? linear_weights : polynomial_weights);
   }
   reset_snapshots(arrays.snapshots);
+  carve_tools(config, arena, arrays.tools);
   return session;
 }
 
@@ -63,8 +49,14 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   config = pal_default_session_config(pack);
   if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
     return status;
-  if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed)
+  if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
+      config.max_tools > kMostTools)
     return PAL_STATUS_BAD_ARGUMENT;
+  for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
+                              config.max_force, config.max_force_rate}) {
+    if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
+  }
+  if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
   int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
   static_assert(sizeof model == sizeof config.model);
   memcpy(&model, &config.model, sizeof model);
@@ -82,117 +74,8 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
 size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   Arena counting(nullptr);
   pal_session arrays = {};
-  carve_session(pack, config, counting, arrays.linear, arrays);
+  carve_session(pack, config, counting, arrays);
   return counting.used();
-}
-
-// |d|, without overflow on the way.
-double length(const double d[3]) {
-  const double largest = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
-  if (largest == 0) return 0;
-  const double x = d[0] / largest;
-  const double y = d[1] / largest;
-  const double z = d[2] / largest;
-  return largest * sqrt(x * x + y * y + z * z);
-}
-
-// Turns a contact's displacement into model units, shortening an absurd one.
-uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
-  const double largest = fmax(fabs(displacement[0]), fmax(fabs(displacement[1]), fabs(displacement[2])));
-  // Near the largest double |d| itself overflows: half of such a displacement is shortened instead.
-  const double half = largest > 1e300 ? 0.5 : 1.0;
-  for (int i = 0; i < 3; ++i) out[i] = half * displacement[i];
-  const double size = length(out);
-  const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
-  const double scale = size > limit ? limit / size : 1.0;
-  for (int i = 0; i < 3; ++i) out[i] = scale * out[i] / pack.metres;
-  return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
-}
-
-// p95 of the survey bin that holds |d|, or kUnknownError: for a case that no survey has, or a flagged answer.
-void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
-                     pal_contact_result& result) {
-  result.displacement_error = kUnknownError;
-  result.force_error = kUnknownError;
-  if (!surveyed || result.flags != 0) return;
-  const SurveyView& survey = pack.surveys[model == PAL_MODEL_LINEAR ? 0 : 1];
-  const double size = length(displacement) / pack.max_displacement;
-  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
-    // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
-    if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
-      result.displacement_error = survey.bins[bin].displacement_p95;
-      result.force_error = survey.bins[bin].force_p95;
-      return;
-    }
-  }
-}
-
-bool same_sites(const LinearState& linear, const pal_contact* contacts, uint32_t count) {
-  if (!linear.valid || linear.num_contacts != count) return false;
-  for (uint32_t c = 0; c < count; ++c) {
-    if (linear.sites[c] != contacts[c].site) return false;
-  }
-  return true;
-}
-
-void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
-                   pal_contact_result* results) {
-  const pal_pack& pack = *session.pack;
-  LinearState& linear = session.linear;
-  if (!same_sites(linear, contacts, count)) {
-    prepare_linear(pack, contacts, count, session.fixed, session.num_fixed, linear);
-  }
-  evaluate_linear(session.displacements, linear, session.forces);
-  FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = PAL_MODEL_LINEAR;
-  field.num_held = linear.num_held;
-  memcpy(field.held, linear.held, linear.num_held * sizeof *field.held);
-  for (uint32_t i = 0; i < 3 * linear.num_held; ++i) {
-    field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
-  }
-  if (results == nullptr) return;
-  const bool surveyed = count == 1 && session.num_fixed == 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    const double* d = session.displacements + size_t{3} * c;
-    pal_contact_result& result = results[c];
-    result = {};
-    result.model = PAL_MODEL_LINEAR;
-    result.flags = linear.flags | session.input_flags[c];
-    if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
-      result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
-    if (length(d) > surveyed_to * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
-      result.flags |= PAL_FLAG_EXTRAPOLATED;
-    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
-    for (uint32_t i = 0; i < 3; ++i) {
-      result.force[i] = session.forces[3 * c + i] * pack.newtons;
-      for (uint32_t j = 0; j < 3; ++j) {
-        result.stiffness[i][j] =
-            linear.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] * (pack.newtons / pack.metres);
-      }
-    }
-  }
-}
-
-void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
-  const pal_pack& pack = *session.pack;
-  const double* d = session.displacements;
-  FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = PAL_MODEL_POLYNOMIAL;
-  field.site = contact.site;
-  PolynomialAnswer answer;
-  evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
-  if (results == nullptr) return;
-  pal_contact_result& result = results[0];
-  result = {};
-  result.model = PAL_MODEL_POLYNOMIAL;
-  result.flags = answer.flags | session.input_flags[0];
-  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
-  for (int i = 0; i < 3; ++i) {
-    result.force[i] = answer.force[i] * pack.newtons;
-    for (int j = 0; j < 3; ++j)
-      result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
-  }
 }
 
 }  // namespace
@@ -204,6 +87,11 @@ extern "C" pal_session_config pal_default_session_config(const pal_pack* pack) n
   config.max_contacts = pack == nullptr ? 1 : pack->max_contacts;
   config.max_fixed = 0;
   config.model = PAL_MODEL_AUTO;
+  config.max_tools = 4;
+  config.organ.orientation[0] = 1;
+  config.blend_seconds = 0.01;
+  config.stale_seconds = 0.05;
+  config.ramp_seconds = 0.05;
   return config;
 }
 
@@ -230,10 +118,11 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   memset(arena, 0, required);  // also touches every page now rather than in a frame
   palpate::Arena memory(arena);
   pal_session made = {};
-  pal_session* place = palpate::carve_session(*pack, complete, memory, made.linear, made);
+  pal_session* place = palpate::carve_session(*pack, complete, memory, made);
   made.pack = pack;
   made.config = complete;
   made.add_columns = palpate::choose_add_columns();
+  for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
   return PAL_STATUS_OK;
@@ -251,6 +140,8 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
       (session->pack->contact_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
     return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
+  session->used = true;
+  palpate::record_fixed(*session, contact_nodes, count);
   // The field of the last frame keeps its weights: only the next frame knows of the change.
   bool changed = count != session->num_fixed;
   for (uint32_t i = 0; i < count; ++i) {
@@ -260,41 +151,45 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   if (!changed) return PAL_STATUS_OK;
   session->num_fixed = count;
   session->linear.valid = false;
+  session->tools.changed = true;
   return PAL_STATUS_OK;
 }
 
-extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
-                                       pal_contact_result* results) noexcept {
+extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
+                                        pal_contact_result* results) noexcept {
   if (session == nullptr || (contacts == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
-  const pal_pack& pack = *session->pack;
   if (count > session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
   for (uint32_t c = 0; c < count; ++c) {
-    if (contacts[c].site >= pack.num_sites) return PAL_STATUS_NO_SUCH_SITE;
+    if (contacts[c].site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
     for (const double component : contacts[c].displacement) {
       if (!isfinite(component)) return PAL_STATUS_NOT_FINITE;
     }
   }
-  if (count == 0) {
-    session->snapshots.slots[session->snapshots.back].model = PAL_MODEL_AUTO;
-    palpate::publish(session->snapshots);
-    return PAL_STATUS_OK;
-  }
-  const bool polynomial = session->config.model != PAL_MODEL_LINEAR && pack.radii != nullptr && count == 1 &&
-                          session->num_fixed == 0;
-  if (!polynomial && (session->config.model == PAL_MODEL_POLYNOMIAL || pack.contact_compliance == nullptr)) {
-    return PAL_STATUS_MODEL_CANNOT_ANSWER;
-  }
+  if (!palpate::can_answer(*session, count)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   const palpate::FlushDenormals flush;
-  for (uint32_t c = 0; c < count; ++c) {
-    session->input_flags[c] =
-        palpate::take_displacement(pack, contacts[c].displacement, session->displacements + size_t{3} * c);
-  }
-  if (polynomial) {
-    palpate::answer_polynomial(*session, contacts[0], results);
-  } else {
-    palpate::answer_linear(*session, contacts, count, results);
-  }
-  palpate::publish(session->snapshots);
+  session->used = true;
+  // Memory of the session's tools, for who wants no results but records.
+  if (results == nullptr) results = session->tools.results;
+  palpate::answer_contacts(*session, contacts, count, results);
+  palpate::record_contact_frame(*session, contacts, count, results);
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* given,
+                                       pal_tool_result* results) noexcept {
+  if (session == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  pal_haptic_input input = {};
+  if (const pal_status status = palpate::read_sized(*given, palpate::kFirstInputBytes, input);
+      status != PAL_STATUS_OK)
+    return status;
+  if (input.num_tools > session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
+  if (input.poses == nullptr && input.num_tools > 0) return PAL_STATUS_NULL_ARGUMENT;
+  if (results != nullptr && (input.result_bytes < palpate::kFirstResultBytes ||
+                             input.result_bytes > palpate::kLargestStruct || input.result_bytes % 8 != 0))
+    return PAL_STATUS_BAD_STRUCT_SIZE;
+  const palpate::FlushDenormals flush;
+  session->used = true;
+  palpate::answer_tools(*session, input, results);
   return PAL_STATUS_OK;
 }
 

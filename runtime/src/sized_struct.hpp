@@ -1,5 +1,5 @@
-// Structs that grow from release to release. `struct_size`, their first member, says how much of one the caller
-// was compiled with, and what one side does not know has its default:
+// Structs that grow from release to release. `struct_size`, their first member, says how much of one the
+// caller was compiled with, and what one side does not know has its default:
 //   a smaller one than ours comes from an older caller, whose further members are not there;
 //   a larger one from a newer caller, and will do while the members that we do not know are zero, which by rule
 //   is their default.

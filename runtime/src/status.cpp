@@ -20,6 +20,10 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "the pack does not carry this response model";
     case PAL_STATUS_MODEL_CANNOT_ANSWER:
       return "several contacts or fixed nodes need linear_dd, which this pack or session does not use";
+    case PAL_STATUS_NO_SUCH_TOOL:
+      return "the session has no such tool";
+    case PAL_STATUS_ALREADY_USED:
+      return "a recording must start before anything else happens to the session";
     case PAL_STATUS_ARENA_TOO_SMALL:
       return "the memory given is smaller than required";
     case PAL_STATUS_ARENA_MISALIGNED:
@@ -42,6 +46,12 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "the content of the pack contradicts itself; build it again";
     case PAL_STATUS_BAD_CHECKSUM:
       return "the checksum of the pack is wrong; build or copy it again";
+    case PAL_STATUS_NOT_A_RECORDING:
+      return "this is not a Palpate recording";
+    case PAL_STATUS_CORRUPT_RECORDING:
+      return "the recording is cut short or corrupt";
+    case PAL_STATUS_RECORDING_OF_OTHER_PACK:
+      return "the recording was made with another pack";
   }
   return "unknown status";
 }

@@ -127,7 +127,7 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
         for (uint32_t c = 0; c < count; ++c) {
           contacts[c] = {(frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}};
         }
-        answered += pal_haptic_frame(session, contacts, count, results) == PAL_STATUS_OK;
+        answered += pal_contact_frame(session, contacts, count, results) == PAL_STATUS_OK;
         answered += pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK;
       }
     });

@@ -49,7 +49,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     const uint32_t count = !may_fix || frame % 4 == 3 ? 1 : config.max_contacts;
     std::vector<pal_contact> contacts(count);
     for (uint32_t c = 0; c < count; ++c) contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}};
-    answered += pal_haptic_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
+    answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
     ASSERT_EQ(pal_visual_frame(session, field.data(), 12), PAL_STATUS_OK);
   }
   EXPECT_EQ(answered, 40);
@@ -160,7 +160,7 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
   const std::vector<pal_contact> three = {{0, {0, 0, -0.03}}, {4, {0, 0, -0.03}}, {9, {0, 0, -0.03}}};
   std::vector<pal_contact_result> results(3);
   std::memset(static_cast<void*>(results.data()), kCanary, 3 * sizeof results[0]);
-  EXPECT_EQ(pal_haptic_frame(session.get(), three.data(), 3, results.data()), PAL_STATUS_CAPACITY_EXCEEDED);
+  EXPECT_EQ(pal_contact_frame(session.get(), three.data(), 3, results.data()), PAL_STATUS_CAPACITY_EXCEEDED);
   EXPECT_TRUE(all_canary({reinterpret_cast<const unsigned char*>(results.data()), 3 * sizeof results[0]}));
   const std::vector<uint32_t> fixed = {0, 1, 2};
   EXPECT_EQ(pal_session_set_fixed(session.get(), fixed.data(), 3), PAL_STATUS_CAPACITY_EXCEEDED);

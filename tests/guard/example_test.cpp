@@ -40,16 +40,33 @@ TEST(Example, TouchPrintsGrowingForces) {
   const auto pack = dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const CommandResult run = run_command(shell_word(PALPATE_EXAMPLE_TOUCH) + " " + shell_word(pack.string()));
   EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_EQ(count_lines(run.output), 5) << run.output;
+  EXPECT_EQ(count_lines(run.output), 6) << run.output;
   std::istringstream lines(run.output);
-  double last = 0;
+  double last = -1;
   for (std::string line; std::getline(lines, line);) {
     double pushed = 0;
     double force = 0;
     ASSERT_EQ(sscanf(line.c_str(), "pushed %lf, force %lf", &pushed, &force), 2) << line;
+    EXPECT_EQ(force == 0, pushed == 0);
     EXPECT_GT(force, last);
     last = force;
   }
+}
+
+TEST(Example, RecordsWhatReplays) {
+  const TempDir dir;
+  const auto bytes = small_pack_bytes().bytes();
+  const std::string pack = shell_word(
+      dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string());
+  const std::string recording = shell_word((dir.path() / "touch.rec").string());
+  const CommandResult run = run_command(shell_word(PALPATE_EXAMPLE_RECORD) + " " + pack + " " + recording);
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(count_lines(run.output), 11) << run.output;
+  EXPECT_NE(run.output.find("1 contacts"), std::string::npos) << run.output;
+  const CommandResult replay = run_command(shell_word(PALPATE_PROGRAM) + " replay " + pack + " " + recording);
+  EXPECT_EQ(replay.exit_code, 0) << replay.output;
+  EXPECT_EQ(replay.output, "1001 frames, 1.001 s: every answer is the recorded one, to the bit\n");
+  EXPECT_EQ(run_command(shell_word(PALPATE_PROGRAM) + " replay " + pack + " " + pack).exit_code, 1);
 }
 
 TEST(Example, TouchSaysWhyItCannotOpen) {

@@ -58,7 +58,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
       for (uint32_t c = 0; c < count; ++c)
         contacts[c] = {(5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}};
       pal_contact_result results[kContacts] = {};
-      if (pal_haptic_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
+      if (pal_contact_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
       for (uint32_t c = 0; c < count; ++c) finite = finite && all_finite(results[c]);
       if (pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK) finite = finite && all_finite(field);
     }

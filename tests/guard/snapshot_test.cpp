@@ -30,7 +30,7 @@ TEST(Snapshot, ARefusedFrameLeavesTheFieldAlone) {
   session.touch({{0, {0, 0, -0.04}}});
   const std::vector<float> before = session.field();
   const pal_contact nowhere = {pack.info().num_sites, {0, 0, 0.01}};
-  ASSERT_EQ(pal_haptic_frame(session.get(), &nowhere, 1, nullptr), PAL_STATUS_NO_SUCH_SITE);
+  ASSERT_EQ(pal_contact_frame(session.get(), &nowhere, 1, nullptr), PAL_STATUS_NO_SUCH_SITE);
   EXPECT_EQ(session.field(), before);
 }
 

@@ -50,7 +50,7 @@ int run(const char* path, bool two_readers) {
   for (const std::vector<pal_contact>& contacts : all) {
     std::vector<pal_contact_result> results(contacts.size());
     known.emplace_back(floats);
-    if (alone.session.haptic_frame(contacts, results) != PAL_STATUS_OK ||
+    if (alone.session.contact_frame(contacts, results) != PAL_STATUS_OK ||
         alone.session.visual_frame(known.back().data()) != PAL_STATUS_OK)
       return 2;
   }
@@ -83,7 +83,7 @@ int run(const char* path, bool two_readers) {
   for (int frame = 0; frame < kHapticFrames; ++frame) {
     const std::vector<pal_contact>& contacts = all[static_cast<size_t>(frame) % all.size()];
     std::vector<pal_contact_result> results(contacts.size());
-    answered = shared.session.haptic_frame(contacts, results) == PAL_STATUS_OK && answered;
+    answered = shared.session.contact_frame(contacts, results) == PAL_STATUS_OK && answered;
   }
   finished = true;
   readers.clear();

@@ -32,6 +32,7 @@ const std::set<std::string> kAllowed = {
     "munmap",            // mapping a pack
     "__errno_location",  // why open failed
     "sqrt",
+    "sqrtf",
     "fabs",
     "fmax",
     "fmin",  // libm

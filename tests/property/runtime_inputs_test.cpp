@@ -60,7 +60,7 @@ TEST_P(RuntimeInputs, NotFiniteIsRefusedAndNothingChanges) {
       pal_contact contact = good;
       contact.displacement[axis] = bad;
       Watched<pal_contact_result> result;
-      EXPECT_EQ(pal_haptic_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NOT_FINITE);
+      EXPECT_EQ(pal_contact_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NOT_FINITE);
       EXPECT_FALSE(result.touched());
       EXPECT_EQ(session_.field(), field);
     }
@@ -107,7 +107,7 @@ TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
   for (const uint32_t site : {sites, sites + 1, 0x7fffffffu, 0xffffffffu}) {
     const pal_contact contact = {site, {0, 0, -0.01}};
     Watched<pal_contact_result> result;
-    EXPECT_EQ(pal_haptic_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NO_SUCH_SITE);
+    EXPECT_EQ(pal_contact_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NO_SUCH_SITE);
     EXPECT_FALSE(result.touched());
     Watched<uint32_t> node;
     EXPECT_EQ(pal_pack_get_site_node(pack_.get(), site, &node.value), PAL_STATUS_NO_SUCH_SITE);
@@ -137,7 +137,7 @@ TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
   const std::vector<float> field = session_.field();
   const pal_contact contacts[2] = {{0, {0, 0, -0.01}}, {5, {0, 0, -0.01}}};
   const bool can = GetParam() != PAL_MODEL_POLYNOMIAL;
-  EXPECT_EQ(pal_haptic_frame(session_.get(), contacts, 2, nullptr),
+  EXPECT_EQ(pal_contact_frame(session_.get(), contacts, 2, nullptr),
             can ? PAL_STATUS_OK : PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(session_.field() == field, !can);
 }
@@ -147,7 +147,7 @@ TEST_P(RuntimeInputs, ResultsMayBeNull) {
   session_.touch(contacts);
   const std::vector<float> field = session_.field();
   session_.touch({{7, {0.01, 0.02, -0.02}}});
-  EXPECT_EQ(pal_haptic_frame(session_.get(), contacts.data(), 1, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(pal_contact_frame(session_.get(), contacts.data(), 1, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(session_.field(), field);
 }
 
@@ -155,7 +155,7 @@ TEST_P(RuntimeInputs, NoContactsIsRest) {
   session_.touch({{3, {0.01, 0.02, -0.02}}});
   const pal_contact unread = {99, {kNan, 0, 0}};
   Watched<pal_contact_result> result;
-  EXPECT_EQ(pal_haptic_frame(session_.get(), &unread, 0, &result.value), PAL_STATUS_OK);
+  EXPECT_EQ(pal_contact_frame(session_.get(), &unread, 0, &result.value), PAL_STATUS_OK);
   EXPECT_FALSE(result.touched());
   for (const float value : session_.field()) EXPECT_EQ(value, 0.0f);
 }
@@ -246,9 +246,9 @@ TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
   EXPECT_EQ(pal_session_set_fixed(nullptr, &node, 1), null);
   EXPECT_EQ(pal_session_set_fixed(session_.get(), nullptr, 1), null);
   EXPECT_EQ(pal_session_set_fixed(session_.get(), nullptr, 0), PAL_STATUS_OK);
-  EXPECT_EQ(pal_haptic_frame(nullptr, &contact, 1, &result.value), null);
-  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 1, &result.value), null);
-  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(pal_contact_frame(nullptr, &contact, 1, &result.value), null);
+  EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 1, &result.value), null);
+  EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(pal_visual_frame(nullptr, &out.value, 12), null);
   EXPECT_EQ(pal_visual_frame(session_.get(), nullptr, 12), null);
   EXPECT_FALSE(result.touched() || out.touched());
@@ -343,8 +343,8 @@ TEST_P(RuntimeInputs, RandomCallsNeverCrashOrAnswerNonsense) {
         pal_contact_result results[5];
         std::memset(static_cast<void*>(results), kCanary, sizeof results);
         const uint32_t count = any(3) == 0 ? any(6) : 1;
-        status = pal_haptic_frame(session_.get(), any(80) == 0 ? nullptr : contacts, count,
-                                  any(10) == 0 ? nullptr : results);
+        status = pal_contact_frame(session_.get(), any(80) == 0 ? nullptr : contacts, count,
+                                   any(10) == 0 ? nullptr : results);
         unsigned char first[sizeof results];
         std::memcpy(first, results, sizeof results);
         const bool written = first[0] != kCanary || first[7] != kCanary;

@@ -221,7 +221,7 @@ TEST_F(RuntimeLinearDd, OrderOfContactsDoesNotMatter) {
 TEST_F(RuntimeLinearDd, ReleasedTissueIsAtRest) {
   session_.touch(as_runtime({{2, any_displacement()}, {7, any_displacement()}}));
   EXPECT_GT(as_vector(session_.field()).norm(), 0);
-  EXPECT_EQ(pal_haptic_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
+  EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
   // Held without being moved: at rest too.
   const auto results = session_.touch({{2, {0, 0, 0}}});

@@ -319,7 +319,7 @@ TEST_F(RuntimePolynomialDd, WithoutLinearDdSeveralContactsAreRefused) {
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 2, 2);
   const pal_contact contacts[2] = {{0, {0, 0, -0.01}}, {5, {0, 0, -0.01}}};
   const uint32_t node = 0;
-  EXPECT_EQ(pal_haptic_frame(session.get(), contacts, 2, nullptr), PAL_STATUS_MODEL_CANNOT_ANSWER);
+  EXPECT_EQ(pal_contact_frame(session.get(), contacts, 2, nullptr), PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(pal_session_set_fixed(session.get(), &node, 1), PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(session.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
 }

@@ -30,12 +30,14 @@ class OpenPack {
   Pack pack_;
 };
 
+// Answers at once: nothing is blended.
 inline pal_session_config session_config(const pal_pack* pack, pal_model model, uint32_t max_contacts,
                                          uint32_t max_fixed) {
   pal_session_config config = pal_default_session_config(pack);
   config.model = model;
   config.max_contacts = max_contacts;
   config.max_fixed = max_fixed;
+  config.blend_seconds = 0;
   return config;
 }
 
@@ -61,8 +63,8 @@ class OwnedSession {
   std::vector<pal_contact_result> touch(const std::vector<pal_contact>& contacts) {
     std::vector<pal_contact_result> results(contacts.size());
     require(
-        pal_haptic_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()), results.data()),
-        "haptic_frame");
+        pal_contact_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()), results.data()),
+        "contact_frame");
     return results;
   }
 

@@ -2,17 +2,20 @@
  *
  *   pal_pack_open      maps an asset pack and checks it once; constant afterwards, shared by any sessions
  *   pal_session_*      all the state of one simulation, in memory that the caller gives
- *   pal_haptic_frame   contacts in, forces and stiffness out; the fast one
- *   pal_visual_frame   displacements of the nodes that the scene shows, of the last haptic frame
+ *   pal_tool_*         what a tool holds, or that it takes hold of what it touches
+ *   pal_haptic_frame   poses of the tools in, forces, torques and stiffness out; the fast one
+ *   pal_contact_frame  the same for who finds contacts himself: displacements of sites in, forces out
+ *   pal_visual_frame   displacements of the nodes that the scene shows, of the last haptic or contact frame
  *
  *        organ.pack (read-only mapping)            caller's memory
  *      +-------------------------------+      +---------------------+
- *      | tables | segments ...         |<-----| session: factor,    |<- contacts, each frame
+ *      | tables | segments ...         |<-----| session: factor,    |<- poses of tools, each frame
  *      +-------------------------------+      | coefficients, state |-> forces, stiffness, flags
  *                                             +---------------------+-> displacements, when asked
  *
- * Units. SI (metres, newtons) where the scene states what its numbers mean, else the model's own units:
- * pal_pack_info::metres_per_length_unit tells. Axes and origin are the model's.
+ * Units. SI (metres, newtons, seconds) where the scene states what its numbers mean, else the model's own
+ * units: pal_pack_info::metres_per_length_unit tells. The *organ frame* has the model's axes and origin; the
+ * *world* is where pal_session_config::organ places it. Tools speak world, all else the organ frame.
  *
  * Threads. A pack may be used from any thread at once. A session belongs to one thread at a time, but for
  * pal_visual_frame: one more thread may call it while the first is in any other call.
@@ -26,10 +29,10 @@
  * Replace a pack file only by renaming another onto it, as the builder does: a file that is cut short
  * or written into while it is mapped takes the process down, or gives other forces than were checked.
  *
- * Structs that grow. `struct_size`, set by the caller to the sizeof that it was compiled with, lets old callers meet a new
- * library and new callers an old one: members that one side does not know have their default (zero in results).
- * PAL_STATUS_BAD_STRUCT_SIZE where it is below that of the first release, or a member that the library does not know is
- * not zero.
+ * Structs that grow. `struct_size`, set by the caller to the sizeof that it was compiled with, lets old
+ * callers meet a new library and new callers an old one: members that one side does not know have their
+ * default (zero in results). PAL_STATUS_BAD_STRUCT_SIZE where it is below that of the first release, or a
+ * member that the library does not know is not zero.
  *
  * Floating point. Frames flush subnormal numbers to zero and put the caller's mode back.
  *
@@ -64,6 +67,8 @@ typedef enum pal_status {
   PAL_STATUS_NO_SUCH_NODE = 15,
   PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model asked for */
   PAL_STATUS_MODEL_CANNOT_ANSWER = 17, /* several contacts or fixed nodes, and no linear_dd to answer them */
+  PAL_STATUS_NO_SUCH_TOOL = 18,        /* at or beyond the session's max_tools */
+  PAL_STATUS_ALREADY_USED = 19,        /* recording starts with a session to which nothing has happened yet */
   /* memory */
   PAL_STATUS_ARENA_TOO_SMALL = 20,
   PAL_STATUS_ARENA_MISALIGNED = 21,
@@ -77,7 +82,11 @@ typedef enum pal_status {
   PAL_STATUS_TRUNCATED = 42,
   PAL_STATUS_CORRUPT_TABLES = 43,  /* the FlatBuffer does not verify */
   PAL_STATUS_CORRUPT_CONTENT = 44, /* tables that contradict each other or hold impossible values */
-  PAL_STATUS_BAD_CHECKSUM = 45
+  PAL_STATUS_BAD_CHECKSUM = 45,
+  /* the recording */
+  PAL_STATUS_NOT_A_RECORDING = 50,
+  PAL_STATUS_CORRUPT_RECORDING = 51,
+  PAL_STATUS_RECORDING_OF_OTHER_PACK = 52
 } pal_status;
 
 /* One English sentence without a full stop; never NULL. Real-time safe: yes. */
@@ -103,7 +112,18 @@ enum {
   /* Two contacts hold the same node: it follows their mean. */
   PAL_FLAG_OVERLAPPING = 1 << 3,
   /* Contact nodes so close that the compliance is singular to rounding; regularised. */
-  PAL_FLAG_ILL_CONDITIONED = 1 << 4
+  PAL_FLAG_ILL_CONDITIONED = 1 << 4,
+  /* Of tools. The pose was not finite, beyond 1e100 or no rotation, or dt or the age absurd: the last good
+   * one was used instead. */
+  PAL_FLAG_BAD_INPUT = 1 << 5,
+  /* The input is older than stale_seconds: the force ramps to zero, or back from it. */
+  PAL_FLAG_STALE = 1 << 6,
+  /* The force was cut to max_force or max_force_rate. */
+  PAL_FLAG_LIMITED = 1 << 7,
+  /* What answers has changed (model, contacts, fixed nodes), and the jump of the force is being faded out. */
+  PAL_FLAG_BLENDING = 1 << 8,
+  /* The tool touched, and there was no room: max_contacts are held. */
+  PAL_FLAG_NO_ROOM = 1 << 9
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -181,15 +201,33 @@ PAL_NODISCARD pal_status pal_pack_get_bytes(const pal_pack* pack, const void** b
 
 typedef struct pal_session pal_session; /* opaque; lives in the caller's arena */
 
+/* A place and an orientation: x in the frame that is placed becomes R x + position. */
+typedef struct pal_pose {
+  double position[3];
+  double orientation[4]; /* R as a unit quaternion w, x, y, z */
+} pal_pose;
+
 typedef struct pal_session_config {
   uint32_t struct_size;
-  uint32_t max_contacts; /* held at once: 1 .. 64 */
+  uint32_t max_contacts; /* held at once, by all tools together: 1 .. 64 */
   uint32_t max_fixed;    /* nodes fixed while running: 0 .. 1024 */
   pal_model model;
+  uint32_t max_tools; /* 0 .. 16 */
+  pal_pose organ;     /* in the world */
+  /* When what answers changes, each tool's force goes on from where it was and the difference fades out over
+   * this time (s, 0: it jumps), so that a device does not kick. */
+  double blend_seconds;
+  /* From this age of its input on a tool's force ramps to zero over ramp_seconds, and back when input comes
+   * (s; 0: never). */
+  double stale_seconds;
+  double ramp_seconds;
+  double max_force;      /* of each tool, N; 0: no limit. The torque is scaled alike */
+  double max_force_rate; /* N/s; 0: no limit */
 } pal_session_config;
 
-/* One contact for each the scene asks for, no fixed nodes, PAL_MODEL_AUTO. `pack` may be NULL: then one
- * contact. */
+/* One contact for each the scene asks for, no fixed nodes, PAL_MODEL_AUTO, four tools, the organ where the
+ * model has it, 10 ms to blend, stale from 50 ms on and silent 50 ms later, no limits of force. `pack` may be
+ * NULL: then one contact. */
 pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT;
 
 /* Exact number of arena bytes that a session needs. Real-time safe: yes. */
@@ -207,39 +245,175 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
-/* A tool that holds the patch of a site and moves it as one. */
+/* ------------------------------------------------------------ contacts -- */
+
+/* The patch of a site, held and moved as one. */
 typedef struct pal_contact {
   uint32_t site;
-  double displacement[3]; /* of the patch from rest: m, or length unit */
+  double displacement[3]; /* of the patch from rest, organ frame: m, or length unit */
 } pal_contact;
 
 typedef struct pal_contact_result {
   double force[3]; /* that the tool must apply to the tissue: N, or force unit. A device plays its negative */
-  double
-      stiffness[3]
-               [3]; /* d force / d displacement of this contact, the others held; symmetric. Of the shortened
-                             displacement where the answer is PAL_FLAG_CLAMPED */
-  pal_model model;  /* that answered */
-  uint32_t flags;   /* PAL_FLAG_... */
-  double
-      displacement_error; /* estimate: largest error of any shown node, as a fraction of |displacement|; the
-                             p95 of the survey at this |displacement|, or 1 where nothing was measured */
-  double force_error;     /* estimate: |error of force| / |force|; the same */
+  /* d force / d displacement of this contact, the others held; symmetric. Of the shortened displacement where
+   * the answer is PAL_FLAG_CLAMPED. */
+  double stiffness[3][3];
+  pal_model model; /* that answered */
+  uint32_t flags;  /* PAL_FLAG_... */
+  /* Estimate: the largest error of any shown node, as a fraction of |displacement|. The p95 of the survey at
+   * this |displacement|, or 1 where nothing was measured. */
+  double displacement_error;
+  double force_error; /* the same of |error of force| / |force| */
 } pal_contact_result;
 
-/* Forces and stiffness for the contacts held now (count 0: the tissue is at rest). `results`: count entries,
- * may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of
- * degree 3 about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), with a new set
- * n^3 / 6 + 3 c n^2 more, four times that where it is ill-conditioned. Real-time safe: yes, for the n that
- * the budget allows. */
-PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
-                                          pal_contact_result* results) PAL_NOEXCEPT;
+/* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
+ * history, no blending, no limits. What tools hold is not among them and comes back with the next haptic
+ * frame. `results`: count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c
+ * contacts and fixed: polynomial_dd of degree 3 about 700; linear_dd with the contacts of the frame before 3
+ * c (3 c + n), with a new set n^3 / 6 + 3 c n^2 more, four times that where it is ill-conditioned. Real-time
+ * safe: yes, for the n that the budget allows. */
+PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
+                                           pal_contact_result* results) PAL_NOEXCEPT;
 
-/* Displacements of all packed nodes under the contacts of the last haptic frame that has returned: node i's three floats are
- * written at (char*)displacements + i * stride_bytes, stride_bytes >= 12. m, or length unit. Cost: one pass
- * over the coefficients in use; the haptic thread never waits for it. Real-time safe: yes. */
+/* --------------------------------------------------------------- tools -- */
+
+typedef enum pal_contact_law {
+  PAL_LAW_BONDED = 0, /* the patch follows the tool until pal_tool_release: a grasp */
+  PAL_LAW_TOUCH = 1   /* the same while the tool presses; it lets go when it comes back out of the surface */
+} pal_contact_law;
+
+/* A point of the surface, as weights of the sites at the corners of its triangle. */
+typedef struct pal_surface_point {
+  uint32_t sites[3];
+  double weights[3];  /* >= 0, of sum 1 */
+  double position[3]; /* at rest, organ frame */
+  double normal[3];   /* out of the tissue, unit */
+  double distance;    /* of the place that was asked for, negative inside the tissue */
+} pal_surface_point;
+
+/* Nearest point of the surface at rest that can be touched: of the triangles whose corners are all sites, and
+ * of sites without such a triangle. PAL_STATUS_NO_SUCH_MODEL where the pack was built without the tree that
+ * this needs. `position`: organ frame. Cost: about a microsecond on a surface of thousands of triangles.
+ * Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
+                                                     pal_surface_point* point) PAL_NOEXCEPT;
+
+/* How a tool holds a place of the surface. It acts at the site of the largest weight, and moves as if it were
+ * welded to the tool. */
+typedef struct pal_hold {
+  uint32_t struct_size;
+  pal_contact_law law;
+  uint32_t sites[3];   /* as in pal_surface_point */
+  double weights[3];   /* those of weight 0 may name any site */
+  pal_pose unstrained; /* of the tool, in the world, at which this contact does not move the tissue */
+} pal_hold;
+
+/* PAL_LAW_BONDED at a site, unstrained at the world's origin: the tool's position is then its displacement.
+ * */
+pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT;
+
+/* One more contact for a tool, from the next frame on. PAL_LAW_TOUCH needs the surface's tree, as above.
+ * Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_tool_hold(pal_session* session, uint32_t tool,
+                                       const pal_hold* hold) PAL_NOEXCEPT;
+
+/* Lets go of all that the tool holds. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_tool_release(pal_session* session, uint32_t tool) PAL_NOEXCEPT;
+
+/* A tool that takes hold of what it touches. While it holds nothing, each haptic frame looks for the surface
+ * point nearest to its tip, and holds it as soon as the tip is at or below `distance`, unstrained at that
+ * pose. */
+typedef struct pal_touch {
+  uint32_t struct_size;
+  pal_contact_law law;
+  double tip[3];   /* in the tool's frame */
+  double distance; /* of the tip's centre from the surface at rest: its radius, or 0 */
+} pal_touch;
+
+/* NULL: it no longer does; what it holds it keeps. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
+                                            const pal_touch* touch) PAL_NOEXCEPT;
+
+typedef struct pal_haptic_input {
+  uint32_t struct_size;
+  uint32_t num_tools;    /* of which there is a pose: tools 0 .. num_tools - 1. The others keep their last */
+  const pal_pose* poses; /* [num_tools] world */
+  const double* ages;    /* [num_tools] s since each pose was measured; NULL: just now */
+  double dt;             /* s since the last frame, 0 .. 1 */
+  uint32_t result_bytes; /* sizeof(pal_tool_result): how far apart the results are */
+} pal_haptic_input;
+
+typedef struct pal_tool_result {
+  double force[3];           /* as in pal_contact_result, of all its contacts together, world */
+  double torque[3];          /* the same about the tool's position: N m, or units of the model */
+  double stiffness[3][3];    /* d force / d position of the tool, the other tools held; before limits */
+  double displacement_error; /* the largest of its contacts', as in pal_contact_result */
+  double force_error;
+  uint32_t num_contacts; /* that it holds */
+  uint32_t site;         /* where the first of them acts */
+  pal_model model;       /* that answered; PAL_MODEL_AUTO: it holds nothing */
+  uint32_t flags;        /* PAL_FLAG_... of its contacts and its own */
+} pal_tool_result;
+
+/* Forces of all tools. Input that makes no sense is replaced by the last that did, and flagged: with valid
+ * pointers and sizes a frame always answers. `results`: max_tools entries, may be NULL. Cost: below 0.1 us
+ * and that of pal_contact_frame for the contacts held; about 1 us for each tool that looks for something to
+ * touch. Real-time safe: yes, as pal_contact_frame. */
+PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* input,
+                                          pal_tool_result* results) PAL_NOEXCEPT;
+
+/* ----------------------------------------------------------- recording -- */
+
+/* Writes every call that changes the session, its input and a digest of its answer, into a buffer of the
+ * caller, from now on: the session's own start first, so nothing may have happened to it yet. A haptic frame
+ * takes 32 bytes, 56 for each pose and 24 for each tool. `buffer`: aligned to 8, the caller's again after
+ * pal_session_stop_recording. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_record(pal_session* session, void* buffer,
+                                            size_t buffer_bytes) PAL_NOEXCEPT;
+
+/* `bytes`: of the recording, which may then be saved as it is. PAL_STATUS_CAPACITY_EXCEEDED where the buffer
+ * was full before the end; what is in it can be replayed. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_stop_recording(pal_session* session, size_t* bytes) PAL_NOEXCEPT;
+
+/* The config of the session that was recorded: a session to replay it with is made with it. Set
+ * config->struct_size first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_recording_get_config(const void* recording, size_t bytes,
+                                                  pal_session_config* config) PAL_NOEXCEPT;
+
+/* Where a replay has got to. All zero, but for struct_size, at its start. */
+typedef struct pal_replay {
+  uint32_t struct_size;
+  uint32_t ended;    /* 1: there is no further call */
+  uint64_t offset;   /* of the next call, bytes */
+  uint64_t frames;   /* haptic and contact frames so far */
+  double seconds;    /* dt of the haptic frames so far, added up */
+  uint32_t diverged; /* 1: the last call's answer was not, to the bit, the one recorded */
+  uint32_t index;    /* the first tool, or contact, whose force was another; 0 if none */
+  double recorded_force[3];
+  double force[3];
+} pal_replay;
+
+/* Makes the next recorded call on a session that went through those before. On the same build and pack the
+ * answer is the same to the bit. Real-time safe: as the call. */
+PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* recording, size_t bytes,
+                                            pal_replay* replay) PAL_NOEXCEPT;
+
+/* ------------------------------------------------------------- picture -- */
+
+/* Displacements of all packed nodes, organ frame, under the contacts of the last haptic or contact frame that
+ * has returned: node i's three floats are written at (char*)displacements + i * stride_bytes, stride_bytes >=
+ * 12. m, or length unit. Cost: one pass over the coefficients in use; the haptic thread never waits for it.
+ * Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, float* displacements,
                                           size_t stride_bytes) PAL_NOEXCEPT;
+
+/* Unit normals, out of the tissue, of the surface under displacements as pal_visual_frame writes them; zero
+ * for nodes without a triangle (pal_geometry). Node i's three floats are at (char*)normals + i *
+ * normal_stride. Both strides in bytes, >= 12; the buffers must not overlap. Cost: one pass over the
+ * triangles. Any thread. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_pack_compute_normals(const pal_pack* pack, const float* displacements,
+                                                  size_t displacement_stride, float* normals,
+                                                  size_t normal_stride) PAL_NOEXCEPT;
 
 #ifdef __cplusplus
 } /* extern "C" */

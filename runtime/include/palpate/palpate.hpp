@@ -40,6 +40,10 @@ class Pack {
   [[nodiscard]] pal_status find_site(int32_t node_label, uint32_t& site) const noexcept {
     return pal_pack_find_site(pack_, node_label, &site);
   }
+  [[nodiscard]] pal_status find_surface_point(const double position[3],
+                                              pal_surface_point& point) const noexcept {
+    return pal_pack_find_surface_point(pack_, position, &point);
+  }
   [[nodiscard]] const pal_pack* get() const noexcept { return pack_; }
 
  private:
@@ -60,12 +64,36 @@ class Session {
   [[nodiscard]] pal_status set_fixed(std::span<const uint32_t> contact_nodes) noexcept {
     return pal_session_set_fixed(session_, contact_nodes.data(), static_cast<uint32_t>(contact_nodes.size()));
   }
+  [[nodiscard]] pal_status record(void* buffer, size_t buffer_bytes) noexcept {
+    return pal_session_record(session_, buffer, buffer_bytes);
+  }
+  [[nodiscard]] pal_status stop_recording(size_t& bytes) noexcept {
+    return pal_session_stop_recording(session_, &bytes);
+  }
   // `results` must be as long as `contacts`.
-  [[nodiscard]] pal_status haptic_frame(std::span<const pal_contact> contacts,
-                                        std::span<pal_contact_result> results) noexcept {
+  [[nodiscard]] pal_status contact_frame(std::span<const pal_contact> contacts,
+                                         std::span<pal_contact_result> results) noexcept {
     if (results.size() != contacts.size()) return PAL_STATUS_BAD_ARGUMENT;
-    return pal_haptic_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()),
-                            results.data());
+    return pal_contact_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()),
+                             results.data());
+  }
+  [[nodiscard]] pal_status hold(uint32_t tool, const pal_hold& hold) noexcept {
+    return pal_tool_hold(session_, tool, &hold);
+  }
+  [[nodiscard]] pal_status release(uint32_t tool) noexcept { return pal_tool_release(session_, tool); }
+  [[nodiscard]] pal_status set_touch(uint32_t tool, const pal_touch& touch) noexcept {
+    return pal_tool_set_touch(session_, tool, &touch);
+  }
+  // Poses of the first tools, just measured. `results` must have room for all tools of the session.
+  [[nodiscard]] pal_status haptic_frame(double dt, std::span<const pal_pose> poses,
+                                        std::span<pal_tool_result> results) noexcept {
+    pal_haptic_input input = {};
+    input.struct_size = sizeof input;
+    input.num_tools = static_cast<uint32_t>(poses.size());
+    input.poses = poses.data();
+    input.dt = dt;
+    input.result_bytes = sizeof(pal_tool_result);
+    return pal_haptic_frame(session_, &input, results.data());
   }
   [[nodiscard]] pal_status visual_frame(float* displacements,
                                         size_t stride_bytes = 3 * sizeof(float)) noexcept {

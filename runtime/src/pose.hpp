@@ -1,0 +1,76 @@
+// Rotations and poses. Vectors are arrays of three; matrices are row-major.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include <math.h>
+
+namespace palpate {
+
+struct Rotation {
+  double m[9];
+};
+
+// A unit quaternion is one to so much; drift within a hundredth is put right, more is no rotation.
+inline constexpr double kQuaternionDrift = 0.01;
+// Of a coordinate: its square does not overflow.
+inline constexpr double kMostPosition = 1e100;
+
+// False where the numbers are not finite, absurd, or not those of a rotation. Otherwise `pose` is the same
+// with a quaternion of length 1 to rounding.
+inline bool read_pose(const pal_pose& given, pal_pose& pose) {
+  double square = 0;
+  for (const double component : given.orientation) square += component * component;
+  constexpr double kLeast = (1.0 - kQuaternionDrift) * (1.0 - kQuaternionDrift);
+  constexpr double kMost = (1.0 + kQuaternionDrift) * (1.0 + kQuaternionDrift);
+  if (!(square >= kLeast && square <= kMost)) return false;
+  for (const double component : given.position) {
+    if (!(fabs(component) <= kMostPosition)) return false;
+  }
+  pose = given;
+  const double scale = 1.0 / sqrt(square);
+  for (double& component : pose.orientation) component *= scale;
+  return true;
+}
+
+// R of a unit quaternion w, x, y, z: R v = v + 2 w (q x v) + 2 q x (q x v), q = (x, y, z).
+inline Rotation rotation_of(const double q[4]) {
+  const double w = q[0];
+  const double x = q[1];
+  const double y = q[2];
+  const double z = q[3];
+  return {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),  //
+           2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),  //
+           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+}
+
+// R v.
+inline void rotate(const Rotation& R, const double v[3], double out[3]) {
+  for (int i = 0; i < 3; ++i) out[i] = R.m[3 * i] * v[0] + R.m[3 * i + 1] * v[1] + R.m[3 * i + 2] * v[2];
+}
+
+// R^T v.
+inline void rotate_back(const Rotation& R, const double v[3], double out[3]) {
+  for (int i = 0; i < 3; ++i) out[i] = R.m[i] * v[0] + R.m[3 + i] * v[1] + R.m[6 + i] * v[2];
+}
+
+// R K R^T.
+inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
+  double half[9];  // (R K)^T
+  for (int column = 0; column < 3; ++column) {
+    const double of_column[3] = {K[column], K[3 + column], K[6 + column]};
+    rotate(R, of_column, half + 3 * column);
+  }
+  for (int row = 0; row < 3; ++row) {
+    const double of_row[3] = {half[row], half[3 + row], half[6 + row]};
+    rotate(R, of_row, out + 3 * row);
+  }
+}
+
+inline void add_cross(const double a[3], const double b[3], double sum[3]) {
+  sum[0] += a[1] * b[2] - a[2] * b[1];
+  sum[1] += a[2] * b[0] - a[0] * b[2];
+  sum[2] += a[0] * b[1] - a[1] * b[0];
+}
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// A recording: every call that changed a session, so that it can be made again.
+//
+//   RecordingHeader | pal_session_config | call | call | ...
+//
+// A call is a CallHeader and its input, and for frames a digest of the answer and the forces; all in
+// multiples of 8 bytes. Whatever a frame decides follows from these: it reads no clock.
+#pragma once
+
+#include <palpate/palpate.h>
+
+namespace palpate {
+
+struct Recorder {
+  unsigned char* buffer;  // null: nothing is recorded
+  size_t capacity;
+  size_t used;
+  bool full;  // before the end
+};
+
+// Each writes one call that has just succeeded; nothing without a recording.
+void record_fixed(pal_session& session, const uint32_t* contact_nodes, uint32_t count);
+void record_hold(pal_session& session, uint32_t tool, const pal_hold& hold);
+void record_release(pal_session& session, uint32_t tool);
+void record_touch(pal_session& session, uint32_t tool, const pal_touch* touch);
+void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,
+                          const pal_contact_result* results);
+// `results`: of all tools.
+void record_haptic_frame(pal_session& session, const pal_haptic_input& input, const pal_tool_result* results);
+
+}  // namespace palpate

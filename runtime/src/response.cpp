@@ -1,0 +1,173 @@
+#include "runtime/src/response.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/polynomial_dd.hpp"
+#include "runtime/src/session_state.hpp"
+
+namespace palpate {
+namespace {
+
+// In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
+constexpr double kAbsurdDisplacement = 1e6;
+// The estimate where nothing was measured: all of it may be wrong.
+constexpr double kUnknownError = 1.0;
+
+// |d|, without overflow on the way.
+double length(const double d[3]) {
+  const double largest = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
+  if (largest == 0) return 0;
+  const double x = d[0] / largest;
+  const double y = d[1] / largest;
+  const double z = d[2] / largest;
+  return largest * sqrt(x * x + y * y + z * z);
+}
+
+// Turns a contact's displacement into model units, shortening an absurd one.
+uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
+  const double largest = fmax(fabs(displacement[0]), fmax(fabs(displacement[1]), fabs(displacement[2])));
+  // Near the largest double |d| itself overflows: half of such a displacement is shortened instead.
+  const double half = largest > 1e300 ? 0.5 : 1.0;
+  for (int i = 0; i < 3; ++i) out[i] = half * displacement[i];
+  const double size = length(out);
+  const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
+  const double scale = size > limit ? limit / size : 1.0;
+  for (int i = 0; i < 3; ++i) out[i] = scale * out[i] / pack.metres;
+  return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
+}
+
+// p95 of the survey bin that holds |d|, or kUnknownError: for a case that no survey has, or a flagged answer.
+void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
+                     pal_contact_result& result) {
+  result.displacement_error = kUnknownError;
+  result.force_error = kUnknownError;
+  if (!surveyed || result.flags != 0) return;
+  const SurveyView& survey = pack.surveys[model == PAL_MODEL_LINEAR ? 0 : 1];
+  const double size = length(displacement) / pack.max_displacement;
+  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
+    // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
+    if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
+      result.displacement_error = survey.bins[bin].displacement_p95;
+      result.force_error = survey.bins[bin].force_p95;
+      return;
+    }
+  }
+}
+
+bool same_sites(const LinearState& linear, const pal_contact* contacts, uint32_t count) {
+  if (!linear.valid || linear.num_contacts != count) return false;
+  for (uint32_t c = 0; c < count; ++c) {
+    if (linear.sites[c] != contacts[c].site) return false;
+  }
+  return true;
+}
+
+void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
+                   pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  LinearState& linear = session.linear;
+  if (!same_sites(linear, contacts, count)) {
+    prepare_linear(pack, contacts, count, session.fixed, session.num_fixed, linear);
+  }
+  evaluate_linear(session.displacements, linear, session.forces);
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.model = PAL_MODEL_LINEAR;
+  field.num_held = linear.num_held;
+  memcpy(field.held, linear.held, linear.num_held * sizeof *field.held);
+  for (uint32_t i = 0; i < 3 * linear.num_held; ++i) {
+    field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
+  }
+  if (results == nullptr) return;
+  const bool surveyed = count == 1 && session.num_fixed == 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = session.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_LINEAR;
+    result.flags = linear.flags | session.input_flags[c];
+    if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
+      result.flags |= PAL_FLAG_LINEAR_FALLBACK;
+    const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
+    if (length(d) > surveyed_to * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
+      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = session.forces[3 * c + i] * pack.newtons;
+      for (uint32_t j = 0; j < 3; ++j) {
+        result.stiffness[i][j] =
+            linear.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] * (pack.newtons / pack.metres);
+      }
+    }
+  }
+}
+
+void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  const double* d = session.displacements;
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.model = PAL_MODEL_POLYNOMIAL;
+  field.site = contact.site;
+  PolynomialAnswer answer;
+  evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
+  if (results == nullptr) return;
+  pal_contact_result& result = results[0];
+  result = {};
+  result.model = PAL_MODEL_POLYNOMIAL;
+  result.flags = answer.flags | session.input_flags[0];
+  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
+  for (int i = 0; i < 3; ++i) {
+    result.force[i] = answer.force[i] * pack.newtons;
+    for (int j = 0; j < 3; ++j)
+      result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  }
+}
+
+bool polynomial_answers(const pal_session& session, uint32_t num_contacts) {
+  return session.config.model != PAL_MODEL_LINEAR && session.pack->radii != nullptr && num_contacts == 1 &&
+         session.num_fixed == 0;
+}
+
+}  // namespace
+
+bool can_answer(const pal_session& session, uint32_t num_contacts) {
+  return num_contacts == 0 || polynomial_answers(session, num_contacts) ||
+         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
+}
+
+pal_model answer_contacts(pal_session& session, const pal_contact* contacts, uint32_t count,
+                          pal_contact_result* results) {
+  for (uint32_t c = 0; c < count; ++c) {
+    session.input_flags[c] =
+        take_displacement(*session.pack, contacts[c].displacement, session.displacements + size_t{3} * c);
+  }
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.model = PAL_MODEL_AUTO;
+  if (polynomial_answers(session, count)) {
+    answer_polynomial(session, contacts[0], results);
+  } else if (count > 0) {
+    answer_linear(session, contacts, count, results);
+  }
+  const pal_model answered = field.model;
+  publish(session.snapshots);
+  return answered;
+}
+
+void add_coupling(const pal_session& session, pal_model answered, const pal_contact_result* results,
+                  uint32_t row, uint32_t column, double* sum) {
+  const pal_pack& pack = *session.pack;
+  const double scale = pack.newtons / pack.metres;
+  const size_t size = size_t{3} * session.linear.num_contacts;
+  for (uint32_t i = 0; i < 3; ++i) {
+    for (uint32_t j = 0; j < 3; ++j) {
+      if (row == column) {
+        sum[3 * i + j] += results[row].stiffness[i][j];
+      } else if (answered == PAL_MODEL_LINEAR) {
+        sum[3 * i + j] += scale * session.linear.stiffness[(3 * row + i) * size + 3 * column + j];
+      }
+    }
+  }
+}
+
+}  // namespace palpate

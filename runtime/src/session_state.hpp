@@ -1,0 +1,32 @@
+// What a session is inside the runtime: everything that one simulation remembers, in the caller's arena.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/linear_dd.hpp"
+#include "runtime/src/recording.hpp"
+#include "runtime/src/tools.hpp"
+
+namespace palpate {
+
+inline constexpr uint32_t kMostFixed = 1024;
+
+}  // namespace palpate
+
+struct pal_session {
+  const pal_pack* pack;
+  pal_session_config config;
+  palpate::AddColumns add_columns;
+  uint32_t num_fixed;
+  uint32_t* fixed;        // [max_fixed] contact nodes
+  double* displacements;  // [max_contacts][3] model units
+  double* forces;         // [max_contacts][3] model units
+  uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
+  palpate::LinearState linear;
+  palpate::FieldSnapshots snapshots;
+  palpate::ToolStates tools;
+  palpate::Recorder recorder;
+  bool used;  // something has happened to it
+};

@@ -1,0 +1,353 @@
+#include "runtime/src/tools.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/pose.hpp"
+#include "runtime/src/response.hpp"
+#include "runtime/src/session_state.hpp"
+#include "runtime/src/sized_struct.hpp"
+#include "runtime/src/surface_bvh.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kFirstHoldBytes = sizeof(pal_hold);
+constexpr uint32_t kFirstTouchBytes = sizeof(pal_touch);
+// PAL_LAW_TOUCH lets go where the place that it holds would be so far outside of where it was at rest, in
+// mean edges of the surface: less is the tremor of a hand.
+constexpr double kReleaseHeight = 0.01;
+
+// The place of a site at rest, world.
+void site_position(const pal_session& session, uint32_t site, double out[3]) {
+  const pal_pack& pack = *session.pack;
+  const double* position = pack.positions + size_t{3} * pack.site_nodes[site];
+  const double in_metres[3] = {position[0] * pack.metres, position[1] * pack.metres,
+                               position[2] * pack.metres};
+  rotate(session.tools.organ, in_metres, out);
+  for (int i = 0; i < 3; ++i) out[i] += session.config.organ.position[i];
+}
+
+uint32_t site_of_largest_weight(const uint32_t sites[3], const double weights[3]) {
+  uint32_t best = 0;
+  for (uint32_t i = 1; i < 3; ++i) {
+    if (weights[i] > weights[best]) best = i;
+  }
+  return sites[best];
+}
+
+bool holds_anything(const pal_session& session, uint32_t tool) {
+  for (uint32_t c = 0; c < session.tools.num_contacts; ++c) {
+    if (session.tools.contacts[c].tool == tool) return true;
+  }
+  return false;
+}
+
+bool has_room(const pal_session& session) {
+  return session.tools.num_contacts < session.config.max_contacts &&
+         can_answer(session, session.tools.num_contacts + 1);
+}
+
+// There is room. `normal`: organ frame.
+void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_law law,
+               const pal_pose& unstrained, const double normal[3]) {
+  HeldContact& contact = session.tools.contacts[session.tools.num_contacts++];
+  contact.tool = tool;
+  contact.site = site;
+  contact.law = law;
+  memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
+  site_position(session, site, contact.unstrained_arm);
+  for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
+  rotate_back(rotation_of(unstrained.orientation), contact.unstrained_arm, contact.arm);
+  rotate(session.tools.organ, normal, contact.normal);
+  session.tools.changed = true;
+}
+
+// Keeps the order of those that stay: linear_dd then need not factor anew where the last ones go.
+template <typename Goes>
+void let_go(pal_session& session, Goes&& goes) {
+  ToolStates& states = session.tools;
+  uint32_t kept = 0;
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (goes(states.contacts[c])) continue;
+    if (kept != c) states.contacts[kept] = states.contacts[c];
+    ++kept;
+  }
+  states.changed = states.changed || kept != states.num_contacts;
+  states.num_contacts = kept;
+}
+
+// Takes in a tool's pose and its age. False where they make no sense, or are not there: the last pose then
+// ages.
+bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolState& state) {
+  const double age = input.ages != nullptr && tool < input.num_tools ? input.ages[tool] : 0.0;
+  if (tool < input.num_tools && age >= 0 && isfinite(age) && read_pose(input.poses[tool], state.pose)) {
+    state.has_pose = true;
+    state.age = age;
+    return true;
+  }
+  state.age += dt;
+  return tool >= input.num_tools;
+}
+
+// Looks for something to take hold of. False where there is something and no room for it.
+bool try_to_touch(pal_session& session, uint32_t tool, ToolState& state) {
+  const pal_pack& pack = *session.pack;
+  double tip[3];
+  rotate(rotation_of(state.pose.orientation), state.touch.tip, tip);
+  for (int i = 0; i < 3; ++i) tip[i] += state.pose.position[i] - session.config.organ.position[i];
+  double place[3];
+  rotate_back(session.tools.organ, tip, place);
+  for (double& component : place) component /= pack.metres;
+  SurfaceHit hit;
+  if (!find_nearest_surface_point(pack, place, state.near, hit)) return true;
+  state.near = hit.primitive;
+  if (!(hit.distance * pack.metres <= state.touch.distance)) return true;
+  if (!has_room(session)) return false;
+  take_hold(session, tool, site_of_largest_weight(hit.sites, hit.weights), state.touch.law, state.pose,
+            hit.normal);
+  return true;
+}
+
+struct ToolRotation {
+  Rotation rotation;
+  uint32_t tool;  // kMostTools: of none
+};
+
+// Of a contact's tool; contacts of one tool mostly follow one another.
+const Rotation& rotation_for(const pal_session& session, uint32_t tool, ToolRotation& last) {
+  if (last.tool != tool) last = {rotation_of(session.tools.tools[tool].pose.orientation), tool};
+  return last.rotation;
+}
+
+// How far a contact has moved from where its tool took hold, world; not at all for a tool that was never
+// seen.
+void movement_of(const pal_session& session, const HeldContact& contact, ToolRotation& last, double out[3]) {
+  const ToolState& tool = session.tools.tools[contact.tool];
+  double arm[3];
+  rotate(rotation_for(session, contact.tool, last), contact.arm, arm);
+  for (int i = 0; i < 3; ++i) {
+    out[i] = tool.has_pose
+                 ? (tool.pose.position[i] - contact.unstrained[i]) + (arm[i] - contact.unstrained_arm[i])
+                 : 0.0;
+  }
+}
+
+void let_go_of_what_came_out(pal_session& session) {
+  const double height = kReleaseHeight * session.pack->mean_surface_edge * session.pack->metres;
+  ToolRotation last = {{}, kMostTools};
+  let_go(session, [&](const HeldContact& contact) {
+    if (contact.law != PAL_LAW_TOUCH) return false;
+    double d[3];
+    movement_of(session, contact, last, d);
+    return d[0] * contact.normal[0] + d[1] * contact.normal[1] + d[2] * contact.normal[2] > height;
+  });
+}
+
+// The displacement of every contact held, organ frame.
+void fill_inputs(pal_session& session) {
+  ToolRotation last = {{}, kMostTools};
+  for (uint32_t c = 0; c < session.tools.num_contacts; ++c) {
+    const HeldContact& contact = session.tools.contacts[c];
+    double d[3];
+    movement_of(session, contact, last, d);
+    session.tools.inputs[c].site = contact.site;
+    rotate_back(session.tools.organ, d, session.tools.inputs[c].displacement);
+  }
+}
+
+// What the model says of all contacts of one tool together, world.
+struct ToolSum {
+  Wrench wrench;
+  pal_tool_result result;  // but for force and torque
+};
+
+void add_contact(const pal_session& session, uint32_t index, const Rotation& own, ToolSum& sum) {
+  const ToolStates& states = session.tools;
+  const HeldContact& contact = states.contacts[index];
+  const pal_contact_result& answer = states.results[index];
+  double force[3];
+  double arm[3];
+  rotate(states.organ, answer.force, force);
+  rotate(own, contact.arm, arm);
+  for (int i = 0; i < 3; ++i) sum.wrench.v[i] += force[i];
+  add_cross(arm, force, sum.wrench.v + 3);
+
+  double stiffness[9] = {};
+  for (uint32_t other = 0; other < states.num_contacts; ++other) {
+    if (states.contacts[other].tool == contact.tool)
+      add_coupling(session, states.answered, states.results, index, other, stiffness);
+  }
+  double turned[9];
+  rotate_matrix(states.organ, stiffness, turned);
+  pal_tool_result& result = sum.result;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result.stiffness[i][j] += turned[3 * i + j];
+  }
+  if (result.num_contacts++ == 0) result.site = contact.site;
+  result.flags |= answer.flags;
+  result.model = answer.model;
+  result.displacement_error = fmax(result.displacement_error, answer.displacement_error);
+  result.force_error = fmax(result.force_error, answer.force_error);
+}
+
+void write_result(const pal_tool_result& result, uint32_t bytes, unsigned char* to) {
+  memcpy(to, &result, bytes < sizeof result ? bytes : sizeof result);
+  if (bytes > sizeof result) memset(to + sizeof result, 0, bytes - sizeof result);
+}
+
+// `hold` becomes the caller's, completed. PAL_STATUS_OK where it can be held.
+pal_status read_hold(const pal_session& session, const pal_hold& given, pal_hold& hold) {
+  if (const pal_status status = read_sized(given, kFirstHoldBytes, hold); status != PAL_STATUS_OK)
+    return status;
+  int law;
+  static_assert(sizeof law == sizeof hold.law);
+  memcpy(&law, &hold.law, sizeof law);
+  if (law != PAL_LAW_BONDED && law != PAL_LAW_TOUCH) return PAL_STATUS_BAD_ARGUMENT;
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (!isfinite(hold.weights[i])) return PAL_STATUS_NOT_FINITE;
+    if (hold.weights[i] < 0) return PAL_STATUS_BAD_ARGUMENT;
+    if (hold.weights[i] > 0 && hold.sites[i] >= session.pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
+    sum += hold.weights[i];
+  }
+  constexpr double kRounding = 1e-6;
+  if (!(fabs(sum - 1.0) <= kRounding)) return PAL_STATUS_BAD_ARGUMENT;
+  if (!read_pose(hold.unstrained, hold.unstrained)) return PAL_STATUS_BAD_ARGUMENT;
+  return law == PAL_LAW_TOUCH && session.pack->site_normals == nullptr ? PAL_STATUS_NO_SUCH_MODEL
+                                                                       : PAL_STATUS_OK;
+}
+
+}  // namespace
+
+void reset_tool(ToolState& state) {
+  state = {};
+  state.pose.orientation[0] = 1;
+  reset_output(state.output);
+}
+
+void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
+  states.contacts = arena.take<HeldContact>(config.max_contacts);
+  states.tools = arena.take<ToolState>(config.max_tools);
+  states.inputs = arena.take<pal_contact>(config.max_contacts);
+  states.results = arena.take<pal_contact_result>(config.max_contacts);
+  states.organ = rotation_of(config.organ.orientation);
+}
+
+void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results) {
+  ToolStates& states = session.tools;
+  const pal_session_config& config = session.config;
+  const bool dt_is_bad = !(input.dt >= 0 && input.dt <= 1);
+  if (!dt_is_bad) states.dt = input.dt;
+
+  uint32_t own_flags[kMostTools];
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+    const bool read = read_input(input, tool, states.dt, states.tools[tool]);
+    own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
+  }
+  let_go_of_what_came_out(session);
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+    ToolState& state = states.tools[tool];
+    if (!state.touches || !state.has_pose || holds_anything(session, tool)) continue;
+    if (!try_to_touch(session, tool, state)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
+  }
+  fill_inputs(session);
+  const pal_model answered = answer_contacts(session, states.inputs, states.num_contacts, states.results);
+  const bool switched = states.changed || answered != states.answered;
+  states.answered = answered;
+  states.changed = false;
+
+  ToolSum sums[kMostTools];
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool) sums[tool] = {};
+  ToolRotation last = {{}, kMostTools};
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint32_t tool = states.contacts[c].tool;
+    add_contact(session, c, rotation_for(session, tool, last), sums[tool]);
+  }
+  pal_tool_result all[kMostTools];
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+    ToolState& state = states.tools[tool];
+    all[tool] = sums[tool].result;
+    const bool stale = config.stale_seconds > 0 && state.age > config.stale_seconds;
+    all[tool].flags |=
+        own_flags[tool] | filter_force(config, sums[tool].wrench, switched, stale, states.dt, state.output);
+    memcpy(all[tool].force, state.output.out.v, sizeof all[tool].force);
+    memcpy(all[tool].torque, state.output.out.v + 3, sizeof all[tool].torque);
+  }
+  record_haptic_frame(session, input, all);
+  if (results == nullptr) return;
+  unsigned char* to = reinterpret_cast<unsigned char*>(results);
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool, to += input.result_bytes)
+    write_result(all[tool], input.result_bytes, to);
+}
+
+}  // namespace palpate
+
+extern "C" pal_hold pal_default_hold(uint32_t site) noexcept {
+  pal_hold hold = {};
+  hold.struct_size = sizeof hold;
+  hold.law = PAL_LAW_BONDED;
+  hold.sites[0] = site;
+  hold.weights[0] = 1;
+  hold.unstrained.orientation[0] = 1;
+  return hold;
+}
+
+extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const pal_hold* given) noexcept {
+  if (session == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
+  pal_hold hold = {};
+  if (const pal_status status = palpate::read_hold(*session, *given, hold); status != PAL_STATUS_OK)
+    return status;
+  const uint32_t held = session->tools.num_contacts;
+  if (held >= session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
+  if (!palpate::can_answer(*session, held + 1)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  const uint32_t site = palpate::site_of_largest_weight(hold.sites, hold.weights);
+  double normal[3] = {};
+  if (session->pack->site_normals != nullptr) {
+    for (uint32_t i = 0; i < 3; ++i) normal[i] = session->pack->site_normals[size_t{3} * site + i];
+  }
+  palpate::take_hold(*session, tool, site, hold.law, hold.unstrained, normal);
+  session->used = true;
+  palpate::record_hold(*session, tool, hold);
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_tool_release(pal_session* session, uint32_t tool) noexcept {
+  if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
+  palpate::let_go(*session, [&](const palpate::HeldContact& contact) { return contact.tool == tool; });
+  session->used = true;
+  palpate::record_release(*session, tool);
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
+                                         const pal_touch* given) noexcept {
+  if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
+  palpate::ToolState& state = session->tools.tools[tool];
+  if (given == nullptr) {
+    state.touches = false;
+    session->used = true;
+    palpate::record_touch(*session, tool, nullptr);
+    return PAL_STATUS_OK;
+  }
+  if (session->pack->site_normals == nullptr) return PAL_STATUS_NO_SUCH_MODEL;
+  pal_touch touch = {};
+  if (const pal_status status = palpate::read_sized(*given, palpate::kFirstTouchBytes, touch);
+      status != PAL_STATUS_OK)
+    return status;
+  int law;
+  memcpy(&law, &touch.law, sizeof law);
+  if (law != PAL_LAW_BONDED && law != PAL_LAW_TOUCH) return PAL_STATUS_BAD_ARGUMENT;
+  for (const double number : {touch.tip[0], touch.tip[1], touch.tip[2], touch.distance}) {
+    if (!(fabs(number) <= palpate::kMostPosition)) return PAL_STATUS_NOT_FINITE;
+  }
+  state.touch = touch;
+  state.touches = true;
+  session->used = true;
+  palpate::record_touch(*session, tool, &touch);
+  return PAL_STATUS_OK;
+}

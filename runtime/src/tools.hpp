@@ -1,0 +1,64 @@
+// Tools: what they hold, where they are, and the force that each of them feels.
+//
+// A contact is welded to its tool. With the tool at the pose (p0, R0) where the contact is unstrained and the
+// contact's place x at rest, its arm is a = R0^T (x - p0) in the tool's frame, and at the pose (p, R) it has
+// moved by
+//
+//   d = (p - p0) + (R a - R0 a)
+//
+// and exerts the force f on the tissue, of torque (R a) x f about the tool's position.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/arena.hpp"
+#include "runtime/src/force_output.hpp"
+#include "runtime/src/pose.hpp"
+
+namespace palpate {
+
+inline constexpr uint32_t kMostTools = 16;
+
+struct HeldContact {
+  uint32_t tool;
+  uint32_t site;
+  pal_contact_law law;
+  double unstrained[3];      // p0
+  double unstrained_arm[3];  // R0 a, world
+  double arm[3];             // a, in the tool's frame
+  double normal[3];          // out of the tissue at rest, world; only of PAL_LAW_TOUCH
+};
+
+struct ToolState {
+  pal_pose pose;  // the last that made sense
+  bool has_pose;
+  bool touches;
+  double age;  // s, of `pose`
+  pal_touch touch;
+  uint32_t near;  // where the last search for something to touch ended
+  ForceOutput output;
+};
+
+struct ToolStates {
+  Rotation organ;  // of pal_session_config::organ
+  uint32_t num_contacts;
+  HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
+  ToolState* tools;             // [max_tools]
+  pal_contact* inputs;          // [max_contacts] of the frame at hand
+  pal_contact_result* results;  // [max_contacts]
+  pal_model answered;           // by whom, in the last frame
+  bool changed;                 // contacts or fixed nodes, since then
+  double dt;                    // of the last frame in which it made sense
+};
+
+// A tool that was never seen and holds nothing.
+void reset_tool(ToolState& state);
+
+// Takes the arrays of a session with this config.
+void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
+
+// One frame of all tools. `input` is complete and its pointers are valid. `results`: null, or max_tools
+// entries input.result_bytes apart.
+void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results);
+
+}  // namespace palpate

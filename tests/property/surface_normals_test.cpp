@@ -1,0 +1,115 @@
+// Normals of the displaced surface.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kFloat = 1e-5;  // a few float32 roundings of numbers near 1
+
+class SurfaceNormals : public ::testing::Test {
+ protected:
+  Eigen::Vector3d position(uint32_t node) const {
+    return Eigen::Map<const Eigen::Vector3d>(pack_.face().geometry().positions + size_t{3} * node);
+  }
+  std::vector<float> normals(const std::vector<float>& displacements) const {
+    std::vector<float> normals(displacements.size(), 9.0f);
+    require(pal_pack_compute_normals(pack_.get(), displacements.data(), 12, normals.data(), 12), "normals");
+    return normals;
+  }
+  Eigen::Vector3d at_node(const std::vector<float>& field, uint32_t node) const {
+    return Eigen::Map<const Eigen::Vector3f>(field.data() + size_t{3} * node).cast<double>();
+  }
+  bool has_triangle(uint32_t node) const {
+    const pal_geometry geometry = pack_.face().geometry();
+    for (uint32_t i = 0; i < 3 * geometry.num_triangles; ++i) {
+      if (geometry.triangles[i] == node) return true;
+    }
+    return false;
+  }
+
+  OpenPack pack_{small_pack_bytes()};
+  uint32_t num_nodes_ = pack_.info().num_nodes;
+  std::vector<float> rest_ = std::vector<float>(size_t{3} * num_nodes_, 0.0f);
+};
+
+TEST_F(SurfaceNormals, PointOutOfTheBlock) {
+  const std::vector<float> field = normals(rest_);
+  constexpr double kTop = 0.375;
+  int on_top = 0;
+  for (uint32_t node = 0; node < num_nodes_; ++node) {
+    const Eigen::Vector3d n = at_node(field, node);
+    if (!has_triangle(node)) {
+      EXPECT_EQ(n.norm(), 0);
+      continue;
+    }
+    EXPECT_NEAR(n.norm(), 1, kFloat);
+    const Eigen::Vector3d x = position(node);
+    const Eigen::Vector3d outward = x - Eigen::Vector3d::Constant(0.5 * kTop);
+    EXPECT_GT(n.dot(outward), 0) << "node " << node;
+    const bool inner =
+        x[2] > kTop - 1e-9 && x.head<2>().minCoeff() > 1e-9 && x.head<2>().maxCoeff() < kTop - 1e-9;
+    if (!inner) continue;
+    ++on_top;
+    EXPECT_LE((n - Eigen::Vector3d::UnitZ()).norm(), kFloat);
+  }
+  EXPECT_EQ(on_top, 4);
+}
+
+TEST_F(SurfaceNormals, TurnWithTheSurface) {
+  const std::vector<float> before = normals(rest_);
+  const Eigen::Matrix3d R = rotation_vector({0.8, -1.2, 2.0});
+  std::vector<float> displacements = rest_;
+  for (uint32_t node = 0; node < num_nodes_; ++node) {
+    const Eigen::Vector3d u = R * position(node) - position(node) + Eigen::Vector3d(0.3, -0.2, 0.1);
+    for (int i = 0; i < 3; ++i) displacements[3 * node + static_cast<uint32_t>(i)] = static_cast<float>(u[i]);
+  }
+  const std::vector<float> after = normals(displacements);
+  for (uint32_t node = 0; node < num_nodes_; ++node)
+    EXPECT_LE((at_node(after, node) - R * at_node(before, node)).norm(), kFloat);
+}
+
+TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
+  const std::vector<float> expected = normals(rest_);
+  constexpr unsigned char kCanary = 0xa5;
+  for (const size_t stride : {size_t{12}, size_t{13}, size_t{32}}) {
+    std::vector<unsigned char> buffer(stride * num_nodes_ + 64, kCanary);
+    ASSERT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, reinterpret_cast<float*>(buffer.data()),
+                                       stride),
+              PAL_STATUS_OK);
+    for (size_t node = 0; node < num_nodes_; ++node) {
+      EXPECT_EQ(std::memcmp(buffer.data() + node * stride, expected.data() + 3 * node, 12), 0);
+      for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[node * stride + byte], kCanary);
+    }
+    for (size_t byte = stride * num_nodes_; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
+  }
+  float* const out = rest_.data();
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 8, out, 12), PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, out, 8), PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(nullptr, rest_.data(), 12, out, 12), PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), nullptr, 12, out, 12), PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, nullptr, 12), PAL_STATUS_NULL_ARGUMENT);
+}
+
+TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {
+  for (const float size : {1e-44f, 1e20f, 3e38f, std::nanf(""), HUGE_VALF}) {
+    std::vector<float> displacements = rest_;
+    for (size_t i = 0; i < displacements.size(); i += 2) displacements[i] = size;
+    EXPECT_TRUE(all_finite(normals(displacements))) << size;
+  }
+  // Folded flat: all triangles without area.
+  std::vector<float> flat = rest_;
+  for (uint32_t node = 0; node < num_nodes_; ++node) {
+    for (int i = 0; i < 3; ++i)
+      flat[3 * node + static_cast<uint32_t>(i)] = static_cast<float>(-position(node)[i]);
+  }
+  EXPECT_TRUE(all_finite(normals(flat)));
+}
+
+}  // namespace
+}  // namespace palpate::test
