@@ -96,8 +96,9 @@ extern "C" pal_status pal_pack_find_surface_point(const pal_pack* pack, const do
     if (!isfinite(position[i])) return PAL_STATUS_NOT_FINITE;
     place[i] = position[i] / pack->metres;
   }
+  if (pack->bvh_nodes == nullptr) return PAL_STATUS_NO_SUCH_MODEL;
   palpate::SurfaceHit hit;
-  if (!palpate::find_nearest_surface_point(*pack, place, 0, hit)) return PAL_STATUS_NO_SUCH_MODEL;
+  if (!palpate::find_nearest_surface_point(*pack, place, 0, hit)) return PAL_STATUS_BAD_ARGUMENT;
   pal_surface_point found = {};
   for (int i = 0; i < 3; ++i) {
     found.sites[i] = hit.sites[i];

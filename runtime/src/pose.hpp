@@ -28,7 +28,9 @@ inline bool read_pose(const pal_pose& given, pal_pose& pose) {
     if (!(fabs(component) <= kMostPosition)) return false;
   }
   pose = given;
-  const double scale = 1.0 / sqrt(square);
+  // What was read once is read to the same bits again, as from a recording.
+  constexpr double kRounding = 2e-15;
+  const double scale = fabs(square - 1.0) <= kRounding ? 1.0 : 1.0 / sqrt(square);
   for (double& component : pose.orientation) component *= scale;
   return true;
 }

@@ -1,6 +1,5 @@
 #include "runtime/src/recording.hpp"
 
-#include <math.h>
 #include <string.h>
 
 #include "runtime/src/pack_view.hpp"
@@ -39,6 +38,18 @@ struct CallHeader {
 struct CallSubject {
   uint32_t subject;
   uint32_t has_more;  // ages of a haptic frame, the settings of a touch
+};
+
+// Inputs without the gaps that a compiler leaves in a struct: what is in those is nobody's.
+struct RecordedContact {
+  uint64_t site;
+  double displacement[3];
+};
+struct RecordedHold {
+  uint32_t law;
+  uint32_t sites[3];
+  double weights[3];
+  pal_pose unstrained;
 };
 
 struct Answer {
@@ -142,7 +153,13 @@ pal_status replay_fixed(pal_session& session, CallReader& reader, uint32_t count
 pal_status replay_contacts(pal_session& session, CallReader& reader, uint32_t count, pal_replay& replay) {
   pal_contact contacts[pack::kMostContacts];
   pal_contact_result results[pack::kMostContacts];
-  if (count > pack::kMostContacts || !reader.take(contacts, count)) return PAL_STATUS_CORRUPT_RECORDING;
+  if (count > pack::kMostContacts) return PAL_STATUS_CORRUPT_RECORDING;
+  for (uint32_t c = 0; c < count; ++c) {
+    RecordedContact contact;
+    if (!reader.take(&contact, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+    contacts[c].site = static_cast<uint32_t>(contact.site);
+    memcpy(contacts[c].displacement, contact.displacement, sizeof contact.displacement);
+  }
   if (const pal_status status = pal_contact_frame(&session, contacts, count, results);
       status != PAL_STATUS_OK)
     return status;
@@ -167,7 +184,7 @@ pal_status replay_tools(pal_session& session, CallReader& reader, const CallSubj
   if (const pal_status status = pal_haptic_frame(&session, &input, results); status != PAL_STATUS_OK)
     return status;
   ++replay.frames;
-  if (isfinite(input.dt)) replay.seconds += input.dt;
+  replay.seconds += session.tools.dt;
   return compare(reader, results, session.config.max_tools, replay) ? PAL_STATUS_OK
                                                                     : PAL_STATUS_CORRUPT_RECORDING;
 }
@@ -179,8 +196,13 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
     case Call::set_fixed:
       return replay_fixed(session, reader, subject.subject);
     case Call::hold: {
-      pal_hold hold;
-      if (!reader.take(&hold, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+      RecordedHold recorded;
+      if (!reader.take(&recorded, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+      pal_hold hold = pal_default_hold(0);
+      memcpy(&hold.law, &recorded.law, sizeof hold.law);
+      memcpy(hold.sites, recorded.sites, sizeof hold.sites);
+      memcpy(hold.weights, recorded.weights, sizeof hold.weights);
+      hold.unstrained = recorded.unstrained;
       return pal_tool_hold(&session, subject.subject, &hold);
     }
     case Call::release:
@@ -219,9 +241,14 @@ void record_fixed(pal_session& session, const uint32_t* contact_nodes, uint32_t 
 
 void record_hold(pal_session& session, uint32_t tool, const pal_hold& hold) {
   const CallSubject subject = {tool, 0};
-  CallWriter writer(session.recorder, Call::hold, sizeof subject + sizeof hold);
+  RecordedHold recorded = {};
+  memcpy(&recorded.law, &hold.law, sizeof recorded.law);
+  memcpy(recorded.sites, hold.sites, sizeof recorded.sites);
+  memcpy(recorded.weights, hold.weights, sizeof recorded.weights);
+  recorded.unstrained = hold.unstrained;
+  CallWriter writer(session.recorder, Call::hold, sizeof subject + sizeof recorded);
   writer.put(&subject, sizeof subject);
-  writer.put(&hold, sizeof hold);
+  writer.put(&recorded, sizeof recorded);
 }
 
 void record_release(pal_session& session, uint32_t tool) {
@@ -244,9 +271,13 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
   const CallSubject subject = {count, 0};
   const Answer answer = {digest_of(results, count)};
   CallWriter writer(session.recorder, Call::contact_frame,
-                    sizeof subject + sizeof answer + count * (sizeof *contacts + kForceBytes));
+                    sizeof subject + sizeof answer + count * (sizeof(RecordedContact) + kForceBytes));
   writer.put(&subject, sizeof subject);
-  writer.put(contacts, count * sizeof *contacts);
+  for (uint32_t c = 0; c < count; ++c) {
+    RecordedContact contact = {contacts[c].site, {}};
+    memcpy(contact.displacement, contacts[c].displacement, sizeof contact.displacement);
+    writer.put(&contact, sizeof contact);
+  }
   writer.put(&answer, sizeof answer);
   for (uint32_t c = 0; c < count; ++c) writer.put(results[c].force, kForceBytes);
 }

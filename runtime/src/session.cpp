@@ -50,7 +50,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
     return status;
   if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
-      config.max_tools > kMostTools)
+      config.max_tools > kMostTools || config.reserved != 0)
     return PAL_STATUS_BAD_ARGUMENT;
   for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
                               config.max_force, config.max_force_rate}) {

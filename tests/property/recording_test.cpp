@@ -113,7 +113,9 @@ TEST(Recording, ReplaysToTheSameBits) {
   const std::vector<unsigned char> recording = recorded(pack, kRoom, PAL_STATUS_OK);
   const Outcome outcome = replayed(pack, recording);
   EXPECT_EQ(outcome.status, PAL_STATUS_OK);
-  EXPECT_EQ(outcome.at.diverged, 0U);
+  EXPECT_EQ(outcome.at.diverged, 0U) << "frame " << outcome.at.frames << ", index " << outcome.at.index
+                                     << ", force " << outcome.at.force[2] << " was "
+                                     << outcome.at.recorded_force[2];
   EXPECT_EQ(outcome.at.ended, 1U);
   EXPECT_EQ(outcome.at.offset, recording.size());
   EXPECT_GT(outcome.at.frames, kFrames / 2U);
@@ -138,14 +140,14 @@ TEST(Recording, AnotherAnswerIsFoundAtItsFrame) {
   Words buffer(kRoom / 8);
   require(pal_session_record(session.get(), buffer.data(), kRoom), "record");
   session.hold(1, pal_default_hold(4));
-  size_t at = 0;  // of a force of frame 30, in doubles
+  size_t place = 0;  // of a force of frame 30, in the recording
   Eigen::Vector3d force;
   for (int frame = 1; frame <= 50; ++frame) {
     force = force_of(session.frame({at_rest(), at({0, 0, -1e-3 * frame})})[1]);
     if (frame != 30) continue;
     double value;
     do {
-      std::memcpy(&value, &buffer[++at], sizeof value);
+      std::memcpy(&value, &buffer[++place], sizeof value);
     } while (value != force[2]);
   }
   size_t bytes = 0;
@@ -154,8 +156,8 @@ TEST(Recording, AnotherAnswerIsFoundAtItsFrame) {
   const std::vector<unsigned char> good(begin, begin + bytes);
   EXPECT_EQ(replayed(pack, good).at.diverged, 0U);
   // What another build would have recorded: one bit of one force, and the digest with it.
-  buffer[at] ^= 1;
-  const size_t digest = at - 2 - 3 - 1;  // force of tool 1 from its z, that of tool 0, the digest
+  buffer[place] ^= 1;
+  const size_t digest = place - 2 - 3 - 1;  // force of tool 1 from its z, that of tool 0, the digest
   buffer[digest] ^= 1;
   const std::vector<unsigned char> changed(begin, begin + bytes);
   const Outcome outcome = replayed(pack, changed);

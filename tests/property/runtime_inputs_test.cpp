@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <random>
 
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/sanitizer.hpp"
@@ -288,75 +287,6 @@ TEST_P(RuntimeInputs, ModelThatThePackLacksIsRefused) {
     EXPECT_EQ(pal_session_required_bytes(pack.get(), &config, &required.value), PAL_STATUS_NO_SUCH_MODEL);
     EXPECT_FALSE(required.touched());
   }
-}
-
-// Calls in any order with arguments good and bad; every answer with status OK is finite.
-TEST_P(RuntimeInputs, RandomCallsNeverCrashOrAnswerNonsense) {
-  constexpr int kCalls = kSanitized ? 8000 : 40000;  // for each of three models
-  std::mt19937_64 random(23 + static_cast<uint64_t>(GetParam()));
-  const auto any = [&](uint32_t count) { return static_cast<uint32_t>(random() % count); };
-  const auto any_number = [&]() -> double {
-    constexpr double kOrdinary[] = {0, 1e-3, 0.01, 0.05, -0.05, 0.2, 1, -30};
-    constexpr double kOdd[] = {kDenormal, 1e-300, -1e30, 1e300, kHuge};
-    switch (any(40)) {
-      case 0:
-        return any(2) == 0 ? kNan : kInfinity;
-      case 1:
-        return kOdd[any(5)];
-      default:
-        return kOrdinary[any(8)] * std::uniform_real_distribution<double>(-1, 1)(random);
-    }
-  };
-  const auto info = pack_.info();
-  std::vector<float> field(size_t{6} * info.num_nodes);
-  int ok = 0;
-  int refused = 0;
-  for (int call = 0; call < kCalls; ++call) {
-    pal_status status = PAL_STATUS_OK;
-    switch (any(8)) {
-      case 0: {
-        uint32_t nodes[6];
-        for (uint32_t& node : nodes) node = any(30) == 0 ? any(0xffffffff) : any(info.num_contact_nodes);
-        status =
-            pal_session_set_fixed(session_.get(), any(50) == 0 ? nullptr : nodes, any(4) == 0 ? any(7) : 0);
-        break;
-      }
-      case 1: {
-        std::fill(field.begin(), field.end(), 0.0f);
-        const size_t strides[] = {12, 16, 24, 12, 12, 8};
-        status = pal_visual_frame(session_.get(), any(50) == 0 ? nullptr : field.data(), strides[any(6)]);
-        ASSERT_TRUE(all_finite(field)) << "call " << call;
-        break;
-      }
-      case 2: {
-        uint32_t index = 0;
-        status = pal_pack_find_site(pack_.get(), static_cast<int32_t>(any(80)), &index);
-        ASSERT_LT(index, info.num_sites);
-        break;
-      }
-      default: {
-        pal_contact contacts[5];
-        for (pal_contact& contact : contacts) {
-          contact.site = any(60) == 0 ? any(0xffffffff) : any(info.num_sites);
-          for (double& component : contact.displacement) component = any_number();
-        }
-        pal_contact_result results[5];
-        std::memset(static_cast<void*>(results), kCanary, sizeof results);
-        const uint32_t count = any(3) == 0 ? any(6) : 1;
-        status = pal_contact_frame(session_.get(), any(80) == 0 ? nullptr : contacts, count,
-                                   any(10) == 0 ? nullptr : results);
-        unsigned char first[sizeof results];
-        std::memcpy(first, results, sizeof results);
-        const bool written = first[0] != kCanary || first[7] != kCanary;
-        ASSERT_FALSE(written && status != PAL_STATUS_OK) << "call " << call;
-        for (uint32_t c = 0; written && c < count; ++c)
-          ASSERT_TRUE(all_finite(results[c])) << "call " << call;
-      }
-    }
-    ++(status == PAL_STATUS_OK ? ok : refused);
-  }
-  EXPECT_GT(ok, kCalls / 4);
-  EXPECT_GT(refused, kCalls / 50);
 }
 
 }  // namespace

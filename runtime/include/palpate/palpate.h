@@ -213,6 +213,7 @@ typedef struct pal_session_config {
   uint32_t max_fixed;    /* nodes fixed while running: 0 .. 1024 */
   pal_model model;
   uint32_t max_tools; /* 0 .. 16 */
+  uint32_t reserved;  /* 0 */
   pal_pose organ;     /* in the world */
   /* When what answers changes, each tool's force goes on from where it was and the difference fades out over
    * this time (s, 0: it jumps), so that a device does not kick. */
@@ -293,7 +294,7 @@ typedef struct pal_surface_point {
 
 /* Nearest point of the surface at rest that can be touched: of the triangles whose corners are all sites, and
  * of sites without such a triangle. PAL_STATUS_NO_SUCH_MODEL where the pack was built without the tree that
- * this needs. `position`: organ frame. Cost: about a microsecond on a surface of thousands of triangles.
+ * this needs. `position`: organ frame, within 1e15 length units. Cost: about a microsecond on a surface of thousands of triangles.
  * Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
                                                      pal_surface_point* point) PAL_NOEXCEPT;
@@ -386,7 +387,7 @@ typedef struct pal_replay {
   uint32_t ended;    /* 1: there is no further call */
   uint64_t offset;   /* of the next call, bytes */
   uint64_t frames;   /* haptic and contact frames so far */
-  double seconds;    /* dt of the haptic frames so far, added up */
+  double seconds;    /* dt of the haptic frames so far, as they took it */
   uint32_t diverged; /* 1: the last call's answer was not, to the bit, the one recorded */
   uint32_t index;    /* the first tool, or contact, whose force was another; 0 if none */
   double recorded_force[3];

@@ -1,0 +1,249 @@
+// Calls in any order with arguments good and bad: nothing crashes, every answer with status OK is finite, and no output is
+// touched where a call is refused. PALPATE_RANDOM_CALLS=10000000 makes as many; by default some ten thousand.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr unsigned char kCanary = 0xa5;
+constexpr size_t kRecordingBytes = 1 << 16;
+
+long num_calls() {
+  const char* asked = std::getenv("PALPATE_RANDOM_CALLS");
+  return asked != nullptr ? std::atol(asked) : kSanitized ? 8000 : 40000;
+}
+
+class RandomCalls : public ::testing::TestWithParam<pal_model> {
+ protected:
+  uint32_t any(uint32_t count) { return static_cast<uint32_t>(random_() % count); }
+  bool rarely(uint32_t times = 40) { return any(times) == 0; }
+  uint32_t index(uint32_t count) { return rarely(60) ? any(0xffffffff) : any(count); }
+  template <typename T>
+  T* rarely_null(T* pointer) {
+    return rarely(60) ? nullptr : pointer;
+  }
+  double number() {
+    constexpr double kOrdinary[] = {0, 1e-3, 0.01, 0.05, -0.05, 0.2, 1, -30};
+    constexpr double kOdd[] = {5e-324,
+                               1e-300,
+                               -1e30,
+                               1e300,
+                               std::numeric_limits<double>::max(),
+                               std::numeric_limits<double>::infinity(),
+                               std::numeric_limits<double>::quiet_NaN()};
+    if (rarely(60)) return kOdd[any(7)];
+    return kOrdinary[any(8)] * std::uniform_real_distribution<double>(-1, 1)(random_);
+  }
+  pal_pose any_pose() {
+    pal_pose any =
+        pose({0.2 + 0.1 * small(), 0.2 + 0.1 * small(), 0.36 + 0.1 * small()}, {small(), small(), small()});
+    if (rarely()) any.position[this->any(3)] = number();
+    if (rarely()) any.orientation[this->any(4)] = number();
+    return any;
+  }
+  double small() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
+  uint32_t size_of_struct(size_t bytes) { return rarely(80) ? any(5000) : static_cast<uint32_t>(bytes); }
+
+  pal_status set_fixed() {
+    uint32_t nodes[6];
+    for (uint32_t& node : nodes) node = index(info_.num_contact_nodes);
+    return pal_session_set_fixed(session_.get(), rarely_null(nodes), any(4) == 0 ? any(7) : 0);
+  }
+  pal_status hold() {
+    pal_hold hold = pal_default_hold(index(info_.num_sites));
+    hold.struct_size = size_of_struct(sizeof hold);
+    if (any(3) == 0) {
+      hold.sites[1] = index(info_.num_sites);
+      hold.weights[1] = 0.25;
+      hold.weights[0] = 0.75;
+    }
+    if (rarely()) hold.weights[2] = number();
+    if (any(2) == 0) hold.law = PAL_LAW_TOUCH;
+    if (any(2) == 0) hold.unstrained = any_pose();
+    return pal_tool_hold(session_.get(), index(4), rarely_null(&hold));
+  }
+  pal_status touch() {
+    pal_touch touch = {};
+    touch.struct_size = size_of_struct(sizeof touch);
+    touch.law = any(2) == 0 ? PAL_LAW_TOUCH : PAL_LAW_BONDED;
+    touch.tip[any(3)] = rarely(5) ? number() : 0;
+    touch.distance = rarely(5) ? number() : 0.01;
+    return pal_tool_set_touch(session_.get(), index(4), any(4) == 0 ? nullptr : &touch);
+  }
+  pal_status contact_frame() {
+    pal_contact contacts[5];
+    for (pal_contact& contact : contacts) {
+      contact.site = index(info_.num_sites);
+      for (double& component : contact.displacement) component = number();
+    }
+    pal_contact_result results[5];
+    std::memset(static_cast<void*>(results), kCanary, sizeof results);
+    const uint32_t count = any(3) == 0 ? any(6) : 1;
+    const pal_status status =
+        pal_contact_frame(session_.get(), rarely_null(contacts), count, rarely_null(results));
+    const bool written = is_written(results);
+    EXPECT_FALSE(written && status != PAL_STATUS_OK);
+    for (uint32_t c = 0; written && c < count; ++c) EXPECT_TRUE(all_finite(results[c]));
+    return status;
+  }
+  pal_status haptic_frame() {
+    std::vector<pal_pose> poses(4);
+    std::vector<double> ages(4);
+    for (pal_pose& pose : poses) pose = any_pose();
+    for (double& age : ages) age = rarely() ? number() : 0;
+    pal_haptic_input input = ToolSession::input(poses, rarely() ? number() : 0.001);
+    input.struct_size = size_of_struct(sizeof input);
+    input.num_tools = rarely() ? any(0xffffffff) : any(5);
+    input.ages = any(2) == 0 ? ages.data() : nullptr;
+    input.poses = rarely_null(input.poses);
+    input.result_bytes = size_of_struct(sizeof(pal_tool_result));
+    // As many as fit in what results there may be: four of any size that the library accepts.
+    std::vector<unsigned char> memory(4 * 5000, kCanary);
+    auto* results = reinterpret_cast<pal_tool_result*>(memory.data());
+    const pal_status status = pal_haptic_frame(session_.get(), rarely_null(&input), rarely_null(results));
+    const bool written = is_written(memory.data());
+    EXPECT_FALSE(written && status != PAL_STATUS_OK);
+    for (uint32_t tool = 0; written && tool < 4; ++tool) {
+      pal_tool_result result;
+      std::memcpy(&result, memory.data() + tool * input.result_bytes, sizeof result);
+      EXPECT_TRUE(force_of(result).allFinite() && torque_of(result).allFinite() &&
+                  stiffness_of(result).allFinite() && std::isfinite(result.displacement_error) &&
+                  std::isfinite(result.force_error));
+    }
+    return status;
+  }
+  pal_status visual_frame() {
+    std::fill(field_.begin(), field_.end(), 0.0f);
+    const size_t strides[] = {12, 16, 24, 12, 12, 8};
+    const pal_status status = pal_visual_frame(session_.get(), rarely_null(field_.data()), strides[any(6)]);
+    EXPECT_TRUE(all_finite(field_));
+    return status;
+  }
+  pal_status normals() {
+    std::vector<float> normals(field_.size());
+    const size_t strides[] = {12, 16, 24, 12, 12, 8};
+    const pal_status status = pal_pack_compute_normals(pack_.get(), rarely_null(field_.data()),
+                                                       strides[any(6)], normals.data(), strides[any(6)]);
+    EXPECT_TRUE(all_finite(normals));
+    return status;
+  }
+  pal_status query() {
+    uint32_t found = 0;
+    switch (any(3)) {
+      case 0: {
+        const pal_status status =
+            pal_pack_find_site(pack_.get(), static_cast<int32_t>(any(80)), rarely_null(&found));
+        EXPECT_LT(found, info_.num_sites);
+        return status;
+      }
+      case 1: {
+        const pal_status status =
+            pal_pack_find_contact_node(pack_.get(), static_cast<int32_t>(any(80)), rarely_null(&found));
+        EXPECT_LT(found, info_.num_contact_nodes);
+        return status;
+      }
+      default: {
+        const double place[3] = {number(), number(), number()};
+        pal_surface_point point = {};
+        const pal_status status = pal_pack_find_surface_point(pack_.get(), place, rarely_null(&point));
+        for (int i = 0; i < 3; ++i) {
+          EXPECT_TRUE(std::isfinite(point.position[i]) && std::isfinite(point.weights[i]) &&
+                      std::isfinite(point.normal[i]));
+          EXPECT_LT(point.sites[i], info_.num_sites);
+        }
+        EXPECT_TRUE(std::isfinite(point.distance));
+        return status;
+      }
+    }
+  }
+  pal_status recording() {
+    size_t bytes = 0;
+    if (any(2) == 0) return pal_session_record(session_.get(), recording_.data(), kRecordingBytes);
+    if (any(2) == 0) return pal_session_stop_recording(session_.get(), rarely_null(&bytes));
+    pal_replay replay = {};
+    replay.struct_size = size_of_struct(sizeof replay);
+    replay.offset = 8 * static_cast<uint64_t>(any(kRecordingBytes / 8));
+    return pal_session_replay(session_.get(), recording_.data(), kRecordingBytes, rarely_null(&replay));
+  }
+  pal_status call() {
+    switch (any(24)) {
+      case 0:
+        return set_fixed();
+      case 1:
+      case 2:
+        return hold();
+      case 3:
+        return pal_tool_release(session_.get(), index(4));
+      case 4:
+        return touch();
+      case 5:
+        return visual_frame();
+      case 6:
+        return normals();
+      case 7:
+        return query();
+      case 8:
+        return rarely(10) ? recording() : PAL_STATUS_OK;
+      case 9:
+      case 10:
+      case 11:
+      case 12:
+        return contact_frame();
+      default:
+        return haptic_frame();
+    }
+  }
+
+  static bool is_written(const void* memory) {
+    unsigned char first[8];
+    std::memcpy(first, memory, sizeof first);
+    return first[0] != kCanary || first[7] != kCanary;
+  }
+  pal_session_config config() {
+    pal_session_config config = session_config(pack_.get(), GetParam(), 3, 4);
+    config.blend_seconds = 0.005;
+    config.organ = pose({0.01, -0.02, 0.005}, {0.1, 0.05, -0.02});
+    return config;
+  }
+
+  OpenPack pack_{small_pack_bytes()};
+  pal_pack_info info_ = pack_.info();
+  OwnedSession session_{pack_.get(), config()};
+  std::vector<float> field_ = std::vector<float>(size_t{6} * info_.num_nodes);
+  std::vector<uint64_t> recording_ = std::vector<uint64_t>(kRecordingBytes / 8);
+  std::mt19937_64 random_{23};
+};
+
+INSTANTIATE_TEST_SUITE_P(Models, RandomCalls,
+                         ::testing::Values(PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL),
+                         [](const auto& model) {
+                           return model.param == PAL_MODEL_AUTO     ? "Auto"
+                                  : model.param == PAL_MODEL_LINEAR ? "Linear"
+                                                                    : "Polynomial";
+                         });
+
+TEST_P(RandomCalls, NeverCrashOrAnswerNonsense) {
+  const long calls = num_calls();
+  require(pal_session_record(session_.get(), recording_.data(), kRecordingBytes), "record");
+  long ok = 0;
+  long refused = 0;
+  for (long i = 0; i < calls; ++i) {
+    ++(call() == PAL_STATUS_OK ? ok : refused);
+    ASSERT_FALSE(HasFailure()) << "call " << i;
+  }
+  EXPECT_GT(ok, calls / 3);
+  EXPECT_GT(refused, calls / 50);
+}
+
+}  // namespace
+}  // namespace palpate::test
