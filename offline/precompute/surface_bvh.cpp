@@ -126,6 +126,11 @@ class Pseudonormals {
 
 // ---- Tree
 
+// Searches of the brain's surface are fastest with leaves of at most two (0.66 us; with one 0.68, three 0.72,
+// four 0.77).
+constexpr std::size_t kLeafPrimitives = 2;
+static_assert(kLeafPrimitives <= pack::kMostLeafPrimitives);
+
 // To the float32 next below and above.
 float rounded_down(double value) {
   const auto nearest = static_cast<float>(value);
@@ -155,7 +160,7 @@ class TreeBuilder {
  private:
   // Whether halving brings `count` primitives to leaves without going too deep.
   static bool fits(std::size_t count, std::uint32_t depth) {
-    const std::size_t leaves = (count + pack::kMostLeafPrimitives - 1) / pack::kMostLeafPrimitives;
+    const std::size_t leaves = (count + kLeafPrimitives - 1) / kLeafPrimitives;
     return depth + static_cast<std::uint32_t>(std::bit_width(leaves - 1)) <= pack::kMostBvhDepth;
   }
 
@@ -210,7 +215,7 @@ class TreeBuilder {
       node.max[axis] = rounded_up(box.max()[axis]);
     }
     const std::size_t index = nodes_.size();
-    if (end - begin <= pack::kMostLeafPrimitives) {
+    if (end - begin <= kLeafPrimitives) {
       node.first = static_cast<std::uint32_t>(begin);
       node.count = static_cast<std::uint32_t>(end - begin);
       nodes_.push_back(node);
