@@ -27,7 +27,10 @@ void add_scaled(const double a[3], double t, const double b[3], double sum[3]) {
   for (int i = 0; i < 3; ++i) sum[i] = a[i] + t * b[i];
 }
 
-enum Feature : uint32_t { kFace = 0, kEdge = 1, kVertex = 4 };  // + the corner, or the one opposite the edge
+// What the nearest point lies on: + the corner, or the one opposite the edge.
+constexpr uint32_t kFace = 0;
+constexpr uint32_t kEdge = 1;
+constexpr uint32_t kVertex = 4;
 
 struct Nearest {
   double square;  // of the distance

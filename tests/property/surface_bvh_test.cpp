@@ -435,15 +435,14 @@ TEST(SurfaceBvh, AnyPositionIsAnsweredFinitelyOrRefused) {
         expect_consistent(surface->pack, position, hit, size_of(*surface));
       }
     }
-    SurfaceHit hit;
-    std::memset(&hit, 0xa5, sizeof hit);
-    const SurfaceHit untouched = hit;
+    const SurfaceHit untouched = {1, {2, 3, 4}, {5, 6, 7}, {8, 9, 10}, {11, 12, 13}, 14};
+    SurfaceHit hit = untouched;
     for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1.1e15, -1e300}) {
       for (int axis = 0; axis < 3; ++axis) {
         Vector3d position = Vector3d::Zero();
         position[axis] = bad;
         EXPECT_FALSE(find_nearest_surface_point(surface->pack, position.data(), 0, hit)) << bad;
-        EXPECT_EQ(std::memcmp(&hit, &untouched, sizeof hit), 0);
+        expect_same(hit, untouched);
       }
     }
   }
