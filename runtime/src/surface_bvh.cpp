@@ -298,7 +298,9 @@ bool is_surface_tree(const pal_pack& pack) {
     uint32_t parent;
     uint32_t depth;  // of the right child
   };
-  Pending pending[pack::kMostBvhDepth];  // right children of those whose left subtree is being read
+  // Of the nodes whose left subtree is being read. Each right child must be what comes next when that ends:
+  // no other index passes.
+  Pending pending[pack::kMostBvhDepth];
   uint32_t num_pending = 0;
   uint32_t next_primitive = 0;
   uint32_t parent = 0;  // of the node at hand; the root is its own
@@ -307,8 +309,7 @@ bool is_surface_tree(const pal_pack& pack) {
     const BvhNode& node = pack.bvh_nodes[index];
     if (!holds(pack.bvh_nodes[parent], node)) return false;
     if (node.count == 0) {
-      if (depth == pack::kMostBvhDepth || node.first <= index + 1 || node.first >= pack.num_bvh_nodes)
-        return false;
+      if (depth == pack::kMostBvhDepth) return false;
       pending[num_pending++] = {node.first, index, ++depth};
       parent = index;
       continue;

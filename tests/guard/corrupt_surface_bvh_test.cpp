@@ -235,6 +235,41 @@ struct Chain {
   pal_pack pack = {};
 };
 
+TEST(CorruptSurfaceBvh, TreesThatLeaveSomethingOut) {
+  EXPECT_TRUE(is_surface_tree(Chain(5, true).pack));
+  Chain primitives(5, true);  // more than the leaves have
+  primitives.primitives.insert(primitives.primitives.end(), 3, 0);
+  primitives.pack.primitives = primitives.primitives.data();
+  ++primitives.pack.num_primitives;
+  EXPECT_FALSE(is_surface_tree(primitives.pack));
+  Chain fewer(5, true);  // AddressSanitizer sees a check that reads on
+  const std::vector<uint32_t> exactly(fewer.primitives.begin(), fewer.primitives.end() - 3);
+  fewer.pack.primitives = exactly.data();
+  --fewer.pack.num_primitives;
+  EXPECT_FALSE(is_surface_tree(fewer.pack));
+  Chain node(5, true);  // one that nothing leads to
+  node.nodes.push_back(node.nodes.back());
+  node.pack.bvh_nodes = node.nodes.data();
+  ++node.pack.num_bvh_nodes;
+  EXPECT_FALSE(is_surface_tree(node.pack));
+  node.pack.num_bvh_nodes = 0;
+  EXPECT_FALSE(is_surface_tree(node.pack));
+}
+
+TEST(CorruptSurfaceBvh, LeavesThatAreTooLargeOrTooSmallForTheirPrimitives) {
+  for (const uint32_t count : {1U, 4U, 5U, 100U}) {
+    Chain chain(count - 1, true);
+    chain.nodes = {chain.nodes[0]};
+    chain.nodes[0].first = 0;
+    chain.nodes[0].count = count;
+    chain.pack.bvh_nodes = chain.nodes.data();
+    chain.pack.num_bvh_nodes = 1;
+    EXPECT_EQ(is_surface_tree(chain.pack), count <= pack::kMostLeafPrimitives) << count;
+    chain.nodes[0].max[0] -= 0.5f;
+    EXPECT_FALSE(is_surface_tree(chain.pack)) << count;
+  }
+}
+
 // The deepest tree that opens is searched from any side within the memory that a search has; AddressSanitizer
 // watches.
 TEST(CorruptSurfaceBvh, DepthIsBounded) {
