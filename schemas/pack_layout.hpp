@@ -36,6 +36,20 @@ struct PackHeader {
 };
 static_assert(sizeof(PackHeader) == kAlignment);
 
+// A node of SurfaceBvh. Nodes lie in depth-first order, node 0 the root: an interior node's left child
+// follows it, then the left child's whole subtree, then the right child. Leaves count the primitives up in
+// the same order. Bounds hold all corners of the primitives below, rounded outward from float64.
+struct BvhNode {
+  float min[3];
+  uint32_t first;  // interior: the right child; leaf: the first of its primitives
+  float max[3];
+  uint32_t count;  // interior: 0; leaf: its primitives
+};
+static_assert(sizeof(BvhNode) == 32);
+
+inline constexpr uint32_t kMostLeafPrimitives = 4;
+inline constexpr uint32_t kMostBvhDepth = 48;  // edges from the root to a leaf: what a search has to remember
+
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }

@@ -35,6 +35,14 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   return polynomial.radii()->bytes() + polynomial.energy()->bytes() + polynomial.field()->bytes();
 }
 
+// Zero in packs of builders that did not know it.
+size_t surface_bytes(const pack::Pack& tables) {
+  const pack::SurfaceBvh* surface = tables.surface_bvh();
+  if (surface == nullptr) return 0;
+  return surface->primitives()->bytes() + surface->nodes()->bytes() + surface->primitive_normals()->bytes() +
+         surface->site_normals()->bytes();
+}
+
 // How far each site was sampled; empty without polynomial_dd.
 std::span<const double> sampled_radii(const OpenedPack& opened) {
   const pack::PolynomialDd* polynomial = opened.tables().polynomial_dd();
@@ -106,6 +114,7 @@ int run_info(const InfoArguments& arguments) {
                           {"max_displacement", tables.sites()->max_displacement()},
                           {"max_contacts", info.max_contacts},
                           {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
+                          {"surface_bvh", {{"bytes", surface_bytes(tables)}}},
                           {"models", models},
                           {"errors", survey_json(tables)},
                           {"sites", sites_json(opened)}}));
@@ -140,6 +149,11 @@ int run_info(const InfoArguments& arguments) {
         "  sampled        less far at {} sites, where the solver found no equilibrium: the shortest to "
         "{:.4g}{}\n",
         shorter, *std::min_element(radii.begin(), radii.end()), length);
+  }
+  if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
+    fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",
+               static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(),
+               surface->num_nodes());
   }
   for (const pack::FrameCost* cost : *tables.costs()) {
     fmt::print("  {:<14} {:.2f} MB; worst frame: force {} multiply-adds, {} bytes read; field {} and {}\n",

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "offline/pack/frame_cost.hpp"
+#include "offline/precompute/surface_bvh.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_checksum.hpp"
 #include "schemas/pack_generated.h"
@@ -47,6 +48,9 @@ struct LinearSegments {
 };
 struct PolynomialSegments {
   pack::Segment radii, energy, field;
+};
+struct SurfaceSegments {
+  pack::Segment primitives, nodes, primitive_normals, site_normals;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -165,6 +169,9 @@ AlignedBytes write_pack(const PackContent& content) {
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, store);
+  const SurfaceBvh bvh = build_surface_bvh(content.model, extract_surface(content.model), content.sites);
+  const SurfaceSegments surface = {store.add(bvh.primitives), store.add(bvh.nodes),
+                                   store.add(bvh.primitive_normals), store.add(bvh.site_normals)};
 
   // The size of the tables does not depend on the offsets in them: written once to learn it, then with true
   // offsets.
@@ -216,6 +223,13 @@ AlignedBytes write_pack(const PackContent& content) {
       polynomial_table =
           pack::CreatePolynomialDd(builder, static_cast<uint32_t>(content.degree), &radii, &energy, &field);
     }
+    const pack::Segment primitives = at(surface.primitives);
+    const pack::Segment nodes = at(surface.nodes);
+    const pack::Segment primitive_normals = at(surface.primitive_normals);
+    const pack::Segment site_normals = at(surface.site_normals);
+    const auto surface_table = pack::CreateSurfaceBvh(builder, static_cast<uint32_t>(bvh.primitives.size()),
+                                                      &primitives, static_cast<uint32_t>(bvh.nodes.size()),
+                                                      &nodes, &primitive_normals, &site_normals);
     std::vector<flatbuffers::Offset<pack::ErrorSurvey>> surveys;
     for (const ModelSurvey& survey : content.surveys) {
       std::vector<flatbuffers::Offset<pack::ErrorBin>> bins;
@@ -230,7 +244,7 @@ AlignedBytes write_pack(const PackContent& content) {
     }
     pack::FinishPackBuffer(
         builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
-                                        linear_table, polynomial_table, &surveys, &costs));
+                                        linear_table, polynomial_table, &surveys, &costs, surface_table));
   };
   flatbuffers::FlatBufferBuilder sizing;
   write_tables(0, sizing);
@@ -260,7 +274,13 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
   const double contact_dofs = 3.0 * static_cast<double>(contact_nodes);
-  double bytes = 40.0 * static_cast<double>(packed_nodes) + 4096.0;
+  // A closed surface has two triangles a node, and its tree about one node a triangle.
+  constexpr double kSurfaceBytesOfASite =
+      2.0 * (sizeof(SurfaceBvh::primitives[0]) + sizeof(SurfaceBvh::primitive_normals[0]) +
+             sizeof(pack::BvhNode)) +
+      sizeof(PackedNormal);
+  double bytes =
+      40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * static_cast<double>(sites);
   if (linear) bytes += contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
   if (polynomial)
     bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *

@@ -14,6 +14,7 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/surface_bvh.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_checksum.hpp"
 #include "schemas/pack_generated.h"
@@ -99,13 +100,15 @@ bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pa
          indices_valid(pack.triangles, size_t{3} * pack.num_triangles, pack.num_nodes, false);
 }
 
-bool are_unit_vectors(const double* vectors, size_t count) {
-  constexpr double kRounding = 1e-9;
-  for (const double* v = vectors; v != vectors + 3 * count; v += 3) {
-    const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (!(square >= 1 - kRounding && square <= 1 + kRounding)) return false;
+// To `rounding`, which is of the squared length.
+template <typename Real>
+bool are_unit_vectors(const Real* vectors, size_t count, Real rounding) {
+  bool are = true;
+  for (const Real* v = vectors; v != vectors + 3 * count; v += 3) {
+    const Real square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    are = are && square >= 1 - rounding && square <= 1 + rounding;
   }
-  return true;
+  return are;
 }
 
 bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack& pack) {
@@ -148,7 +151,7 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
   if (sites.inward_normals() == nullptr) return true;
   pack.inward_normals =
       array_of<double>(pack, sites.inward_normals(), first_offset, uint64_t{3} * pack.num_sites);
-  return pack.inward_normals != nullptr && are_unit_vectors(pack.inward_normals, pack.num_sites);
+  return pack.inward_normals != nullptr && are_unit_vectors(pack.inward_normals, pack.num_sites, 1e-9);
 }
 
 // A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj. That much is checked for every
@@ -207,6 +210,29 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
   return all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
          all_within(pack.field, field_values,
                     static_cast<float>(kLargestAmplification * pack.max_displacement));
+}
+
+bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack) {
+  pack.num_primitives = surface.num_primitives();
+  pack.num_bvh_nodes = surface.num_nodes();
+  const uint64_t corners = uint64_t{3} * pack.num_primitives;
+  pack.primitives = array_of<uint32_t>(pack, surface.primitives(), first_offset, corners);
+  pack.bvh_nodes = array_of<pack::BvhNode>(pack, surface.nodes(), first_offset, pack.num_bvh_nodes);
+  pack.primitive_normals = array_of<float>(pack, surface.primitive_normals(), first_offset, 4 * corners);
+  pack.site_normals =
+      array_of<float>(pack, surface.site_normals(), first_offset, uint64_t{3} * pack.num_sites);
+  if (pack.primitives == nullptr || pack.bvh_nodes == nullptr || pack.primitive_normals == nullptr ||
+      pack.site_normals == nullptr || pack.num_bvh_nodes == 0) {
+    return false;
+  }
+  constexpr float kNormalRounding = 1e-5f;
+  // Just above the largest that positions may have, as boxes are rounded outward. All lie in the first.
+  constexpr auto kLargestBound = static_cast<float>(1.001 * kLargestScale);
+  const pack::BvhNode& root = pack.bvh_nodes[0];
+  return all_within(root.min, 3, kLargestBound) && all_within(root.max, 3, kLargestBound) &&
+         indices_valid(pack.primitives, corners, pack.num_sites, false) &&
+         are_unit_vectors(pack.primitive_normals, size_t{4} * pack.num_primitives, kNormalRounding) &&
+         are_unit_vectors(pack.site_normals, pack.num_sites, kNormalRounding) && is_surface_tree(pack);
 }
 
 bool is_error(double value) {
@@ -272,6 +298,8 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
   if (tables.polynomial_dd() != nullptr && !read_polynomial(*tables.polynomial_dd(), first_offset, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
+  if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))
+    return PAL_STATUS_CORRUPT_CONTENT;
   if (pack.contact_compliance == nullptr && pack.radii == nullptr) return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 

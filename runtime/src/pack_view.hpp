@@ -62,6 +62,14 @@ struct pal_pack {
   const double* energy;
   const float* field;
 
+  // SurfaceBvh; bvh_nodes is null without it
+  uint32_t num_primitives;
+  uint32_t num_bvh_nodes;
+  const uint32_t* primitives;  // [num_primitives][3] sites
+  const palpate::pack::BvhNode* bvh_nodes;
+  const float* primitive_normals;  // [num_primitives][4][3] unit: face, edges opposite corners 0, 1, 2
+  const float* site_normals;       // [num_sites][3] unit
+
   // Units: factors from model units to those of the API
   bool has_units;
   double metres;

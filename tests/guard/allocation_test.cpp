@@ -8,6 +8,7 @@
 #include <palpate/palpate.hpp>
 #include <string>
 
+#include "runtime/src/surface_bvh.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/small_pack.hpp"
@@ -146,8 +147,11 @@ TEST_F(Allocation, NoneInQueries) {
   const void* bytes = nullptr;
   size_t num_bytes = 0;
   bool ok = true;
+  const double position[3] = {0.2, 0.3, 0.4};
+  SurfaceHit hit;
   EXPECT_EQ(counted([&] {
-              ok = pal_pack_get_info(pack.get(), &info) == PAL_STATUS_OK &&
+              ok = find_nearest_surface_point(*pack.get(), position, 0, hit) &&
+                   pal_pack_get_info(pack.get(), &info) == PAL_STATUS_OK &&
                    pal_pack_get_geometry(pack.get(), &geometry) == PAL_STATUS_OK &&
                    pal_pack_find_site(pack.get(), 54, &index) == PAL_STATUS_OK &&
                    pal_pack_find_contact_node(pack.get(), 54, &index) == PAL_STATUS_OK &&

@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "runtime/src/surface_bvh.hpp"
 #include "schemas/pack_generated.h"
 #include "tests/support/changed_pack.hpp"
 #include "tests/support/runtime_session.hpp"
@@ -38,6 +39,16 @@ bool serves_finite_numbers(const pal_pack* pack) {
       finite = finite && pal_pack_get_site_node(pack, index, &node) == PAL_STATUS_OK && node < info.num_nodes;
     if (pal_pack_find_contact_node(pack, label, &index) == PAL_STATUS_OK)
       finite = finite && index < info.num_contact_nodes;
+  }
+  for (const double at : {0.0, 0.4, 0.49, -1e15, info.max_displacement}) {
+    const double position[3] = {at, 0.3 - at, 0.4};
+    palpate::SurfaceHit hit;
+    if (!find_nearest_surface_point(*pack, position, 3, hit)) continue;
+    finite = finite && std::isfinite(hit.distance);
+    for (int i = 0; i < 3; ++i) {
+      finite = finite && hit.sites[i] < info.num_sites && hit.weights[i] >= 0 && hit.weights[i] <= 1 &&
+               std::isfinite(hit.point[i]) && std::isfinite(hit.normal[i]);
+    }
   }
   constexpr uint32_t kContacts = 3;
   std::vector<float> field(size_t{3} * info.num_nodes);
@@ -164,7 +175,9 @@ TEST(MutatedPack, EachSegment) {
         tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
         tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
         tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
-        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field()}) {
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
+        tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
+        tables.surface_bvh()->site_normals()}) {
     check_mutations(segment->offset(), segment->offset() + segment->bytes(), kRounds / 5, ++seed, accepted);
   }
   EXPECT_GT(accepted, kRounds / 5);

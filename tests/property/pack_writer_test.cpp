@@ -39,7 +39,9 @@ TEST(PackWriter, SegmentsAreAlignedAdjoiningAndPaddedWithZeros) {
         tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
         tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
         tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
-        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field()}) {
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
+        tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
+        tables.surface_bvh()->site_normals()}) {
     EXPECT_EQ(segment->offset(), next);
     EXPECT_EQ(segment->offset() % pack::kAlignment, 0U);
     for (uint64_t byte = used; byte < segment->offset(); ++byte) ASSERT_EQ(file.bytes()[byte], 0);

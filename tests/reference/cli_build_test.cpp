@@ -141,8 +141,9 @@ TEST_F(BuiltPack, InfoJsonHoldsEverything) {
 
 TEST_F(BuiltPack, InfoTextNamesEverything) {
   const std::string text = run_cleanly({"info", files_.pack.string()}).out;
-  for (const char* word : {"block.toml", "block.inp", "XXH3-128", "arena", "units", "27 nodes", "2 sites",
-                           "22, 23", "linear_dd", "polynomial_dd", "worst frame", "p95", "Palpate"})
+  for (const char* word :
+       {"block.toml", "block.inp", "XXH3-128", "arena", "units", "27 nodes", "2 sites", "22, 23",
+        "surface_bvh", "linear_dd", "polynomial_dd", "worst frame", "p95", "Palpate"})
     EXPECT_NE(text.find(word), std::string::npos) << word << " is not in\n" << text;
 }
 
