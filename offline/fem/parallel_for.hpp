@@ -2,6 +2,7 @@
 // a few tenths of a millisecond, which is what it costs to start a thread.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <type_traits>
 
@@ -14,7 +15,7 @@ namespace palpate {
 void run_on_threads(int threads, void (*run)(void* context, int worker), void* context);
 
 // Calls work(index, worker) once for each index below `count`, on as many threads as asked for or as there are
-// (run_on_threads). `worker` is below `threads`; no two calls at a time have the same one.
+// (run_on_threads). `worker` is below both; no two calls at a time have the same one.
 template <typename Work>
 void parallel_for(int threads, int count, Work&& work) {
   struct Loop {
@@ -26,7 +27,7 @@ void parallel_for(int threads, int count, Work&& work) {
     }
   } loop = {work, count};
   run_on_threads(
-      count > 1 ? threads : 1, [](void* context, int worker) { static_cast<Loop*>(context)->run(worker); },
+      std::min(threads, count), [](void* context, int worker) { static_cast<Loop*>(context)->run(worker); },
       &loop);
 }
 
