@@ -1,8 +1,9 @@
 // Opening a pack: map, then check everything once, so that a frame need not.
 //
 // Order: header -> FlatBuffer verifier -> meaning (every segment inside the file and of the size its tables
-// imply, every index in range, every number within bounds) -> checksum. Nothing is read before the step that
-// makes it safe.
+// imply, every index in range, every number within bounds) -> checksum. A trusted pack (PAL_VERIFY_NEVER) is
+// not asked for the numbers of its models, nor for the checksum. Nothing is read before the step that makes
+// it safe.
 #include <fcntl.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -172,7 +173,7 @@ bool is_compliance(const double* matrix, uint64_t n) {
   return true;
 }
 
-bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& pack) {
+bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
   const uint64_t contact_dofs = uint64_t{3} * pack.num_contact_nodes;
   pack.field_stride = linear.field_stride();
   if (pack.field_stride != pack::num_panels(pack.num_nodes) * pack::kPanelRows) return false;
@@ -181,6 +182,7 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& 
   pack.field_compliance =
       array_of<float>(pack, linear.field_compliance(), first_offset, contact_dofs * pack.field_stride);
   if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
+  if (trusted) return true;
   const double smallest = pack.max_displacement * pack.metres / kLargestPush;
   for (uint64_t dof = 0; dof < contact_dofs; ++dof) {
     const double diagonal = pack.contact_compliance[dof * contact_dofs + dof];
@@ -193,7 +195,8 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, pal_pack& 
   return is_compliance(pack.contact_compliance, contact_dofs);
 }
 
-bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, pal_pack& pack) {
+bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, bool trusted,
+                     pal_pack& pack) {
   pack.degree = polynomial.degree();
   if (pack.degree < 1 || pack.degree > pack::kMaxDegree) return false;
   const uint64_t energy_terms = pack::num_monomials(2, pack.degree + 1);
@@ -207,9 +210,9 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
     if (!is_scale(pack.radii[site])) return false;
   }
-  return all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
-         all_within(pack.field, field_values,
-                    static_cast<float>(kLargestAmplification * pack.max_displacement));
+  return trusted || (all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
+                     all_within(pack.field, field_values,
+                                static_cast<float>(kLargestAmplification * pack.max_displacement)));
 }
 
 bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack) {
@@ -261,7 +264,8 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
   return true;
 }
 
-pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
+// `trusted`: PAL_VERIFY_NEVER.
+pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal_pack& pack) {
   pack::PackHeader header;
   if (num_bytes < sizeof header) return PAL_STATUS_NOT_A_PACK;
   memcpy(&header, bytes, sizeof header);
@@ -293,9 +297,10 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
       !read_sites(*tables.sites(), first_offset, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
-  if (tables.linear_dd() != nullptr && !read_linear(*tables.linear_dd(), first_offset, pack))
+  if (tables.linear_dd() != nullptr && !read_linear(*tables.linear_dd(), first_offset, trusted, pack))
     return PAL_STATUS_CORRUPT_CONTENT;
-  if (tables.polynomial_dd() != nullptr && !read_polynomial(*tables.polynomial_dd(), first_offset, pack)) {
+  if (tables.polynomial_dd() != nullptr &&
+      !read_polynomial(*tables.polynomial_dd(), first_offset, trusted, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
   if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))
@@ -303,11 +308,15 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, pal_pack& pack) {
   if (pack.contact_compliance == nullptr && pack.radii == nullptr) return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 
-  if (pack::checksum_of(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;
+  if (!trusted && pack::checksum_of(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;
   return PAL_STATUS_OK;
 }
 
-pal_status check_storage(const void* storage, size_t storage_bytes) {
+pal_status check_arguments(pal_verify verify, const void* storage, size_t storage_bytes) {
+  int value;  // a C program may pass any integer
+  static_assert(sizeof value == sizeof verify);
+  memcpy(&value, &verify, sizeof value);
+  if (value != PAL_VERIFY_ONCE && value != PAL_VERIFY_NEVER) return PAL_STATUS_BAD_ARGUMENT;
   // As documented, though a pal_pack is smaller: callers must not come to depend on this version's size.
   if (storage_bytes < PAL_PACK_STORAGE_BYTES) return PAL_STATUS_ARENA_TOO_SMALL;
   if (reinterpret_cast<uintptr_t>(storage) % 16 != 0) return PAL_STATUS_ARENA_MISALIGNED;
@@ -317,24 +326,27 @@ pal_status check_storage(const void* storage, size_t storage_bytes) {
 }  // namespace
 }  // namespace palpate
 
-extern "C" pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, void* storage,
-                                           size_t storage_bytes, pal_pack** pack) noexcept {
+extern "C" pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, pal_verify verify,
+                                           void* storage, size_t storage_bytes, pal_pack** pack) noexcept {
   if (bytes == nullptr || storage == nullptr || pack == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (const pal_status status = palpate::check_storage(storage, storage_bytes); status != PAL_STATUS_OK)
+  if (const pal_status status = palpate::check_arguments(verify, storage, storage_bytes);
+      status != PAL_STATUS_OK)
     return status;
   if (reinterpret_cast<uintptr_t>(bytes) % palpate::pack::kAlignment != 0) return PAL_STATUS_ARENA_MISALIGNED;
   pal_pack opened = {};
-  const pal_status status = palpate::check(static_cast<const unsigned char*>(bytes), num_bytes, opened);
+  const pal_status status =
+      palpate::check(static_cast<const unsigned char*>(bytes), num_bytes, verify == PAL_VERIFY_NEVER, opened);
   if (status != PAL_STATUS_OK) return status;
   memcpy(storage, &opened, sizeof opened);
   *pack = static_cast<pal_pack*>(storage);
   return PAL_STATUS_OK;
 }
 
-extern "C" pal_status pal_pack_open(const char* path, void* storage, size_t storage_bytes,
+extern "C" pal_status pal_pack_open(const char* path, pal_verify verify, void* storage, size_t storage_bytes,
                                     pal_pack** pack) noexcept {
   if (path == nullptr || storage == nullptr || pack == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (const pal_status status = palpate::check_storage(storage, storage_bytes); status != PAL_STATUS_OK)
+  if (const pal_status status = palpate::check_arguments(verify, storage, storage_bytes);
+      status != PAL_STATUS_OK)
     return status;
   // Without O_NONBLOCK a pipe would be waited for until somebody writes.
   const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -352,7 +364,7 @@ extern "C" pal_status pal_pack_open(const char* path, void* storage, size_t stor
   void* bytes = mmap(nullptr, num_bytes, PROT_READ, MAP_SHARED, file, 0);
   close(file);
   if (bytes == MAP_FAILED) return PAL_STATUS_FILE_NOT_READABLE;
-  const pal_status status = pal_pack_open_memory(bytes, num_bytes, storage, storage_bytes, pack);
+  const pal_status status = pal_pack_open_memory(bytes, num_bytes, verify, storage, storage_bytes, pack);
   if (status != PAL_STATUS_OK) {
     munmap(bytes, num_bytes);
     return status;

@@ -137,6 +137,64 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
   }
 }
 
+TEST_F(Allocation, NoneWithTools) {
+  const OpenPack pack(small_pack_bytes());
+  pal_session_config config = pal_default_session_config(pack.get());
+  config.max_contacts = 3;
+  config.max_force = 1;
+  const OwnedSession session(pack.get(), config);
+  std::vector<uint64_t> recording(1 << 15);
+  std::vector<float> field(size_t{3} * pack.info().num_nodes);
+  std::vector<float> normals(field.size());
+  pal_touch touch = {};
+  touch.struct_size = sizeof touch;
+  touch.law = PAL_LAW_TOUCH;
+  pal_tool_result results[4];
+  size_t recorded = 0;
+  int answered = 0;
+  int touched = 0;
+  EXPECT_EQ(counted([&] {
+              answered +=
+                  pal_session_record(session.get(), recording.data(), recording.size() * 8) == PAL_STATUS_OK;
+              answered += pal_tool_set_touch(session.get(), 1, &touch) == PAL_STATUS_OK;
+              for (int frame = 0; frame < 200; ++frame) {
+                const pal_hold hold = pal_default_hold(static_cast<uint32_t>(frame) % 12);
+                if (frame % 20 == 5) answered += pal_tool_hold(session.get(), 0, &hold) == PAL_STATUS_OK;
+                if (frame % 20 == 15) answered += pal_tool_release(session.get(), 0) == PAL_STATUS_OK;
+                const pal_pose poses[2] = {{{0, 0, -1e-4 * frame}, {1, 0, 0, 0}},
+                                           {{0.2, 0.2, 0.4 - 5e-4 * (frame % 100)}, {1, 0, 0, 0}}};
+                pal_haptic_input input = {};
+                input.struct_size = sizeof input;
+                input.num_tools = 2;
+                input.poses = poses;
+                input.dt = 0.001;
+                input.result_bytes = sizeof results[0];
+                answered += pal_haptic_frame(session.get(), &input, results) == PAL_STATUS_OK;
+                touched += results[1].num_contacts != 0;
+                answered += pal_visual_frame(session.get(), field.data(), 12) == PAL_STATUS_OK;
+                answered += pal_pack_compute_normals(pack.get(), field.data(), 12, normals.data(), 12) ==
+                            PAL_STATUS_OK;
+              }
+              answered += pal_session_stop_recording(session.get(), &recorded) == PAL_STATUS_OK;
+            }),
+            0);
+  EXPECT_EQ(answered, 3 + 20 + 3 * 200);
+  EXPECT_GT(touched, 20);
+
+  pal_session_config again = {};
+  again.struct_size = sizeof again;
+  pal_replay replay = {};
+  replay.struct_size = sizeof replay;
+  const OwnedSession second(pack.get(), config);
+  EXPECT_EQ(counted([&] {
+              require(pal_recording_get_config(recording.data(), recorded, &again), "config");
+              while (replay.ended == 0)
+                require(pal_session_replay(second.get(), recording.data(), recorded, &replay), "replay");
+            }),
+            0);
+  EXPECT_EQ(replay.frames, 200U);
+}
+
 TEST_F(Allocation, NoneInQueries) {
   const OpenPack pack(small_pack_bytes());
   pal_pack_info info = {};
@@ -149,10 +207,12 @@ TEST_F(Allocation, NoneInQueries) {
   bool ok = true;
   const double position[3] = {0.2, 0.3, 0.4};
   SurfaceHit hit;
+  pal_surface_point point;
   EXPECT_EQ(counted([&] {
               ok = find_nearest_surface_point(*pack.get(), position, 0, hit) &&
                    pal_pack_get_info(pack.get(), &info) == PAL_STATUS_OK &&
                    pal_pack_get_geometry(pack.get(), &geometry) == PAL_STATUS_OK &&
+                   pal_pack_find_surface_point(pack.get(), position, &point) == PAL_STATUS_OK &&
                    pal_pack_find_site(pack.get(), 54, &index) == PAL_STATUS_OK &&
                    pal_pack_find_contact_node(pack.get(), 54, &index) == PAL_STATUS_OK &&
                    pal_pack_get_site_node(pack.get(), 0, &index) == PAL_STATUS_OK &&
@@ -178,9 +238,9 @@ TEST_F(Allocation, NoneInOpenAndClose) {
   pal_status opened = PAL_STATUS_OK;
   pal_status refused = PAL_STATUS_OK;
   EXPECT_EQ(counted([&] {
-              opened = pal_pack_open(file.c_str(), storage, sizeof storage, &pack);
+              opened = pal_pack_open(file.c_str(), PAL_VERIFY_ONCE, storage, sizeof storage, &pack);
               pal_pack_close(pack);
-              refused = pal_pack_open(cut.c_str(), storage, sizeof storage, &pack);
+              refused = pal_pack_open(cut.c_str(), PAL_VERIFY_ONCE, storage, sizeof storage, &pack);
             }),
             0);
   EXPECT_EQ(opened, PAL_STATUS_OK);

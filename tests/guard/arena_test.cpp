@@ -27,8 +27,10 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
   std::vector<pal_session_config> all;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL}) {
     for (const uint32_t contacts : {1u, 3u, 64u}) {
-      for (const uint32_t fixed : {0u, 5u, 1024u})
+      for (const uint32_t fixed : {0u, 5u, 1024u}) {
         all.push_back(session_config(pack.get(), model, contacts, fixed));
+        all.back().max_tools = contacts == 3 ? 16 : 1;
+      }
     }
   }
   return all;
@@ -53,6 +55,25 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     ASSERT_EQ(pal_visual_frame(session, field.data(), 12), PAL_STATUS_OK);
   }
   EXPECT_EQ(answered, 40);
+  // The same through tools: as many contacts as there is room for, held by the last tool.
+  ASSERT_EQ(pal_session_set_fixed(session, nullptr, 0), PAL_STATUS_OK);
+  pal_status status = PAL_STATUS_OK;
+  for (uint32_t site = 0; status == PAL_STATUS_OK; ++site) {
+    const pal_hold hold = pal_default_hold(site % info.num_sites);
+    status = pal_tool_hold(session, config.max_tools - 1, &hold);
+  }
+  ASSERT_EQ(status, config.model == PAL_MODEL_POLYNOMIAL && config.max_contacts > 1
+                        ? PAL_STATUS_MODEL_CANNOT_ANSWER
+                        : PAL_STATUS_CAPACITY_EXCEEDED);
+  std::vector<pal_tool_result> tools(config.max_tools);
+  const std::vector<pal_pose> poses(config.max_tools, {{0.001, 0, -0.01}, {1, 0, 0, 0}});
+  pal_haptic_input input = {};
+  input.struct_size = sizeof input;
+  input.num_tools = config.max_tools;
+  input.poses = poses.data();
+  input.result_bytes = sizeof(pal_tool_result);
+  ASSERT_EQ(pal_haptic_frame(session, &input, tools.data()), PAL_STATUS_OK);
+  ASSERT_EQ(pal_visual_frame(session, field.data(), 12), PAL_STATUS_OK);
 }
 
 TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
@@ -140,10 +161,13 @@ TEST(Arena, PackStorageIsCheckedToo) {
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES + 16];
   std::memset(storage, kCanary, sizeof storage);
   pal_pack* pack = nullptr;
-  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), storage, 8, &pack), PAL_STATUS_ARENA_TOO_SMALL);
-  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), storage + 1, PAL_PACK_STORAGE_BYTES, &pack),
+  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), PAL_VERIFY_ONCE, storage, 8, &pack),
+            PAL_STATUS_ARENA_TOO_SMALL);
+  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), PAL_VERIFY_ONCE, storage + 1,
+                                 PAL_PACK_STORAGE_BYTES, &pack),
             PAL_STATUS_ARENA_MISALIGNED);
-  EXPECT_EQ(pal_pack_open_memory(bytes.data() + 1, bytes.size() - 1, storage, PAL_PACK_STORAGE_BYTES, &pack),
+  EXPECT_EQ(pal_pack_open_memory(bytes.data() + 1, bytes.size() - 1, PAL_VERIFY_ONCE, storage,
+                                 PAL_PACK_STORAGE_BYTES, &pack),
             PAL_STATUS_ARENA_MISALIGNED);
   EXPECT_EQ(pack, nullptr);
   EXPECT_TRUE(all_canary(storage));

@@ -13,6 +13,7 @@
 #include <set>
 #include <string>
 
+#include "schemas/pack_generated.h"
 #include "tests/support/changed_pack.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/sanitizer.hpp"
@@ -24,7 +25,7 @@ namespace {
 pal_status file_status(const std::filesystem::path& file) {
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
   pal_pack* pack = nullptr;
-  const pal_status status = pal_pack_open(file.c_str(), storage, sizeof storage, &pack);
+  const pal_status status = pal_pack_open(file.c_str(), PAL_VERIFY_ONCE, storage, sizeof storage, &pack);
   EXPECT_EQ(pack == nullptr, status != PAL_STATUS_OK);
   pal_pack_close(pack);
   return status;
@@ -221,6 +222,33 @@ TEST(CorruptPack, PipeDoesNotBlock) {
   alarm(20);  // ends the test where it would hang
   EXPECT_EQ(file_status(path), PAL_STATUS_FILE_NOT_READABLE);
   alarm(0);
+}
+
+// A trusted pack's numbers are not looked at; what a frame would trip over still is.
+TEST(CorruptPack, TrustGoesToNumbersOnly) {
+  const auto good = small_pack_bytes().bytes();
+  const auto status_of = [](std::span<const unsigned char> bytes, pal_verify verify) {
+    alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
+    pal_pack* pack = nullptr;
+    return pal_pack_open_memory(bytes.data(), bytes.size(), verify, storage, sizeof storage, &pack);
+  };
+  EXPECT_EQ(status_of(good, PAL_VERIFY_NEVER), PAL_STATUS_OK);
+  const pack::Pack& tables = *pack::GetPack(good.data() + sizeof(pack::PackHeader));
+  AlignedBytes changed = copy_of(good);
+  const double not_a_number = std::nan("");
+  memcpy(changed.bytes().data() + tables.polynomial_dd()->energy()->offset(), &not_a_number, 8);
+  memcpy(changed.bytes().data() + tables.linear_dd()->contact_compliance()->offset(), &not_a_number, 8);
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_OK);
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_ONCE), PAL_STATUS_CORRUPT_CONTENT);
+  changed = copy_of(good);
+  changed.bytes()[changed.bytes().size() - 1] ^= 1;  // padding
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_OK);
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_ONCE), PAL_STATUS_BAD_CHECKSUM);
+  changed = copy_of(good);
+  const uint32_t far = 0xffffff;
+  memcpy(changed.bytes().data() + tables.sites()->patch_nodes()->offset(), &far, 4);
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_of(good.first(good.size() - 64), PAL_VERIFY_NEVER), PAL_STATUS_TRUNCATED);
 }
 
 TEST(CorruptPack, EveryStatusHasItsOwnText) {

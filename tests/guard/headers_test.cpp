@@ -67,8 +67,8 @@ TEST_F(Headers, CheckRefusesSpoiltHeaders) {
 
 // What is returned must be looked at, in C++.
 TEST_F(Headers, StatusMustBeLookedAt) {
-  const std::filesystem::path file =
-      dir_.write("unit.cpp", "#include <palpate/palpate.h>\nvoid f() { pal_pack_open(0, 0, 0, 0); }\n");
+  const std::filesystem::path file = dir_.write(
+      "unit.cpp", "#include <palpate/palpate.h>\nvoid f() { pal_pack_open(0, PAL_VERIFY_ONCE, 0, 0, 0); }\n");
   const CommandResult compiled =
       run_command(shell_word(PALPATE_CXX) + " -std=c++20 -Werror -fsyntax-only -I " + shell_word(kInclude) +
                   " " + shell_word(file.string()));

@@ -1,6 +1,7 @@
 // snapshot_threads PACK [two-readers]: haptic frames on one thread and visual frames on another, built with
-// ThreadSanitizer. Every field that the reader sees must be, to the bit, one that some haptic frame made. With
-// two-readers, which the header forbids, ThreadSanitizer must find the race (exit code 66): it is at work.
+// ThreadSanitizer. Every field that the reader sees must be, to the bit, one that some haptic frame made.
+// With two-readers, which the header forbids, ThreadSanitizer must find the race (exit code 66): it is at
+// work.
 #include <atomic>
 #include <cstdio>
 #include <cstring>

@@ -1,5 +1,6 @@
-// Calls in any order with arguments good and bad: nothing crashes, every answer with status OK is finite, and no output is
-// touched where a call is refused. PALPATE_RANDOM_CALLS=10000000 makes as many; by default some ten thousand.
+// Calls in any order with arguments good and bad: nothing crashes, every answer with status OK is finite, and
+// no output is touched where a call is refused. PALPATE_RANDOM_CALLS=10000000 makes as many; by default some
+// ten thousand.
 #include <gtest/gtest.h>
 
 #include <cmath>

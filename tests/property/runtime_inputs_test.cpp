@@ -191,12 +191,18 @@ TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
   const auto bytes = small_pack_bytes().bytes();
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
   Watched<pal_pack*> opened;
-  EXPECT_EQ(pal_pack_open(nullptr, storage, sizeof storage, &opened.value), null);
-  EXPECT_EQ(pal_pack_open("x", nullptr, sizeof storage, &opened.value), null);
-  EXPECT_EQ(pal_pack_open("x", storage, sizeof storage, nullptr), null);
-  EXPECT_EQ(pal_pack_open_memory(nullptr, bytes.size(), storage, sizeof storage, &opened.value), null);
-  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), nullptr, sizeof storage, &opened.value), null);
-  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), storage, sizeof storage, nullptr), null);
+  EXPECT_EQ(pal_pack_open(nullptr, PAL_VERIFY_ONCE, storage, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open("x", PAL_VERIFY_ONCE, nullptr, sizeof storage, &opened.value), null);
+  EXPECT_EQ(pal_pack_open("x", PAL_VERIFY_ONCE, storage, sizeof storage, nullptr), null);
+  EXPECT_EQ(
+      pal_pack_open_memory(nullptr, bytes.size(), PAL_VERIFY_ONCE, storage, sizeof storage, &opened.value),
+      null);
+  EXPECT_EQ(pal_pack_open_memory(bytes.data(), bytes.size(), PAL_VERIFY_ONCE, nullptr, sizeof storage,
+                                 &opened.value),
+            null);
+  EXPECT_EQ(
+      pal_pack_open_memory(bytes.data(), bytes.size(), PAL_VERIFY_ONCE, storage, sizeof storage, nullptr),
+      null);
   EXPECT_FALSE(opened.touched());
   pal_pack_close(nullptr);
 

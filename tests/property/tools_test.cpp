@@ -1,4 +1,5 @@
-// Tools: rigid motion of what they hold, forces and torques in the world, and what comes between model and device.
+// Tools: rigid motion of what they hold, forces and torques in the world, and what comes between model and
+// device.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -513,8 +514,8 @@ TEST_F(ToolForce, LimitsThatAreNoneAreRefused) {
 
 // ---- energy
 
-// The work that the tools do on the tissue over a scene that ends as it began is what it takes from them; below
-// zero it has given them energy.
+// The work that the tools do on the tissue over a scene that ends as it began is what it takes from them;
+// below zero it has given them energy.
 double work_over(ToolSession& tools, int frames, const std::function<std::vector<pal_pose>(int)>& poses,
                  const std::function<void(int)>& events, double& peak) {
   double work = 0;

@@ -36,7 +36,8 @@ inline void repair_checksum(std::span<unsigned char> bytes) {
 inline pal_status open_status(std::span<const unsigned char> bytes) {
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
   pal_pack* pack = nullptr;
-  const pal_status status = pal_pack_open_memory(bytes.data(), bytes.size(), storage, sizeof storage, &pack);
+  const pal_status status =
+      pal_pack_open_memory(bytes.data(), bytes.size(), PAL_VERIFY_ONCE, storage, sizeof storage, &pack);
   pal_pack_close(pack);
   return status;
 }

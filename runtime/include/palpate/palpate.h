@@ -132,16 +132,27 @@ typedef struct pal_pack pal_pack; /* opaque; lives in storage of the caller */
 
 enum { PAL_PACK_STORAGE_BYTES = 512 };
 
-/* Maps the file read-only and checks it: header, FlatBuffer verifier, meaning of every table and segment,
- * checksum over the whole file. `storage`: PAL_PACK_STORAGE_BYTES bytes aligned to 16, the caller's until
- * pal_pack_close. Cost: a few passes over the file at memory speed. Real-time safe: no. */
-PAL_NODISCARD pal_status pal_pack_open(const char* path, void* storage, size_t storage_bytes,
-                                       pal_pack** pack) PAL_NOEXCEPT;
+typedef enum pal_verify {
+  /* Everything: header, FlatBuffer verifier, every index and every number within bounds, checksum over the
+   * whole file. Cost: a few passes over the file at memory speed. */
+  PAL_VERIFY_ONCE = 0,
+  /* What no frame could bear: header, FlatBuffer verifier, sizes of segments, every index. Numbers and
+   * checksum are taken on trust, as of a pack that `palpate verify` accepted where it is kept: one that was
+   * damaged since may give forces that mean nothing or are not finite, but no access outside of it. Cost: a
+   * pass over the indices. */
+  PAL_VERIFY_NEVER = 1
+} pal_verify;
+
+/* Maps the file read-only and checks it. `storage`: PAL_PACK_STORAGE_BYTES bytes aligned to 16, the caller's
+ * until pal_pack_close. Real-time safe: no. */
+PAL_NODISCARD pal_status pal_pack_open(const char* path, pal_verify verify, void* storage,
+                                       size_t storage_bytes, pal_pack** pack) PAL_NOEXCEPT;
 
 /* The same on bytes in memory, aligned to 64, which must outlive the pack and not change. Real-time safe: no.
  */
-PAL_NODISCARD pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, void* storage,
-                                              size_t storage_bytes, pal_pack** pack) PAL_NOEXCEPT;
+PAL_NODISCARD pal_status pal_pack_open_memory(const void* bytes, size_t num_bytes, pal_verify verify,
+                                              void* storage, size_t storage_bytes,
+                                              pal_pack** pack) PAL_NOEXCEPT;
 
 /* Unmaps. No session on the pack may be used afterwards. NULL is allowed. Real-time safe: no. */
 void pal_pack_close(pal_pack* pack) PAL_NOEXCEPT;
@@ -294,8 +305,8 @@ typedef struct pal_surface_point {
 
 /* Nearest point of the surface at rest that can be touched: of the triangles whose corners are all sites, and
  * of sites without such a triangle. PAL_STATUS_NO_SUCH_MODEL where the pack was built without the tree that
- * this needs. `position`: organ frame, within 1e15 length units. Cost: about a microsecond on a surface of thousands of triangles.
- * Real-time safe: yes. */
+ * this needs. `position`: organ frame, within 1e15 length units. Cost: about a microsecond on a surface of
+ * thousands of triangles. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
                                                      pal_surface_point* point) PAL_NOEXCEPT;
 

@@ -15,15 +15,16 @@ class Pack {
   Pack(const Pack&) = delete;
   Pack& operator=(const Pack&) = delete;
 
-  [[nodiscard]] pal_status open(const char* path) noexcept {
+  [[nodiscard]] pal_status open(const char* path, pal_verify verify = PAL_VERIFY_ONCE) noexcept {
     pal_pack_close(pack_);
     pack_ = nullptr;
-    return pal_pack_open(path, storage_, sizeof storage_, &pack_);
+    return pal_pack_open(path, verify, storage_, sizeof storage_, &pack_);
   }
-  [[nodiscard]] pal_status open_memory(const void* bytes, size_t num_bytes) noexcept {
+  [[nodiscard]] pal_status open_memory(const void* bytes, size_t num_bytes,
+                                       pal_verify verify = PAL_VERIFY_ONCE) noexcept {
     pal_pack_close(pack_);
     pack_ = nullptr;
-    return pal_pack_open_memory(bytes, num_bytes, storage_, sizeof storage_, &pack_);
+    return pal_pack_open_memory(bytes, num_bytes, verify, storage_, sizeof storage_, &pack_);
   }
   [[nodiscard]] pal_pack_info info() const noexcept {
     pal_pack_info info = {};
