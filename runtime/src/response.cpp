@@ -56,27 +56,15 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   }
 }
 
-bool same_sites(const LinearState& linear, const pal_contact* contacts, uint32_t count) {
-  if (!linear.valid || linear.num_contacts != count) return false;
-  for (uint32_t c = 0; c < count; ++c) {
-    if (linear.sites[c] != contacts[c].site) return false;
-  }
-  return true;
-}
-
 void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
                    pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   LinearState& linear = session.linear;
-  if (!same_sites(linear, contacts, count)) {
-    prepare_linear(pack, contacts, count, session.fixed, session.num_fixed, linear);
-  }
   evaluate_linear(session.displacements, linear, session.forces);
   FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = PAL_MODEL_LINEAR;
-  field.num_held = linear.num_held;
-  memcpy(field.held, linear.held, linear.num_held * sizeof *field.held);
-  for (uint32_t i = 0; i < 3 * linear.num_held; ++i) {
+  field.num_held = linear.answering.num_held;
+  memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
+  for (uint32_t i = 0; i < 3 * field.num_held; ++i) {
     field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
   }
   if (results == nullptr) return;
@@ -86,7 +74,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     pal_contact_result& result = results[c];
     result = {};
     result.model = PAL_MODEL_LINEAR;
-    result.flags = linear.flags | session.input_flags[c];
+    result.flags = linear.answering.flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
@@ -96,8 +84,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       for (uint32_t j = 0; j < 3; ++j) {
-        result.stiffness[i][j] =
-            linear.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] * (pack.newtons / pack.metres);
+        result.stiffness[i][j] = linear.answering.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] *
+                                 (pack.newtons / pack.metres);
       }
     }
   }
@@ -107,7 +95,6 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   const pal_pack& pack = *session.pack;
   const double* d = session.displacements;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = PAL_MODEL_POLYNOMIAL;
   field.site = contact.site;
   PolynomialAnswer answer;
   evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
@@ -136,35 +123,52 @@ bool can_answer(const pal_session& session, uint32_t num_contacts) {
          (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
 }
 
-pal_model answer_contacts(pal_session& session, const pal_contact* contacts, uint32_t count,
-                          pal_contact_result* results) {
+bool make_ready(pal_session& session, const pal_contact* contacts, uint32_t count, uint64_t operations,
+                pal_model& model) {
+  LinearState& linear = session.linear;
+  model = count == 0                           ? PAL_MODEL_AUTO
+          : polynomial_answers(session, count) ? PAL_MODEL_POLYNOMIAL
+                                               : PAL_MODEL_LINEAR;
+  if (model != PAL_MODEL_LINEAR) return true;
+  if (linear.answering.ready && is_for(linear.answering, contacts, count, session.fixed_version)) return true;
+  if (!is_for(linear.next, contacts, count, session.fixed_version) || !session.linear_begun) {
+    begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
+                 linear);
+    session.linear_begun = true;
+  }
+  const bool ready = advance_linear(*session.pack, operations, linear);
+  if (ready) session.linear_begun = false;
+  return ready;
+}
+
+void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
+                     pal_contact_result* results) {
   for (uint32_t c = 0; c < count; ++c) {
     session.input_flags[c] =
         take_displacement(*session.pack, contacts[c].displacement, session.displacements + size_t{3} * c);
   }
   FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = PAL_MODEL_AUTO;
-  if (polynomial_answers(session, count)) {
+  field.model = model;
+  if (model == PAL_MODEL_POLYNOMIAL) {
     answer_polynomial(session, contacts[0], results);
-  } else if (count > 0) {
+  } else if (model == PAL_MODEL_LINEAR) {
     answer_linear(session, contacts, count, results);
   }
-  const pal_model answered = field.model;
   publish(session.snapshots);
-  return answered;
 }
 
 void add_coupling(const pal_session& session, pal_model answered, const pal_contact_result* results,
                   uint32_t row, uint32_t column, double* sum) {
   const pal_pack& pack = *session.pack;
   const double scale = pack.newtons / pack.metres;
-  const size_t size = size_t{3} * session.linear.num_contacts;
+  const LinearSet& set = session.linear.answering;
+  const size_t size = size_t{3} * set.num_contacts;
   for (uint32_t i = 0; i < 3; ++i) {
     for (uint32_t j = 0; j < 3; ++j) {
       if (row == column) {
         sum[3 * i + j] += results[row].stiffness[i][j];
       } else if (answered == PAL_MODEL_LINEAR) {
-        sum[3 * i + j] += scale * session.linear.stiffness[(3 * row + i) * size + 3 * column + j];
+        sum[3 * i + j] += scale * set.stiffness[(3 * row + i) * size + 3 * column + j];
       }
     }
   }

@@ -9,11 +9,16 @@ namespace palpate {
 // Whether some model of the session can answer so many contacts with its fixed nodes.
 bool can_answer(const pal_session& session, uint32_t num_contacts);
 
-// Forces and stiffness of contacts that can be answered, at sites of the pack and by finite displacements;
-// API units, organ frame. Hands the field to the visual thread. `results`: count entries, or null. Returns
-// the model that answered, PAL_MODEL_AUTO for no contacts.
-pal_model answer_contacts(pal_session& session, const pal_contact* contacts, uint32_t count,
-                          pal_contact_result* results);
+// Finds the model that answers these contacts, which some model can, and makes it ready with about so many
+// multiply-adds. False where that needs further frames: call it again in the next one. `model`:
+// PAL_MODEL_AUTO for no contacts.
+bool make_ready(pal_session& session, const pal_contact* contacts, uint32_t count, uint64_t operations,
+                pal_model& model);
+
+// Forces and stiffness of contacts by a model that is ready for them, for finite displacements; API units,
+// organ frame. Hands the field to the visual thread. `results`: count entries, or null.
+void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
+                     pal_contact_result* results);
 
 // d force of contact `row` / d displacement of contact `column`, of the answer just given: adds it to sum[9],
 // API units, organ frame.

@@ -6,6 +6,7 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/arena.hpp"
+#include "runtime/src/calibration.hpp"
 #include "runtime/src/flush_denormals.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
@@ -52,11 +53,14 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
       config.max_tools > kMostTools || config.reserved != 0)
     return PAL_STATUS_BAD_ARGUMENT;
-  for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
-                              config.max_force, config.max_force_rate}) {
+  for (const double number :
+       {config.blend_seconds, config.stale_seconds, config.ramp_seconds, config.max_force,
+        config.max_force_rate, config.budget_seconds, config.seconds_per_operation}) {
     if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
   }
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
+  if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
+    return PAL_STATUS_BAD_ARGUMENT;
   int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
   static_assert(sizeof model == sizeof config.model);
   memcpy(&model, &config.model, sizeof model);
@@ -69,6 +73,14 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
       return pack->radii != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
   return PAL_STATUS_BAD_ARGUMENT;
+}
+
+// Multiply-adds that a haptic frame may spend on making a model ready.
+uint64_t operations_within(const pal_session_config& config) {
+  if (config.budget_seconds == 0) return UINT64_MAX;
+  const double operations = config.budget_seconds / config.seconds_per_operation;
+  constexpr double kMost = 1e18;
+  return operations < 1 ? 1 : static_cast<uint64_t>(operations < kMost ? operations : kMost);
 }
 
 size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
@@ -115,6 +127,11 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   if (arena_bytes < required) return PAL_STATUS_ARENA_TOO_SMALL;
   if (reinterpret_cast<uintptr_t>(arena) % palpate::Arena::kAlignment != 0)
     return PAL_STATUS_ARENA_MISALIGNED;
+  if (complete.budget_seconds > 0 && complete.seconds_per_operation == 0)
+    complete.seconds_per_operation = palpate::seconds_per_operation(complete.clock, complete.clock_user);
+  // A session reads no clock; a recording of its config should not name one.
+  complete.clock = nullptr;
+  complete.clock_user = nullptr;
   memset(arena, 0, required);  // also touches every page now rather than in a frame
   palpate::Arena memory(arena);
   pal_session made = {};
@@ -122,6 +139,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.pack = pack;
   made.config = complete;
   made.add_columns = palpate::choose_add_columns();
+  made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
@@ -150,9 +168,19 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   }
   if (!changed) return PAL_STATUS_OK;
   session->num_fixed = count;
-  session->linear.valid = false;
-  session->tools.changed = true;
+  ++session->fixed_version;
   return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_session_get_counters(const pal_session* session, pal_counters* counters) noexcept {
+  if (session == nullptr || counters == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  return palpate::write_sized(session->counters, sizeof(pal_counters), *counters);
+}
+
+extern "C" pal_status pal_session_get_config(const pal_session* session,
+                                             pal_session_config* config) noexcept {
+  if (session == nullptr || config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  return palpate::write_sized(session->config, palpate::kFirstConfigBytes, *config);
 }
 
 extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
@@ -170,7 +198,9 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   session->used = true;
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
-  palpate::answer_contacts(*session, contacts, count, results);
+  pal_model model;
+  if (palpate::make_ready(*session, contacts, count, UINT64_MAX, model))
+    palpate::answer_contacts(*session, model, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;
 }

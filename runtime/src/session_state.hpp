@@ -20,13 +20,17 @@ struct pal_session {
   pal_session_config config;
   palpate::AddColumns add_columns;
   uint32_t num_fixed;
-  uint32_t* fixed;        // [max_fixed] contact nodes
-  double* displacements;  // [max_contacts][3] model units
-  double* forces;         // [max_contacts][3] model units
-  uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
+  uint32_t* fixed;         // [max_fixed] contact nodes
+  uint32_t fixed_version;  // how often they have changed
+  double* displacements;   // [max_contacts][3] model units
+  double* forces;          // [max_contacts][3] model units
+  uint32_t* input_flags;   // [max_contacts] what was done to the displacement before any model saw it
   palpate::LinearState linear;
+  bool linear_begun;    // linear.next is being made ready
+  uint64_t operations;  // multiply-adds that a haptic frame may spend on that
   palpate::FieldSnapshots snapshots;
   palpate::ToolStates tools;
   palpate::Recorder recorder;
+  pal_counters counters;
   bool used;  // something has happened to it
 };

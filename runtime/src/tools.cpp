@@ -53,6 +53,7 @@ bool has_room(const pal_session& session) {
 void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_law law,
                const pal_pose& unstrained, const double normal[3]) {
   HeldContact& contact = session.tools.contacts[session.tools.num_contacts++];
+  contact.id = ++session.tools.next_id;
   contact.tool = tool;
   contact.site = site;
   contact.law = law;
@@ -61,7 +62,6 @@ void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_l
   for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
   rotate_back(rotation_of(unstrained.orientation), contact.unstrained_arm, contact.arm);
   rotate(session.tools.organ, normal, contact.normal);
-  session.tools.changed = true;
 }
 
 // Keeps the order of those that stay: linear_dd then need not factor anew where the last ones go.
@@ -74,7 +74,6 @@ void let_go(pal_session& session, Goes&& goes) {
     if (kept != c) states.contacts[kept] = states.contacts[c];
     ++kept;
   }
-  states.changed = states.changed || kept != states.num_contacts;
   states.num_contacts = kept;
 }
 
@@ -157,6 +156,52 @@ void fill_inputs(pal_session& session) {
   }
 }
 
+constexpr uint32_t kNone = UINT32_MAX;
+
+// Which of the contacts that were answered last this one is, or kNone. Both are in the order of their ids.
+uint32_t answered_index(const ToolStates& states, uint64_t id) {
+  for (uint32_t i = 0; i < states.num_answered; ++i) {
+    if (states.answered_ids[i] == id) return i;
+  }
+  return kNone;
+}
+
+// Answers all contacts held, if the model for them is ready or can be made so; else those that were answered
+// last.
+void answer_or_stand_in(pal_session& session) {
+  ToolStates& states = session.tools;
+  pal_model model;
+  const bool ready = make_ready(session, states.inputs, states.num_contacts, session.operations, model);
+  states.changed = false;
+  if (ready) {
+    states.changed = model != states.answered || states.num_contacts != states.num_answered ||
+                     states.answered_fixed != session.fixed_version;
+    for (uint32_t c = 0; c < states.num_contacts; ++c) {
+      states.changed = states.changed || states.answered_ids[c] != states.contacts[c].id;
+      states.answered_ids[c] = states.contacts[c].id;
+      states.answered_inputs[c] = states.inputs[c];
+    }
+    states.answered = model;
+    states.num_answered = states.num_contacts;
+    states.answered_fixed = session.fixed_version;
+  } else {
+    // pal_contact_frame may have made linear_dd ready for contacts of its own.
+    const LinearSet& set = session.linear.answering;
+    if (states.answered == PAL_MODEL_LINEAR &&
+        !(set.ready && is_for(set, states.answered_inputs, states.num_answered, states.answered_fixed))) {
+      states.changed = true;
+      states.answered = PAL_MODEL_AUTO;
+      states.num_answered = 0;
+    }
+    for (uint32_t c = 0; c < states.num_contacts; ++c) {
+      const uint32_t index = answered_index(states, states.contacts[c].id);
+      if (index != kNone) states.answered_inputs[index] = states.inputs[c];
+    }
+  }
+  answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
+                  states.answered_results);
+}
+
 // What the model says of all contacts of one tool together, world.
 struct ToolSum {
   Wrench wrench;
@@ -166,7 +211,15 @@ struct ToolSum {
 void add_contact(const pal_session& session, uint32_t index, const Rotation& own, ToolSum& sum) {
   const ToolStates& states = session.tools;
   const HeldContact& contact = states.contacts[index];
-  const pal_contact_result& answer = states.results[index];
+  const uint32_t answered = answered_index(states, contact.id);
+  pal_tool_result& result = sum.result;
+  if (result.num_contacts++ == 0) result.site = contact.site;
+  if (answered == kNone) {
+    result.flags |= PAL_FLAG_PREPARING;
+    result.displacement_error = result.force_error = 1.0;
+    return;
+  }
+  const pal_contact_result& answer = states.answered_results[answered];
   double force[3];
   double arm[3];
   rotate(states.organ, answer.force, force);
@@ -176,16 +229,16 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
 
   double stiffness[9] = {};
   for (uint32_t other = 0; other < states.num_contacts; ++other) {
-    if (states.contacts[other].tool == contact.tool)
-      add_coupling(session, states.answered, states.results, index, other, stiffness);
+    if (states.contacts[other].tool != contact.tool) continue;
+    const uint32_t column = answered_index(states, states.contacts[other].id);
+    if (column != kNone)
+      add_coupling(session, states.answered, states.answered_results, answered, column, stiffness);
   }
   double turned[9];
   rotate_matrix(states.organ, stiffness, turned);
-  pal_tool_result& result = sum.result;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) result.stiffness[i][j] += turned[3 * i + j];
   }
-  if (result.num_contacts++ == 0) result.site = contact.site;
   result.flags |= answer.flags;
   result.model = answer.model;
   result.displacement_error = fmax(result.displacement_error, answer.displacement_error);
@@ -195,6 +248,20 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
 void write_result(const pal_tool_result& result, uint32_t bytes, unsigned char* to) {
   memcpy(to, &result, bytes < sizeof result ? bytes : sizeof result);
   if (bytes > sizeof result) memset(to + sizeof result, 0, bytes - sizeof result);
+}
+
+// Frames in which some tool had a flag.
+void count_frame(const pal_tool_result* results, uint32_t count, bool switched, pal_counters& counters) {
+  uint32_t flags = 0;
+  for (uint32_t tool = 0; tool < count; ++tool) flags |= results[tool].flags;
+  const auto has = [&](uint32_t flag) -> uint64_t { return (flags & flag) != 0 ? 1 : 0; };
+  ++counters.frames;
+  counters.switches += switched ? 1 : 0;
+  counters.preparing += has(PAL_FLAG_PREPARING);
+  counters.extrapolated += has(PAL_FLAG_EXTRAPOLATED);
+  counters.bad_input += has(PAL_FLAG_BAD_INPUT);
+  counters.stale += has(PAL_FLAG_STALE);
+  counters.limited += has(PAL_FLAG_LIMITED);
 }
 
 // `hold` becomes the caller's, completed. PAL_STATUS_OK where it can be held.
@@ -232,6 +299,9 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.tools = arena.take<ToolState>(config.max_tools);
   states.inputs = arena.take<pal_contact>(config.max_contacts);
   states.results = arena.take<pal_contact_result>(config.max_contacts);
+  states.answered_ids = arena.take<uint64_t>(config.max_contacts);
+  states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
+  states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
   states.organ = rotation_of(config.organ.orientation);
 }
 
@@ -253,10 +323,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     if (!try_to_touch(session, tool, state)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
   }
   fill_inputs(session);
-  const pal_model answered = answer_contacts(session, states.inputs, states.num_contacts, states.results);
-  const bool switched = states.changed || answered != states.answered;
-  states.answered = answered;
-  states.changed = false;
+  answer_or_stand_in(session);
 
   ToolSum sums[kMostTools];
   for (uint32_t tool = 0; tool < config.max_tools; ++tool) sums[tool] = {};
@@ -270,11 +337,12 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     ToolState& state = states.tools[tool];
     all[tool] = sums[tool].result;
     const bool stale = config.stale_seconds > 0 && state.age > config.stale_seconds;
-    all[tool].flags |=
-        own_flags[tool] | filter_force(config, sums[tool].wrench, switched, stale, states.dt, state.output);
+    all[tool].flags |= own_flags[tool] | filter_force(config, sums[tool].wrench, states.changed, stale,
+                                                      states.dt, state.output);
     memcpy(all[tool].force, state.output.out.v, sizeof all[tool].force);
     memcpy(all[tool].torque, state.output.out.v + 3, sizeof all[tool].torque);
   }
+  count_frame(all, config.max_tools, states.changed, session.counters);
   record_haptic_frame(session, input, all);
   if (results == nullptr) return;
   unsigned char* to = reinterpret_cast<unsigned char*>(results);

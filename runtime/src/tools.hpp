@@ -20,6 +20,7 @@ namespace palpate {
 inline constexpr uint32_t kMostTools = 16;
 
 struct HeldContact {
+  uint64_t id;  // no two contacts of a session have the same
   uint32_t tool;
   uint32_t site;
   pal_contact_law law;
@@ -45,10 +46,17 @@ struct ToolStates {
   HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
   ToolState* tools;             // [max_tools]
   pal_contact* inputs;          // [max_contacts] of the frame at hand
-  pal_contact_result* results;  // [max_contacts]
-  pal_model answered;           // by whom, in the last frame
-  bool changed;                 // contacts or fixed nodes, since then
-  double dt;                    // of the last frame in which it made sense
+  pal_contact_result* results;  // [max_contacts] of pal_contact_frame for who wants none
+  uint64_t next_id;
+  // The contacts that the last frame answered, by which model, and of which contact held each is
+  pal_model answered;
+  uint32_t num_answered;
+  uint64_t* answered_ids;                // [max_contacts]
+  pal_contact* answered_inputs;          // [max_contacts]
+  pal_contact_result* answered_results;  // [max_contacts]
+  uint32_t answered_fixed;               // pal_session::fixed_version then
+  bool changed;                          // what answers, in this frame
+  double dt;                             // of the last frame in which it made sense
 };
 
 // A tool that was never seen and holds nothing.
@@ -57,6 +65,10 @@ void reset_tool(ToolState& state);
 // Takes the arrays of a session with this config.
 void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
 
+// While linear_dd is being made ready for other contacts or fixed nodes, over as many frames as the budget
+// takes, the last contacts that were answered go on: those still held move, those let go stay where they
+// were, and those that came later feel nothing yet.
+//
 // One frame of all tools. `input` is complete and its pointers are valid. `results`: null, or max_tools
 // entries input.result_bytes apart.
 void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results);

@@ -123,7 +123,10 @@ enum {
   /* What answers has changed (model, contacts, fixed nodes), and the jump of the force is being faded out. */
   PAL_FLAG_BLENDING = 1 << 8,
   /* The tool touched, and there was no room: max_contacts are held. */
-  PAL_FLAG_NO_ROOM = 1 << 9
+  PAL_FLAG_NO_ROOM = 1 << 9,
+  /* The model for a contact of this tool is still being made ready (pal_session_config::budget_seconds): the
+   * contact has no force yet. */
+  PAL_FLAG_PREPARING = 1 << 10
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -218,6 +221,9 @@ typedef struct pal_pose {
   double orientation[4]; /* R as a unit quaternion w, x, y, z */
 } pal_pose;
 
+/* Nanoseconds that have passed since a time of its own choosing. */
+typedef uint64_t (*pal_clock)(void* user);
+
 typedef struct pal_session_config {
   uint32_t struct_size;
   uint32_t max_contacts; /* held at once, by all tools together: 1 .. 64 */
@@ -235,6 +241,17 @@ typedef struct pal_session_config {
   double ramp_seconds;
   double max_force;      /* of each tool, N; 0: no limit. The torque is scaled alike */
   double max_force_rate; /* N/s; 0: no limit */
+  /* Other contacts or fixed nodes need another factor of linear_dd. A haptic frame spends this time on it
+   * (s), one row or column more at most; until it is ready, over as many frames as that takes, the contacts
+   * of before answer, and those that are new are PAL_FLAG_PREPARING. 0: it is made ready at once, however
+   * long that takes. */
+  double budget_seconds;
+  /* What budget_seconds is divided by: the time of one multiply-add of such a factor. 0: pal_session_init
+   * finds out, with `clock`, and pal_session_get_config tells. Frames never read a clock: the same session
+   * answers the same. */
+  double seconds_per_operation;
+  pal_clock clock; /* may be NULL where there is no budget, or where the time is given */
+  void* clock_user;
 } pal_session_config;
 
 /* One contact for each the scene asks for, no fixed nodes, PAL_MODEL_AUTO, four tools, the organ where the
@@ -247,7 +264,8 @@ PAL_NODISCARD pal_status pal_session_required_bytes(const pal_pack* pack, const 
                                                     size_t* bytes) PAL_NOEXCEPT;
 
 /* Makes a session at the start of `arena`, aligned to 64. The arena is the caller's again when the session is
- * no longer used: there is nothing to free. Cost: clears the arena. Real-time safe: yes. */
+ * no longer used: there is nothing to free. Cost: clears the arena; a millisecond to find out
+ * seconds_per_operation. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                           size_t arena_bytes, pal_session** session) PAL_NOEXCEPT;
 
@@ -373,6 +391,28 @@ typedef struct pal_tool_result {
  * touch. Real-time safe: yes, as pal_contact_frame. */
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* input,
                                           pal_tool_result* results) PAL_NOEXCEPT;
+
+/* Haptic frames so far, and those of them in which some tool was so flagged. */
+typedef struct pal_counters {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  uint64_t frames;
+  uint64_t switches; /* what answers changed */
+  uint64_t preparing;
+  uint64_t extrapolated;
+  uint64_t bad_input;
+  uint64_t stale;
+  uint64_t limited;
+} pal_counters;
+
+/* Set counters->struct_size first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_get_counters(const pal_session* session,
+                                                  pal_counters* counters) PAL_NOEXCEPT;
+
+/* The config that the session was made with, completed. Set config->struct_size first. Real-time safe: yes.
+ * */
+PAL_NODISCARD pal_status pal_session_get_config(const pal_session* session,
+                                                pal_session_config* config) PAL_NOEXCEPT;
 
 /* ----------------------------------------------------------- recording -- */
 

@@ -1,0 +1,225 @@
+// A haptic frame that may not make a model ready at once: what answers meanwhile, and that nothing is lost.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstring>
+
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kSecondsPerOperation = 1e-9;
+
+class Budget : public ::testing::Test {
+ protected:
+  // So many multiply-adds a frame.
+  pal_session_config config_with(double operations, pal_model model = PAL_MODEL_AUTO) const {
+    pal_session_config config = session_config(pack_.get(), model, 4, 4);
+    config.budget_seconds = operations * kSecondsPerOperation;
+    config.seconds_per_operation = kSecondsPerOperation;
+    return config;
+  }
+  static bool is_preparing(const pal_tool_result& result) { return (result.flags & PAL_FLAG_PREPARING) != 0; }
+  static bool same_bits(const pal_tool_result& a, const pal_tool_result& b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+  }
+
+  OpenPack pack_{small_pack_bytes()};
+  ToolSession small_{pack_.get(), config_with(1000)};
+  ToolSession unbounded_{pack_.get(), session_config(pack_.get(), PAL_MODEL_AUTO, 4, 4)};
+  const std::vector<pal_pose> poses_ = {at({0.01, 0, -0.02}), at({0, 0.01, -0.03}), at({0, 0, -0.01})};
+};
+
+TEST_F(Budget, ASecondContactComesInWhenItIsReady) {
+  for (ToolSession* tools : {&small_, &unbounded_}) tools->hold(0, pal_default_hold(4));
+  const pal_tool_result alone = unbounded_.frame(poses_)[0];
+  EXPECT_TRUE(same_bits(small_.frame(poses_)[0], alone)) << "a polynomial is always ready";
+  for (ToolSession* tools : {&small_, &unbounded_}) tools->hold(1, pal_default_hold(5));
+  const std::vector<pal_tool_result> both = unbounded_.frame(poses_);
+  EXPECT_NE(force_of(both[0]), force_of(alone)) << "else there is nothing to wait for";
+  int frames = 0;
+  while (is_preparing(small_.frame(poses_)[1])) {
+    ++frames;
+    EXPECT_TRUE(same_bits(small_.last()[0], alone)) << "meanwhile the first goes on as before";
+    EXPECT_EQ(force_of(small_.last()[1]).norm(), 0);
+    EXPECT_EQ(small_.last()[1].num_contacts, 1U);
+    EXPECT_EQ(small_.last()[1].force_error, 1);
+    ASSERT_LT(frames, 1000);
+  }
+  for (size_t tool = 0; tool < 4; ++tool)
+    EXPECT_TRUE(same_bits(small_.last()[tool], both[tool])) << "made in pieces or at once";
+  EXPECT_EQ(small_.field(), unbounded_.field());
+  // Two patches of 5 to 7 nodes that share some: n = 24 to 36; n^3/6 + 6 n^2 to factor and solve, 2 n^2 to
+  // gather, in thousands, less what the last frame does.
+  EXPECT_GE(frames, 6);
+  EXPECT_LE(frames, 18);
+}
+
+TEST_F(Budget, TheWorstFrameIsBounded) {
+  // The number of frames falls as the budget rises: work is what is counted.
+  int before = 1 << 30;
+  for (const double operations : {300.0, 1000.0, 5000.0, 1e6}) {
+    ToolSession tools(pack_.get(), config_with(operations));
+    tools.hold(0, pal_default_hold(4));
+    tools.hold(1, pal_default_hold(5));
+    int frames = 0;
+    while (is_preparing(tools.frame(poses_)[1])) ++frames;
+    EXPECT_LT(frames, before) << operations;
+    before = frames;
+  }
+  EXPECT_EQ(before, 0) << "a millisecond is enough";
+}
+
+TEST_F(Budget, WhatIsLetGoStaysWhereItWasUntilTheRestIsReady) {
+  for (uint32_t tool = 0; tool < 3; ++tool) small_.hold(tool, pal_default_hold(3 * tool));
+  while (is_preparing(small_.frame(poses_)[2])) {
+  }
+  const std::vector<pal_tool_result> three = small_.last();
+  require(pal_tool_release(small_.get(), 2), "release");
+  int frames = 0;
+  unbounded_.hold(0, pal_default_hold(0));
+  unbounded_.hold(1, pal_default_hold(3));
+  const std::vector<pal_tool_result> two = unbounded_.frame(poses_);
+  for (; frames < 1000 && !same_bits(small_.frame(poses_)[0], two[0]); ++frames) {
+    EXPECT_EQ(force_of(small_.last()[0]), force_of(three[0]));
+    EXPECT_EQ(force_of(small_.last()[1]), force_of(three[1]));
+    EXPECT_EQ(force_of(small_.last()[2]).norm(), 0) << "it holds nothing any more";
+    EXPECT_FALSE(is_preparing(small_.last()[0]));
+  }
+  EXPECT_GE(frames, 3);
+  EXPECT_LT(frames, 1000);
+}
+
+TEST_F(Budget, FixedNodesComeInWhenReadyToo) {
+  small_.hold(0, pal_default_hold(4));
+  unbounded_.hold(0, pal_default_hold(4));
+  const pal_tool_result before = small_.frame(poses_)[0];
+  small_.fix({1, 2, 9});
+  unbounded_.fix({1, 2, 9});
+  const pal_tool_result after = unbounded_.frame(poses_)[0];
+  int frames = 0;
+  for (; frames < 1000 && !same_bits(small_.frame(poses_)[0], after); ++frames)
+    EXPECT_EQ(force_of(small_.last()[0]), force_of(before));
+  EXPECT_GE(frames, 2);
+  EXPECT_LT(frames, 1000);
+}
+
+// A change in the middle begins anew, and a contact frame in between takes the place of what was ready.
+TEST_F(Budget, InterruptionsDelayButDoNotMislead) {
+  small_.hold(0, pal_default_hold(4));
+  small_.hold(1, pal_default_hold(5));
+  for (int frame = 0; frame < 5; ++frame) small_.frame(poses_);
+  small_.hold(2, pal_default_hold(9));
+  for (int frame = 0; frame < 300; ++frame) {
+    for (const pal_tool_result& result : small_.frame(poses_)) EXPECT_TRUE(force_of(result).allFinite());
+    if (frame % 100 == 7) {
+      const std::vector<pal_contact> others = {{1, {0, 0, -0.01}}, {8, {0, 0, -0.01}}};
+      OwnedSession alone(pack_.get(), PAL_MODEL_AUTO, 4, 4);
+      const auto expected = alone.touch(others);
+      const auto answer = small_.touch(others);
+      EXPECT_EQ(std::memcmp(answer.data(), expected.data(), 2 * sizeof answer[0]), 0);
+    }
+  }
+  for (uint32_t tool = 0; tool < 3; ++tool) unbounded_.hold(tool, pal_default_hold(tool == 2 ? 9 : 4 + tool));
+  const auto expected = unbounded_.frame(poses_);
+  for (size_t tool = 0; tool < 3; ++tool)
+    EXPECT_EQ(force_of(small_.last()[tool]), force_of(expected[tool])) << tool;
+}
+
+TEST_F(Budget, ReplaysToTheSameBits) {
+  std::vector<uint64_t> buffer(1 << 16);
+  require(pal_session_record(small_.get(), buffer.data(), buffer.size() * 8), "record");
+  for (int frame = 0; frame < 200; ++frame) {
+    if (frame % 60 == 10) small_.hold(0, pal_default_hold(4));
+    if (frame % 60 == 20) small_.hold(1, pal_default_hold(static_cast<uint32_t>(frame) % 12));
+    if (frame % 60 == 50) {
+      require(pal_tool_release(small_.get(), 0), "release");
+      require(pal_tool_release(small_.get(), 1), "release");
+    }
+    small_.frame(poses_);
+  }
+  size_t bytes = 0;
+  require(pal_session_stop_recording(small_.get(), &bytes), "stop");
+  pal_session_config config = {};
+  config.struct_size = sizeof config;
+  require(pal_recording_get_config(buffer.data(), bytes, &config), "config");
+  OwnedSession again(pack_.get(), config);
+  pal_replay replay = {};
+  replay.struct_size = sizeof replay;
+  while (replay.ended == 0) {
+    require(pal_session_replay(again.get(), buffer.data(), bytes, &replay), "replay");
+    ASSERT_EQ(replay.diverged, 0U) << replay.frames;
+  }
+  EXPECT_EQ(replay.frames, 200U);
+}
+
+uint64_t steady_clock(void*) {
+  return static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                   std::chrono::steady_clock::now().time_since_epoch())
+                                   .count());
+}
+uint64_t stopped_clock(void*) {
+  return 5;
+}
+// A processor whose multiply-add takes `*user` nanoseconds, read by the two calls around each round in turn.
+struct FakeClock {
+  uint64_t step;
+  uint64_t now = 0;
+  int calls = 0;
+  static uint64_t read(void* user) {
+    auto* clock = static_cast<FakeClock*>(user);
+    if (clock->calls++ % 2 == 1) clock->now += clock->step;
+    return clock->now;
+  }
+};
+
+TEST_F(Budget, InitFindsOutWhatAnOperationTakes) {
+  pal_session_config config = config_with(1000);
+  config.seconds_per_operation = 0;
+  size_t bytes = 0;
+  EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
+  const auto measured = [&](pal_clock clock, void* user) {
+    config.clock = clock;
+    config.clock_user = user;
+    const OwnedSession session(pack_.get(), config);
+    pal_session_config made = {};
+    made.struct_size = sizeof made;
+    require(pal_session_get_config(session.get(), &made), "config");
+    EXPECT_EQ(made.clock, nullptr) << "frames read no clock";
+    return made.seconds_per_operation;
+  };
+  EXPECT_GT(measured(steady_clock, nullptr), 1e-11);
+  EXPECT_LT(measured(steady_clock, nullptr), 1e-6);
+  EXPECT_EQ(measured(stopped_clock, nullptr), 1e-11);
+  FakeClock slow = {1000000};
+  FakeClock slower = {2000000};
+  const double once = measured(FakeClock::read, &slow);
+  EXPECT_NEAR(measured(FakeClock::read, &slower), 2 * once, 1e-6 * once);
+}
+
+TEST_F(Budget, CountersCount) {
+  pal_counters counters = {};
+  counters.struct_size = sizeof counters;
+  small_.hold(0, pal_default_hold(4));
+  small_.frame(poses_);
+  small_.hold(1, pal_default_hold(5));
+  uint64_t preparing = 0;
+  while (is_preparing(small_.frame(poses_)[1])) ++preparing;
+  small_.frame_with({at({std::nan(""), 0, 0})}, 0.001, {});
+  small_.frame({at({0, 0, -0.2}), at({0, 0, 0})});
+  require(pal_session_get_counters(small_.get(), &counters), "counters");
+  EXPECT_EQ(counters.frames, preparing + 4);
+  EXPECT_EQ(counters.preparing, preparing);
+  EXPECT_EQ(counters.switches, 2U);
+  EXPECT_EQ(counters.bad_input, 1U);
+  EXPECT_EQ(counters.extrapolated, 1U);
+  EXPECT_EQ(counters.limited, 0U);
+  counters.struct_size = 4;
+  EXPECT_EQ(pal_session_get_counters(small_.get(), &counters), PAL_STATUS_BAD_STRUCT_SIZE);
+  EXPECT_EQ(pal_session_get_counters(nullptr, &counters), PAL_STATUS_NULL_ARGUMENT);
+}
+
+}  // namespace
+}  // namespace palpate::test
