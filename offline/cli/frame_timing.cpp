@@ -36,6 +36,12 @@ class TimedSession {
   void haptic(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
   }
+  // Tool 0 holds a site; a haptic frame of its pose, with the same answer as the contact frame.
+  void hold(std::uint32_t site) { require_ok(session_.hold(0, pal_default_hold(site)), "hold"); }
+  void tool(const pal_pose& pose) {
+    pal_tool_result result = {};
+    require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
+  }
   void visual(float* field) { require_ok(session_.visual_frame(field), "frame"); }
 
  private:
@@ -43,6 +49,7 @@ class TimedSession {
     pal_session_config config = pal_default_session_config(opened.pack().get());
     config.model = model;
     config.max_contacts = max_contacts;
+    config.max_tools = 1;
     return config;
   }
   static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {
@@ -67,6 +74,12 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   };
   std::vector<Timing> timings;
   timings.push_back(time_frames(model_name(model), "force + stiffness", frames, touch(staying)));
+  TimedSession held(opened, model, 1);
+  held.hold(staying.front().site);
+  timings.push_back(time_frames(model_name(model), "the same through a tool", frames, [&](int frame) {
+    const double* d = staying[static_cast<size_t>(frame) % staying.size()].displacement;
+    held.tool({{d[0], d[1], d[2]}, {1, 0, 0, 0}});
+  }));
   // At a single site nothing moves: the same row again would claim a new factor in each frame.
   if (opened.info().num_sites > 1)
     timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
@@ -74,6 +87,29 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   std::vector<float> field(size_t{3} * opened.info().num_nodes);
   timings.push_back(time_frames(model_name(model), "field of shown nodes", frames,
                                 [&](int) { session.visual(field.data()); }));
+  return timings;
+}
+
+std::vector<Timing> time_start(const std::filesystem::path& file) {
+  constexpr int kTimes = 50;
+  std::vector<Timing> timings;
+  for (const pal_verify verify : {PAL_VERIFY_ONCE, PAL_VERIFY_NEVER}) {
+    const char* stage = verify == PAL_VERIFY_ONCE ? "open, verify once" : "open, verify never";
+    timings.push_back(time_frames("", stage, kTimes, [&](int) {
+      Pack pack;
+      require_ok(pack.open(file.c_str(), verify), file.string());
+    }));
+  }
+  Pack pack;
+  require_ok(pack.open(file.c_str()), file.string());
+  const pal_session_config config = pal_default_session_config(pack.get());
+  std::size_t bytes = 0;
+  require_ok(Session::required_bytes(pack, config, bytes), file.string());
+  AlignedBytes arena(bytes);
+  timings.push_back(time_frames("", "session init", kTimes, [&](int) {
+    Session session;
+    require_ok(session.init(pack, config, arena.bytes()), file.string());
+  }));
   return timings;
 }
 

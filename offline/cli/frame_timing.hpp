@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -36,10 +37,14 @@ Timing time_frames(std::string model, std::string stage, int frames, const Frame
   return timing;
 }
 
-// Haptic frames at one site for 50 frames and at a new one in each, and visual frames, of one contact.
+// Contact frames at one site for 50 frames and at a new one in each, a tool that holds one site, and visual
+// frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
-// Haptic frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each.
+// Opening the pack's file, which is in the system's cache by then, and making a session.
+std::vector<Timing> time_start(const std::filesystem::path& file);
+
+// Contact frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each.
 Timing time_scene(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

@@ -9,6 +9,13 @@ double length_of(const double v[3]) {
   return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+bool is_zero(const Wrench& wrench) {
+  for (const double component : wrench.v) {
+    if (component != 0) return false;
+  }
+  return true;
+}
+
 double fading(double left) {
   return left * left * (3.0 - 2.0 * left);
 }
@@ -28,6 +35,7 @@ bool limit_rate(double most, const Wrench& wanted, Wrench& out) {
 void reset_output(ForceOutput& output) {
   output = {};
   output.gain = 1.0;
+  output.quiet = true;
 }
 
 uint32_t filter_force(const pal_session_config& config, const Wrench& model, bool switched, bool stale,
@@ -37,7 +45,7 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& model, boo
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
     output.blend_left = config.blend_seconds;
   } else {
-    output.blend_left = fmax(0.0, output.blend_left - dt);
+    output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
   }
   Wrench wanted = model;
   if (output.blend_left > 0) {
@@ -52,12 +60,16 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& model, boo
   output.blended = wanted;
 
   const double ramp = config.ramp_seconds > 0 ? dt / config.ramp_seconds : 1.0;
-  output.gain = stale ? fmax(0.0, output.gain - ramp) : fmin(1.0, output.gain + ramp);
+  if (stale) {
+    output.gain = output.gain > ramp ? output.gain - ramp : 0.0;
+  } else {
+    output.gain = output.gain + ramp < 1.0 ? output.gain + ramp : 1.0;
+  }
   if (stale || output.gain < 1.0) flags |= PAL_FLAG_STALE;
 
   double scale = output.gain;
-  const double size = scale * length_of(wanted.v);
-  if (config.max_force > 0 && size > config.max_force) {
+  const double size = config.max_force > 0 ? scale * length_of(wanted.v) : 0.0;
+  if (size > config.max_force) {
     scale *= config.max_force / size;
     flags |= PAL_FLAG_LIMITED;
   }
@@ -67,6 +79,8 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& model, boo
   } else {
     output.out = wanted;
   }
+  output.quiet =
+      output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.out);
   return flags;
 }
 

@@ -22,6 +22,7 @@ struct ForceOutput {
   Wrench difference;  // that is being faded out
   double blend_left;  // s
   double gain;        // 1; 0 for a tool whose input is stale
+  bool quiet;         // nothing comes out, and nothing would for a force of zero and fresh input
   Wrench out;         // of the last frame
 };
 

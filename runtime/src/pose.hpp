@@ -7,8 +7,10 @@
 
 namespace palpate {
 
+// An organ that stands as its model does, and a tool that does not turn, cost nothing.
 struct Rotation {
   double m[9];
+  bool is_identity;
 };
 
 // A unit quaternion is one to so much; drift within a hundredth is put right, more is no rotation.
@@ -30,7 +32,8 @@ inline bool read_pose(const pal_pose& given, pal_pose& pose) {
   pose = given;
   // What was read once is read to the same bits again, as from a recording.
   constexpr double kRounding = 2e-15;
-  const double scale = fabs(square - 1.0) <= kRounding ? 1.0 : 1.0 / sqrt(square);
+  if (fabs(square - 1.0) <= kRounding) return true;
+  const double scale = 1.0 / sqrt(square);
   for (double& component : pose.orientation) component *= scale;
   return true;
 }
@@ -43,21 +46,34 @@ inline Rotation rotation_of(const double q[4]) {
   const double z = q[3];
   return {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),  //
            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),  //
-           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)},
+          x == 0 && y == 0 && z == 0};
 }
 
 // R v.
 inline void rotate(const Rotation& R, const double v[3], double out[3]) {
+  if (R.is_identity) {
+    for (int i = 0; i < 3; ++i) out[i] = v[i];
+    return;
+  }
   for (int i = 0; i < 3; ++i) out[i] = R.m[3 * i] * v[0] + R.m[3 * i + 1] * v[1] + R.m[3 * i + 2] * v[2];
 }
 
 // R^T v.
 inline void rotate_back(const Rotation& R, const double v[3], double out[3]) {
+  if (R.is_identity) {
+    for (int i = 0; i < 3; ++i) out[i] = v[i];
+    return;
+  }
   for (int i = 0; i < 3; ++i) out[i] = R.m[i] * v[0] + R.m[3 + i] * v[1] + R.m[6 + i] * v[2];
 }
 
 // R K R^T.
 inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
+  if (R.is_identity) {
+    for (int i = 0; i < 9; ++i) out[i] = K[i];
+    return;
+  }
   double half[9];  // (R K)^T
   for (int column = 0; column < 3; ++column) {
     const double of_column[3] = {K[column], K[3 + column], K[6 + column]};

@@ -133,9 +133,8 @@ void movement_of(const pal_session& session, const HeldContact& contact, ToolRot
   }
 }
 
-void let_go_of_what_came_out(pal_session& session) {
+void let_go_of_what_came_out(pal_session& session, ToolRotation& last) {
   const double height = kReleaseHeight * session.pack->mean_surface_edge * session.pack->metres;
-  ToolRotation last = {{}, kMostTools};
   let_go(session, [&](const HeldContact& contact) {
     if (contact.law != PAL_LAW_TOUCH) return false;
     double d[3];
@@ -145,8 +144,7 @@ void let_go_of_what_came_out(pal_session& session) {
 }
 
 // The displacement of every contact held, organ frame.
-void fill_inputs(pal_session& session) {
-  ToolRotation last = {{}, kMostTools};
+void fill_inputs(pal_session& session, ToolRotation& last) {
   for (uint32_t c = 0; c < session.tools.num_contacts; ++c) {
     const HeldContact& contact = session.tools.contacts[c];
     double d[3];
@@ -202,17 +200,12 @@ void answer_or_stand_in(pal_session& session) {
                   states.answered_results);
 }
 
-// What the model says of all contacts of one tool together, world.
-struct ToolSum {
-  Wrench wrench;
-  pal_tool_result result;  // but for force and torque
-};
-
-void add_contact(const pal_session& session, uint32_t index, const Rotation& own, ToolSum& sum) {
+// Adds what the model says of one contact to the force of its tool and to all but that of its result, world.
+void add_contact(const pal_session& session, uint32_t index, const Rotation& own, Wrench& wrench,
+                 pal_tool_result& result) {
   const ToolStates& states = session.tools;
   const HeldContact& contact = states.contacts[index];
   const uint32_t answered = answered_index(states, contact.id);
-  pal_tool_result& result = sum.result;
   if (result.num_contacts++ == 0) result.site = contact.site;
   if (answered == kNone) {
     result.flags |= PAL_FLAG_PREPARING;
@@ -224,8 +217,8 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   double arm[3];
   rotate(states.organ, answer.force, force);
   rotate(own, contact.arm, arm);
-  for (int i = 0; i < 3; ++i) sum.wrench.v[i] += force[i];
-  add_cross(arm, force, sum.wrench.v + 3);
+  for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
+  add_cross(arm, force, wrench.v + 3);
 
   double stiffness[9] = {};
   for (uint32_t other = 0; other < states.num_contacts; ++other) {
@@ -241,13 +234,9 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   }
   result.flags |= answer.flags;
   result.model = answer.model;
-  result.displacement_error = fmax(result.displacement_error, answer.displacement_error);
-  result.force_error = fmax(result.force_error, answer.force_error);
-}
-
-void write_result(const pal_tool_result& result, uint32_t bytes, unsigned char* to) {
-  memcpy(to, &result, bytes < sizeof result ? bytes : sizeof result);
-  if (bytes > sizeof result) memset(to + sizeof result, 0, bytes - sizeof result);
+  if (answer.displacement_error > result.displacement_error)
+    result.displacement_error = answer.displacement_error;
+  if (answer.force_error > result.force_error) result.force_error = answer.force_error;
 }
 
 // Frames in which some tool had a flag.
@@ -316,38 +305,45 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     const bool read = read_input(input, tool, states.dt, states.tools[tool]);
     own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
   }
-  let_go_of_what_came_out(session);
+  ToolRotation last = {{}, kMostTools};
+  let_go_of_what_came_out(session, last);
   for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
     ToolState& state = states.tools[tool];
     if (!state.touches || !state.has_pose || holds_anything(session, tool)) continue;
     if (!try_to_touch(session, tool, state)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
   }
-  fill_inputs(session);
+  fill_inputs(session, last);
   answer_or_stand_in(session);
 
-  ToolSum sums[kMostTools];
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool) sums[tool] = {};
-  ToolRotation last = {{}, kMostTools};
+  // Where the caller's results are ours, they are made in their place.
+  pal_tool_result local[kMostTools];
+  const bool in_place = results != nullptr && input.result_bytes == sizeof *results;
+  pal_tool_result* all = in_place ? results : local;
+  Wrench wrenches[kMostTools];
+  memset(static_cast<void*>(all), 0, config.max_tools * sizeof *all);
+  memset(static_cast<void*>(wrenches), 0, config.max_tools * sizeof *wrenches);
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     const uint32_t tool = states.contacts[c].tool;
-    add_contact(session, c, rotation_for(session, tool, last), sums[tool]);
+    add_contact(session, c, rotation_for(session, tool, last), wrenches[tool], all[tool]);
   }
-  pal_tool_result all[kMostTools];
   for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
     ToolState& state = states.tools[tool];
-    all[tool] = sums[tool].result;
+    pal_tool_result& result = all[tool];
+    result.flags |= own_flags[tool];
+    if (result.num_contacts == 0 && state.output.quiet) continue;
     const bool stale = config.stale_seconds > 0 && state.age > config.stale_seconds;
-    all[tool].flags |= own_flags[tool] | filter_force(config, sums[tool].wrench, states.changed, stale,
-                                                      states.dt, state.output);
-    memcpy(all[tool].force, state.output.out.v, sizeof all[tool].force);
-    memcpy(all[tool].torque, state.output.out.v + 3, sizeof all[tool].torque);
+    result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
+    memcpy(result.force, state.output.out.v, sizeof result.force);
+    memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }
   count_frame(all, config.max_tools, states.changed, session.counters);
   record_haptic_frame(session, input, all);
-  if (results == nullptr) return;
+  if (results == nullptr || in_place) return;
   unsigned char* to = reinterpret_cast<unsigned char*>(results);
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool, to += input.result_bytes)
-    write_result(all[tool], input.result_bytes, to);
+  for (uint32_t tool = 0; tool < config.max_tools; ++tool, to += input.result_bytes) {
+    memcpy(to, all + tool, sizeof *all);
+    if (input.result_bytes > sizeof *all) memset(to + sizeof *all, 0, input.result_bytes - sizeof *all);
+  }
 }
 
 }  // namespace palpate
