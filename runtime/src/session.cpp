@@ -26,6 +26,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
                            pal_session& arrays) {
   pal_session* session = arena.take<pal_session>(1);
   arrays.fixed = arena.take<uint32_t>(config.max_fixed);
+  arrays.requested = arena.take<uint32_t>(config.max_requested);
   arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
@@ -51,7 +52,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
     return status;
   if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
-      config.max_tools > kMostTools || config.reserved != 0)
+      config.max_tools > kMostTools || config.max_requested > pack->num_nodes)
     return PAL_STATUS_BAD_ARGUMENT;
   for (const double number :
        {config.blend_seconds, config.stale_seconds, config.ramp_seconds, config.max_force,
@@ -88,6 +89,16 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   pal_session arrays = {};
   carve_session(pack, config, counting, arrays);
   return counting.used();
+}
+
+// Displacements of the nodes of one panel.
+void fill_panel(const pal_session& session, const FieldState& field, uint32_t panel, float* sum) {
+  memset(sum, 0, pack::kPanelRows * sizeof *sum);
+  if (field.model == PAL_MODEL_LINEAR) {
+    add_linear_field(*session.pack, field, panel, session.add_columns, sum);
+  } else if (field.model == PAL_MODEL_POLYNOMIAL) {
+    add_polynomial_field(*session.pack, field, panel, session.add_columns, sum);
+  }
 }
 
 }  // namespace
@@ -223,6 +234,19 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_haptic_in
   return PAL_STATUS_OK;
 }
 
+extern "C" pal_status pal_session_request_nodes(pal_session* session, const uint32_t* nodes,
+                                                uint32_t count) noexcept {
+  if (session == nullptr || (nodes == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
+  if (count > session->config.max_requested) return PAL_STATUS_CAPACITY_EXCEEDED;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (nodes[i] >= session->pack->num_nodes) return PAL_STATUS_NO_SUCH_NODE;
+    if (i > 0 && nodes[i] <= nodes[i - 1]) return PAL_STATUS_BAD_ARGUMENT;
+  }
+  for (uint32_t i = 0; i < count; ++i) session->requested[i] = nodes[i];
+  session->num_requested = count;
+  return PAL_STATUS_OK;
+}
+
 extern "C" pal_status pal_visual_frame(pal_session* session, float* displacements,
                                        size_t stride_bytes) noexcept {
   if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
@@ -231,18 +255,26 @@ extern "C" pal_status pal_visual_frame(pal_session* session, float* displacement
   const palpate::FieldState& field = palpate::acquire(session->snapshots);
   const palpate::FlushDenormals flush;
   char* out = reinterpret_cast<char*>(displacements);
+  const auto write = [&](const float* node) {
+    memcpy(out, node, 3 * sizeof(float));
+    out += stride_bytes;
+  };
   alignas(64) float panel[palpate::pack::kPanelRows];
-  for (uint32_t p = 0; p < palpate::pack::num_panels(pack.num_nodes); ++p) {
-    memset(panel, 0, sizeof panel);
-    if (field.model == PAL_MODEL_LINEAR) {
-      palpate::add_linear_field(pack, field, p, session->add_columns, panel);
-    } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-      palpate::add_polynomial_field(pack, field, p, session->add_columns, panel);
+  if (session->num_requested == 0) {
+    for (uint32_t node = 0; node < pack.num_nodes; ++node) {
+      const uint32_t within = node % palpate::pack::kPanelNodes;
+      if (within == 0) palpate::fill_panel(*session, field, node / palpate::pack::kPanelNodes, panel);
+      write(panel + 3 * within);
     }
-    const uint32_t first = p * palpate::pack::kPanelNodes;
-    const uint32_t left = pack.num_nodes - first;
-    const uint32_t nodes = left < palpate::pack::kPanelNodes ? left : palpate::pack::kPanelNodes;
-    for (uint32_t i = 0; i < nodes; ++i, out += stride_bytes) memcpy(out, panel + 3 * i, 3 * sizeof(float));
+  } else {
+    uint32_t filled = UINT32_MAX;
+    for (uint32_t i = 0; i < session->num_requested; ++i) {
+      const uint32_t node = session->requested[i];
+      const uint32_t wanted = node / palpate::pack::kPanelNodes;
+      if (wanted != filled) palpate::fill_panel(*session, field, wanted, panel);
+      filled = wanted;
+      write(panel + 3 * (node % palpate::pack::kPanelNodes));
+    }
   }
   return PAL_STATUS_OK;
 }

@@ -22,6 +22,8 @@ struct pal_session {
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
   uint32_t fixed_version;  // how often they have changed
+  uint32_t num_requested;  // 0: all nodes
+  uint32_t* requested;     // [max_requested] packed nodes, ascending
   double* displacements;   // [max_contacts][3] model units
   double* forces;          // [max_contacts][3] model units
   uint32_t* input_flags;   // [max_contacts] what was done to the displacement before any model saw it

@@ -186,6 +186,35 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
   EXPECT_FALSE(out.touched());
 }
 
+TEST_P(RuntimeInputs, RequestedNodesAreThoseOfTheWholeField) {
+  pal_session_config config = session_config(pack_.get(), GetParam(), 1, 0);
+  config.max_requested = 10;
+  OwnedSession session(pack_.get(), config);
+  session.touch({{3, {0.01, 0.02, -0.02}}});
+  const std::vector<float> all = session.field();
+  const uint32_t nodes = pack_.info().num_nodes;
+  for (const std::vector<uint32_t>& asked :
+       {std::vector<uint32_t>{0}, {nodes - 1}, {0, 1, 2}, {3, 31, 32, 33, nodes - 1}}) {
+    ASSERT_EQ(pal_session_request_nodes(session.get(), asked.data(), static_cast<uint32_t>(asked.size())),
+              PAL_STATUS_OK);
+    std::vector<float> some(3 * asked.size() + 3, 7.0f);
+    ASSERT_EQ(pal_visual_frame(session.get(), some.data(), 12), PAL_STATUS_OK);
+    for (size_t i = 0; i < asked.size(); ++i)
+      EXPECT_EQ(std::memcmp(&some[3 * i], &all[3 * asked[i]], 12), 0) << "node " << asked[i];
+    EXPECT_EQ(some.back(), 7.0f) << "no more than was asked for";
+  }
+  const uint32_t wrong[3] = {2, 2, nodes};
+  EXPECT_EQ(pal_session_request_nodes(session.get(), wrong, 2), PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_EQ(pal_session_request_nodes(session.get(), wrong + 2, 1), PAL_STATUS_NO_SUCH_NODE);
+  EXPECT_EQ(pal_session_request_nodes(session.get(), wrong, 11), PAL_STATUS_CAPACITY_EXCEEDED);
+  EXPECT_EQ(pal_session_request_nodes(session.get(), nullptr, 1), PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_session_request_nodes(session.get(), nullptr, 0), PAL_STATUS_OK);
+  EXPECT_EQ(session.field(), all);
+  config.max_requested = nodes + 1;
+  size_t bytes = 0;
+  EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
+}
+
 TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
   const pal_status null = PAL_STATUS_NULL_ARGUMENT;
   const auto bytes = small_pack_bytes().bytes();

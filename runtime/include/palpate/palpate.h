@@ -230,8 +230,9 @@ typedef struct pal_session_config {
   uint32_t max_fixed;    /* nodes fixed while running: 0 .. 1024 */
   pal_model model;
   uint32_t max_tools; /* 0 .. 16 */
-  uint32_t reserved;  /* 0 */
-  pal_pose organ;     /* in the world */
+  /* Nodes that pal_session_request_nodes may name: 0 .. the pack's. */
+  uint32_t max_requested;
+  pal_pose organ; /* in the world */
   /* When what answers changes, each tool's force goes on from where it was and the difference fades out over
    * this time (s, 0: it jumps), so that a device does not kick. */
   double blend_seconds;
@@ -254,9 +255,9 @@ typedef struct pal_session_config {
   void* clock_user;
 } pal_session_config;
 
-/* One contact for each the scene asks for, no fixed nodes, PAL_MODEL_AUTO, four tools, the organ where the
- * model has it, 10 ms to blend, stale from 50 ms on and silent 50 ms later, no limits of force. `pack` may be
- * NULL: then one contact. */
+/* One contact for each the scene asks for, no fixed or requested nodes, PAL_MODEL_AUTO, four tools, the organ
+ * where the model has it, 10 ms to blend, stale from 50 ms on and silent 50 ms later, no limits of force.
+ * `pack` may be NULL: then one contact. */
 pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT;
 
 /* Exact number of arena bytes that a session needs. Real-time safe: yes. */
@@ -458,6 +459,12 @@ PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* re
  * Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, float* displacements,
                                           size_t stride_bytes) PAL_NOEXCEPT;
+
+/* From now on visual frames write these packed nodes alone, one after another; the panels of 32 nodes that
+ * hold none of them cost nothing. `nodes`: strictly ascending. Count 0: all nodes again. On the thread of the
+ * visual frames, or while none is under way. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_request_nodes(pal_session* session, const uint32_t* nodes,
+                                                   uint32_t count) PAL_NOEXCEPT;
 
 /* Unit normals, out of the tissue, of the surface under displacements as pal_visual_frame writes them; zero
  * for nodes without a triangle (pal_geometry). Node i's three floats are at (char*)normals + i *

@@ -96,6 +96,9 @@ class Session {
     input.result_bytes = sizeof(pal_tool_result);
     return pal_haptic_frame(session_, &input, results.data());
   }
+  [[nodiscard]] pal_status request_nodes(std::span<const uint32_t> nodes) noexcept {
+    return pal_session_request_nodes(session_, nodes.data(), static_cast<uint32_t>(nodes.size()));
+  }
   [[nodiscard]] pal_status visual_frame(float* displacements,
                                         size_t stride_bytes = 3 * sizeof(float)) noexcept {
     return pal_visual_frame(session_, displacements, stride_bytes);
