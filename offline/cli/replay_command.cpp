@@ -6,7 +6,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
@@ -22,11 +26,12 @@ struct ReplayArguments {
 };
 
 std::vector<char> bytes_of(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file))
+    throw std::runtime_error(fmt::format("{}: is not a file", file.string()));
   std::ifstream stream(file, std::ios::binary);
   std::vector<char> bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream.good() && !stream.eof())
-    throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
-  if (bytes.empty()) throw std::runtime_error(fmt::format("{}: is missing or empty", file.string()));
+  if (stream.bad() || bytes.empty())
+    throw std::runtime_error(fmt::format("{}: is empty or cannot be read", file.string()));
   return bytes;
 }
 

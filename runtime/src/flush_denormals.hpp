@@ -1,5 +1,6 @@
-// Subnormal numbers become zero while an object of this class lives: arithmetic on them takes a hundred times
-// as long on some processors, and a force of 1e-310 N is none. The caller's mode is put back, with the
+// Round to nearest, no traps, and subnormal numbers become zero while an object of this class lives: answers
+// do not depend on the caller's mode, a NaN that came in is no signal, and arithmetic on them takes a hundred
+// times as long on some processors, and a force of 1e-310 N is none. The caller's mode is put back, with the
 // exception flags that it had.
 #pragma once
 
@@ -15,7 +16,7 @@ class FlushDenormals {
  public:
 #if defined(__SSE2__)
   FlushDenormals() : mode_(_mm_getcsr()) {
-    _mm_setcsr(mode_ | kFlushResults | kFlushOperands);
+    _mm_setcsr(kDefault | kFlushResults | kFlushOperands);
   }
   ~FlushDenormals() {
     _mm_setcsr(mode_);
@@ -23,7 +24,7 @@ class FlushDenormals {
 #elif defined(__aarch64__)
   FlushDenormals() {
     __asm__ volatile("mrs %0, fpcr" : "=r"(mode_));
-    __asm__ volatile("msr fpcr, %0" : : "r"(mode_ | kFlush));
+    __asm__ volatile("msr fpcr, %0" : : "r"(kFlush));
   }
   ~FlushDenormals() {
     __asm__ volatile("msr fpcr, %0" : : "r"(mode_));
@@ -34,6 +35,7 @@ class FlushDenormals {
 
  private:
 #if defined(__SSE2__)
+  static constexpr uint32_t kDefault = 0x1f80;  // all exceptions masked
   static constexpr uint32_t kFlushResults = 0x8000;
   static constexpr uint32_t kFlushOperands = 0x0040;
   uint32_t mode_;

@@ -20,14 +20,43 @@ double fading(double left) {
   return left * left * (3.0 - 2.0 * left);
 }
 
-// Moves the last output toward `wanted` by at most max_force_rate.
-bool limit_rate(double most, const Wrench& wanted, Wrench& out) {
-  const double step[3] = {wanted.v[0] - out.v[0], wanted.v[1] - out.v[1], wanted.v[2] - out.v[2]};
-  const double size = length_of(step);
-  const bool limited = size > most;
-  const double part = limited ? most / size : 1.0;
-  for (int i = 0; i < 6; ++i) out.v[i] = limited ? out.v[i] + part * (wanted.v[i] - out.v[i]) : wanted.v[i];
-  return limited;
+bool is_finite(const Wrench& wrench) {
+  for (const double component : wrench.v) {
+    if (!isfinite(component)) return false;
+  }
+  return true;
+}
+
+// What of a wrench is within a limit of force and one of torque, 0: no limit; at most 1.
+double part_within(double most_force, double most_torque, const Wrench& wrench) {
+  double part = 1.0;
+  const double force = most_force > 0 ? length_of(wrench.v) : 0.0;
+  const double torque = most_torque > 0 ? length_of(wrench.v + 3) : 0.0;
+  if (force > most_force) part = most_force / force;
+  if (torque * part > most_torque) part = most_torque / torque;
+  return part;
+}
+
+// Cuts to the largest force and torque, and the step from the last one to the largest rates.
+bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& last) {
+  const double part = part_within(config.max_force, config.max_torque, wanted);
+  if (part < 1.0) {
+    for (double& component : wanted.v) component *= part;
+  }
+  double step_part = 1.0;
+  if (config.max_force_rate > 0 || config.max_torque_rate > 0) {
+    Wrench step;
+    for (int i = 0; i < 6; ++i) step.v[i] = wanted.v[i] - last.v[i];
+    // A frame without time takes no step: the smallest number that is no "no limit".
+    constexpr double kNoStep = 1e-300;
+    const auto most = [&](double rate) { return rate > 0 ? fmax(rate * dt, kNoStep) : 0.0; };
+    step_part = part_within(most(config.max_force_rate), most(config.max_torque_rate), step);
+    if (step_part < 1.0) {
+      for (int i = 0; i < 6; ++i) wanted.v[i] = last.v[i] + step_part * step.v[i];
+    }
+  }
+  last = wanted;
+  return part < 1.0 || step_part < 1.0;
 }
 
 }  // namespace
@@ -38,15 +67,17 @@ void reset_output(ForceOutput& output) {
   output.quiet = true;
 }
 
-uint32_t filter_force(const pal_session_config& config, const Wrench& model, bool switched, bool stale,
+uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool switched, bool stale,
                       double dt, ForceOutput& output) {
   uint32_t flags = 0;
+  const bool finite = is_finite(given);
+  if (!finite) flags |= PAL_FLAG_NOT_FINITE;
+  const Wrench& model = finite ? given : output.blended;
   if (switched) {
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
     output.blend_left = config.blend_seconds;
-  } else {
-    output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
   }
+  output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
   Wrench wanted = model;
   if (output.blend_left > 0) {
     const double weight = fading(output.blend_left / config.blend_seconds);
@@ -67,20 +98,10 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& model, boo
   }
   if (stale || output.gain < 1.0) flags |= PAL_FLAG_STALE;
 
-  double scale = output.gain;
-  const double size = config.max_force > 0 ? scale * length_of(wanted.v) : 0.0;
-  if (size > config.max_force) {
-    scale *= config.max_force / size;
-    flags |= PAL_FLAG_LIMITED;
-  }
-  for (double& component : wanted.v) component *= scale;
-  if (config.max_force_rate > 0) {
-    if (limit_rate(config.max_force_rate * dt, wanted, output.out)) flags |= PAL_FLAG_LIMITED;
-  } else {
-    output.out = wanted;
-  }
+  if (limit(config, dt, wanted, output.limited)) flags |= PAL_FLAG_LIMITED;
+  for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wanted.v[i];
   output.quiet =
-      output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.out);
+      output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.limited);
   return flags;
 }
 

@@ -1,11 +1,12 @@
 // What becomes of a tool's force between the model and the device, so that the device neither kicks nor runs
 // away:
 //
-//   model's force -> blend over switches -> fade out when input is stale -> limits -> force
+//   model's force -> blend over switches -> limits -> fade out when input is stale -> force
 //
 // Blend: when what answers changes at a time t0, the force goes on from where it was,
 //   F(t) = F_model(t) + w((t - t0) / T) (F(t0 - dt) - F_model(t0)),   w(0) = 1, w(1) = 0, w' = 0 at both,
-// which is continuous; w is the cubic 1 - t^2 (3 - 2 t).
+// which is continuous; w is the cubic 1 - t^2 (3 - 2 t). Where switches follow one another each of them
+// closes a part of the gap: a blend begins at its second frame.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -18,18 +19,20 @@ struct Wrench {
 };
 
 struct ForceOutput {
-  Wrench blended;     // of the last frame, before it was faded and limited
+  Wrench blended;     // of the last frame, before it was limited and faded
   Wrench difference;  // that is being faded out
   double blend_left;  // s
   double gain;        // 1; 0 for a tool whose input is stale
   bool quiet;         // nothing comes out, and nothing would for a force of zero and fresh input
+  Wrench limited;     // of the last frame, before it was faded
   Wrench out;         // of the last frame
 };
 
 void reset_output(ForceOutput& output);
 
 // The force to give out for the model's. `switched`: what answers has changed since the last frame. `stale`:
-// the input is too old. Returns PAL_FLAG_BLENDING, PAL_FLAG_STALE, PAL_FLAG_LIMITED as they apply.
+// the input is too old. A force that is not finite is replaced by the last one. Returns PAL_FLAG_BLENDING,
+// PAL_FLAG_STALE, PAL_FLAG_LIMITED, PAL_FLAG_NOT_FINITE as they apply.
 uint32_t filter_force(const pal_session_config& config, const Wrench& model, bool switched, bool stale,
                       double dt, ForceOutput& output);
 

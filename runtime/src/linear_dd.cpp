@@ -179,7 +179,13 @@ void begin_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t co
   state.phase = LinearState::Phase::gather;
   state.index = 0;
   state.attempt = 0;
-  state.mean_diagonal = mean_diagonal(pack, set);
+  state.mean_diagonal = 0;
+}
+
+void swap_sets(LinearState& state) {
+  const LinearSet made = state.next;
+  state.next = state.answering;
+  state.answering = made;
 }
 
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state) {
@@ -211,7 +217,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
           spent += uint64_t{n - i} * (n - i) / 2 + 1;
         } else if (state.attempt + 1 < kAttempts) {
           set.flags |= PAL_FLAG_ILL_CONDITIONED;
-          ++state.attempt;
+          if (++state.attempt == 1) state.mean_diagonal = mean_diagonal(pack, set);
           go_to(Phase::gather);
         }
         break;
@@ -229,10 +235,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
           spent += uint64_t{2} * (i + 1) * pack.max_patch_nodes;
         } else {
           set.ready = true;
-          const LinearSet made = set;
-          set = state.answering;
-          set.ready = false;
-          state.answering = made;
+          swap_sets(state);
           return true;
         }
         break;

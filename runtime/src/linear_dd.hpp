@@ -47,7 +47,7 @@ struct LinearState {
   enum class Phase : uint32_t { gather, factor, solve, sum } phase;
   uint32_t index;        // of the row or column at which the phase is
   uint32_t attempt;      // 0, then with more and more regularisation
-  double mean_diagonal;  // of the compliance
+  double mean_diagonal;  // of the compliance, from attempt 1 on
   uint32_t* slot_of;     // [num_contact_nodes] position in `next.held` + 1; 0 = not held
   double* factor;        // [3 max_held][3 max_held] upper triangle U, A = U^T U, rows of 3 num_held
 };
@@ -68,6 +68,9 @@ void begin_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t co
 // nodes held. Once it is ready it answers, and true is returned. Cost in all: n^3 / 6 + 3 c n^2 for c
 // contacts, four times that where A is ill-conditioned.
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state);
+
+// The next set, if it is ready, answers, and the one that did is next.
+void swap_sets(LinearState& state);
 
 // Forces [count][3] in model units for displacements in model units [count][3], and f for the field, from the
 // set that answers.

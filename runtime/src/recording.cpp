@@ -12,6 +12,8 @@ namespace {
 
 constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
 constexpr uint32_t kRecordingVersion = 1;
+constexpr uint32_t kFirstReplayBytes = 88;
+static_assert(kFirstReplayBytes == sizeof(pal_replay));
 
 struct RecordingHeader {
   char magic[8];
@@ -100,6 +102,8 @@ class CallWriter {
 class CallReader {
  public:
   CallReader(const unsigned char* begin, size_t bytes) : at_(begin), left_(bytes) {}
+  // Whether an answer of so many forces follows: asked before a call is made again.
+  bool has_answer(uint32_t count) const { return left_ >= sizeof(Answer) + count * kForceBytes; }
   template <typename T>
   bool take(T* to, size_t count) {
     if (count > left_ / sizeof(T)) return false;
@@ -125,23 +129,22 @@ uint64_t checksum_of_pack(const pal_pack& pack) {
   return header.checksum;
 }
 
-// Compares an answer with the recorded one.
+// Compares an answer with the recorded one, which is there (has_answer).
 template <typename Result>
-bool compare(CallReader& reader, const Result* results, uint32_t count, pal_replay& replay) {
-  Answer answer;
-  if (!reader.take(&answer, 1)) return false;
+void compare(CallReader& reader, const Result* results, uint32_t count, pal_replay& replay) {
+  Answer answer = {};
+  reader.take(&answer, 1);
   replay.diverged = answer.digest != digest_of(results, count);
   bool found = false;
-  for (uint32_t i = 0; i < count; ++i) {
-    double force[3];
-    if (!reader.take(force, 3)) return false;
-    if (found || (i > 0 && memcmp(force, results[i].force, kForceBytes) == 0)) continue;
+  for (uint32_t i = 0; i < count && !found; ++i) {
+    double force[3] = {};
+    reader.take(force, 3);
     found = memcmp(force, results[i].force, kForceBytes) != 0;
+    if (!found && i > 0) continue;
     replay.index = i;
     memcpy(replay.recorded_force, force, kForceBytes);
     memcpy(replay.force, results[i].force, kForceBytes);
   }
-  return true;
 }
 
 pal_status replay_fixed(pal_session& session, CallReader& reader, uint32_t count) {
@@ -156,15 +159,17 @@ pal_status replay_contacts(pal_session& session, CallReader& reader, uint32_t co
   if (count > pack::kMostContacts) return PAL_STATUS_CORRUPT_RECORDING;
   for (uint32_t c = 0; c < count; ++c) {
     RecordedContact contact;
-    if (!reader.take(&contact, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+    if (!reader.take(&contact, 1) || contact.site > UINT32_MAX) return PAL_STATUS_CORRUPT_RECORDING;
     contacts[c].site = static_cast<uint32_t>(contact.site);
     memcpy(contacts[c].displacement, contact.displacement, sizeof contact.displacement);
   }
+  if (!reader.has_answer(count)) return PAL_STATUS_CORRUPT_RECORDING;
   if (const pal_status status = pal_contact_frame(&session, contacts, count, results);
       status != PAL_STATUS_OK)
     return status;
   ++replay.frames;
-  return compare(reader, results, count, replay) ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_RECORDING;
+  compare(reader, results, count, replay);
+  return PAL_STATUS_OK;
 }
 
 pal_status replay_tools(pal_session& session, CallReader& reader, const CallSubject& subject,
@@ -178,15 +183,17 @@ pal_status replay_tools(pal_session& session, CallReader& reader, const CallSubj
   input.poses = poses;
   input.ages = subject.has_more != 0 ? ages : nullptr;
   input.result_bytes = sizeof *results;
+  input.num_results = session.config.max_tools;
   if (input.num_tools > kMostTools || !reader.take(&input.dt, 1) || !reader.take(poses, input.num_tools) ||
-      (subject.has_more != 0 && !reader.take(ages, input.num_tools)))
+      (subject.has_more != 0 && !reader.take(ages, input.num_tools)) ||
+      !reader.has_answer(session.config.max_tools))
     return PAL_STATUS_CORRUPT_RECORDING;
   if (const pal_status status = pal_haptic_frame(&session, &input, results); status != PAL_STATUS_OK)
     return status;
   ++replay.frames;
   replay.seconds += session.tools.dt;
-  return compare(reader, results, session.config.max_tools, replay) ? PAL_STATUS_OK
-                                                                    : PAL_STATUS_CORRUPT_RECORDING;
+  compare(reader, results, session.config.max_tools, replay);
+  return PAL_STATUS_OK;
 }
 
 pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_replay& replay) {
@@ -210,6 +217,7 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
     case Call::set_touch: {
       pal_touch touch;
       if (subject.has_more != 0 && !reader.take(&touch, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+      touch.struct_size = sizeof touch;
       return pal_tool_set_touch(&session, subject.subject, subject.has_more != 0 ? &touch : nullptr);
     }
     case Call::contact_frame:
@@ -224,9 +232,9 @@ pal_status read_header(const void* recording, size_t bytes, RecordingHeader& hea
   if (bytes < sizeof header) return PAL_STATUS_NOT_A_RECORDING;
   memcpy(&header, recording, sizeof header);
   if (memcmp(header.magic, kRecordingMagic, sizeof header.magic) != 0) return PAL_STATUS_NOT_A_RECORDING;
-  if (header.version != kRecordingVersion) return PAL_STATUS_WRONG_VERSION;
+  if (header.version != kRecordingVersion) return PAL_STATUS_RECORDING_OF_OTHER_BUILD;
   // Of the same build: a config of another size is of another.
-  if (header.config_bytes != sizeof(pal_session_config)) return PAL_STATUS_WRONG_VERSION;
+  if (header.config_bytes != sizeof(pal_session_config)) return PAL_STATUS_RECORDING_OF_OTHER_BUILD;
   return bytes - sizeof header < header.config_bytes ? PAL_STATUS_CORRUPT_RECORDING : PAL_STATUS_OK;
 }
 
@@ -320,14 +328,15 @@ extern "C" pal_status pal_session_record(pal_session* session, void* buffer, siz
   return PAL_STATUS_OK;
 }
 
-extern "C" pal_status pal_session_stop_recording(pal_session* session, size_t* bytes) noexcept {
+extern "C" pal_status pal_session_stop_recording(pal_session* session, size_t* bytes,
+                                                 uint32_t* complete) noexcept {
   if (session == nullptr || bytes == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (session->recorder.buffer == nullptr) return PAL_STATUS_NOT_A_RECORDING;
-  const bool full = session->recorder.full;
+  if (session->recorder.buffer == nullptr) return PAL_STATUS_NOT_RECORDING;
   *bytes = session->recorder.used;
+  if (complete != nullptr) *complete = session->recorder.full ? 0 : 1;
   session->recorder = {};
   session->used = true;
-  return full ? PAL_STATUS_CAPACITY_EXCEEDED : PAL_STATUS_OK;
+  return PAL_STATUS_OK;
 }
 
 extern "C" pal_status pal_recording_get_config(const void* recording, size_t bytes,
@@ -339,7 +348,10 @@ extern "C" pal_status pal_recording_get_config(const void* recording, size_t byt
   pal_session_config recorded;
   memcpy(static_cast<void*>(&recorded), static_cast<const unsigned char*>(recording) + sizeof header,
          sizeof recorded);
-  return palpate::write_sized(recorded, sizeof recorded, *config);
+  // A file names no function to call.
+  recorded.clock = nullptr;
+  recorded.clock_user = nullptr;
+  return palpate::write_sized(recorded, palpate::kFirstConfigBytes, *config);
 }
 
 extern "C" pal_status pal_session_replay(pal_session* session, const void* recording, size_t bytes,
@@ -347,7 +359,8 @@ extern "C" pal_status pal_session_replay(pal_session* session, const void* recor
   using palpate::CallHeader;
   if (session == nullptr || recording == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   pal_replay replay = {};
-  if (const pal_status status = palpate::read_sized(*given, sizeof replay, replay); status != PAL_STATUS_OK)
+  if (const pal_status status = palpate::read_sized(*given, palpate::kFirstReplayBytes, replay);
+      status != PAL_STATUS_OK)
     return status;
   palpate::RecordingHeader header;
   if (const pal_status status = palpate::read_header(recording, bytes, header); status != PAL_STATUS_OK)
@@ -355,13 +368,22 @@ extern "C" pal_status pal_session_replay(pal_session* session, const void* recor
   if (header.pack_checksum != palpate::checksum_of_pack(*session->pack))
     return PAL_STATUS_RECORDING_OF_OTHER_PACK;
   const size_t first = sizeof header + header.config_bytes;
-  if (replay.offset == 0) replay.offset = first;
+  if (replay.offset == 0) {
+    if (session->used) return PAL_STATUS_ALREADY_USED;
+    if (memcmp(static_cast<const unsigned char*>(recording) + sizeof header, &session->config,
+               sizeof session->config) != 0)
+      return PAL_STATUS_BAD_ARGUMENT;
+    replay.offset = first;
+  }
   if (replay.offset < first || replay.offset > bytes || replay.offset % 8 != 0)
     return PAL_STATUS_CORRUPT_RECORDING;
   replay.diverged = 0;
+  replay.index = 0;
+  memset(replay.recorded_force, 0, sizeof replay.recorded_force);
+  memset(replay.force, 0, sizeof replay.force);
   if (replay.offset == bytes) {
     replay.ended = 1;
-    return palpate::write_sized(replay, sizeof replay, *given);
+    return palpate::write_sized(replay, palpate::kFirstReplayBytes, *given);
   }
   CallHeader call;
   const auto* at = static_cast<const unsigned char*>(recording) + replay.offset;
@@ -375,5 +397,5 @@ extern "C" pal_status pal_session_replay(pal_session* session, const void* recor
     return status;
   replay.offset += sizeof call + call.bytes;
   replay.ended = replay.offset == bytes;
-  return palpate::write_sized(replay, sizeof replay, *given);
+  return palpate::write_sized(replay, palpate::kFirstReplayBytes, *given);
 }

@@ -116,6 +116,15 @@ bool polynomial_answers(const pal_session& session, uint32_t num_contacts) {
          session.num_fixed == 0;
 }
 
+// Whether one of the two sets is ready for these contacts; it then answers.
+bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t count) {
+  LinearState& linear = session.linear;
+  if (linear.answering.ready && is_for(linear.answering, contacts, count, session.fixed_version)) return true;
+  if (!linear.next.ready || !is_for(linear.next, contacts, count, session.fixed_version)) return false;
+  swap_sets(linear);
+  return true;
+}
+
 }  // namespace
 
 bool can_answer(const pal_session& session, uint32_t num_contacts) {
@@ -123,22 +132,34 @@ bool can_answer(const pal_session& session, uint32_t num_contacts) {
          (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
 }
 
-bool make_ready(pal_session& session, const pal_contact* contacts, uint32_t count, uint64_t operations,
-                pal_model& model) {
-  LinearState& linear = session.linear;
-  model = count == 0                           ? PAL_MODEL_AUTO
-          : polynomial_answers(session, count) ? PAL_MODEL_POLYNOMIAL
-                                               : PAL_MODEL_LINEAR;
-  if (model != PAL_MODEL_LINEAR) return true;
-  if (linear.answering.ready && is_for(linear.answering, contacts, count, session.fixed_version)) return true;
-  if (!is_for(linear.next, contacts, count, session.fixed_version) || !session.linear_begun) {
+pal_model model_for(const pal_session& session, uint32_t count) {
+  if (count == 0) return PAL_MODEL_AUTO;
+  return polynomial_answers(session, count) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_LINEAR;
+}
+
+void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count) {
+  if (find_ready_set(session, contacts, count)) return;
+  begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
+               session.linear);
+  session.linear_begun = false;
+  advance_linear(*session.pack, UINT64_MAX, session.linear);
+}
+
+bool make_linear_ready_within(pal_session& session, const pal_contact* contacts, uint32_t count,
+                              uint64_t operations, bool& began, bool& finished) {
+  began = false;
+  finished = false;
+  if (find_ready_set(session, contacts, count)) return true;
+  if (!session.linear_begun) {
     begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
-                 linear);
+                 session.linear);
     session.linear_begun = true;
+    began = true;
   }
-  const bool ready = advance_linear(*session.pack, operations, linear);
-  if (ready) session.linear_begun = false;
-  return ready;
+  if (!advance_linear(*session.pack, operations, session.linear)) return false;
+  session.linear_begun = false;
+  finished = true;
+  return is_for(session.linear.answering, contacts, count, session.fixed_version);
 }
 
 void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,

@@ -9,11 +9,17 @@ namespace palpate {
 // Whether some model of the session can answer so many contacts with its fixed nodes.
 bool can_answer(const pal_session& session, uint32_t num_contacts);
 
-// Finds the model that answers these contacts, which some model can, and makes it ready with about so many
-// multiply-adds. False where that needs further frames: call it again in the next one. `model`:
-// PAL_MODEL_AUTO for no contacts.
-bool make_ready(pal_session& session, const pal_contact* contacts, uint32_t count, uint64_t operations,
-                pal_model& model);
+// The model that answers these contacts, which some model can; PAL_MODEL_AUTO for no contacts.
+pal_model model_for(const pal_session& session, uint32_t count);
+
+// Makes linear_dd ready for these contacts, whatever it takes.
+void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count);
+
+// The same with about so many multiply-adds at most: call it again in the next frame until it is true. Work
+// that was begun for others is finished first, so that contacts which change all the time are answered too,
+// if late; `finished` says that it now answers them.
+bool make_linear_ready_within(pal_session& session, const pal_contact* contacts, uint32_t count,
+                              uint64_t operations, bool& began, bool& finished);
 
 // Forces and stiffness of contacts by a model that is ready for them, for finite displacements; API units,
 // organ frame. Hands the field to the visual thread. `results`: count entries, or null.

@@ -18,9 +18,12 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kFirstConfigBytes = sizeof(pal_session_config);
-constexpr uint32_t kFirstInputBytes = sizeof(pal_haptic_input);
-constexpr uint32_t kFirstResultBytes = sizeof(pal_tool_result);
+constexpr uint32_t kFirstInputBytes = 40;
+constexpr uint32_t kFirstResultBytes = 152;
+constexpr uint32_t kFirstCounterBytes = 64;
+static_assert(kFirstConfigBytes == sizeof(pal_session_config) &&
+              kFirstInputBytes == sizeof(pal_haptic_input) && kFirstResultBytes == sizeof(pal_tool_result) &&
+              kFirstCounterBytes == sizeof(pal_counters));
 
 pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
                            pal_session& arrays) {
@@ -45,18 +48,32 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   return session;
 }
 
+pal_session_config default_config(const pal_pack* pack) {
+  pal_session_config config = {};
+  config.struct_size = sizeof config;
+  config.max_contacts = pack == nullptr ? 1 : pack->max_contacts;
+  config.model = PAL_MODEL_AUTO;
+  config.max_tools = 4;
+  config.organ.orientation[0] = 1;
+  config.blend_seconds = 0.01;
+  config.stale_seconds = 0.05;
+  config.ramp_seconds = 0.05;
+  return config;
+}
+
 // `config` becomes the caller's, completed by the defaults.
 pal_status read_config(const pal_pack* pack, const pal_session_config* given, pal_session_config& config) {
   if (pack == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  config = pal_default_session_config(pack);
+  const FlushDenormals flush;
+  config = default_config(pack);
   if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
     return status;
   if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
       config.max_tools > kMostTools || config.max_requested > pack->num_nodes)
     return PAL_STATUS_BAD_ARGUMENT;
-  for (const double number :
-       {config.blend_seconds, config.stale_seconds, config.ramp_seconds, config.max_force,
-        config.max_force_rate, config.budget_seconds, config.seconds_per_operation}) {
+  for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
+                              config.max_force, config.max_force_rate, config.max_torque,
+                              config.max_torque_rate, config.budget_seconds, config.seconds_per_operation}) {
     if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
   }
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
@@ -104,18 +121,9 @@ void fill_panel(const pal_session& session, const FieldState& field, uint32_t pa
 }  // namespace
 }  // namespace palpate
 
-extern "C" pal_session_config pal_default_session_config(const pal_pack* pack) noexcept {
-  pal_session_config config = {};
-  config.struct_size = sizeof config;
-  config.max_contacts = pack == nullptr ? 1 : pack->max_contacts;
-  config.max_fixed = 0;
-  config.model = PAL_MODEL_AUTO;
-  config.max_tools = 4;
-  config.organ.orientation[0] = 1;
-  config.blend_seconds = 0.01;
-  config.stale_seconds = 0.05;
-  config.ramp_seconds = 0.05;
-  return config;
+extern "C" pal_status pal_session_fill_config(const pal_pack* pack, pal_session_config* config) noexcept {
+  if (config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  return palpate::write_sized(palpate::default_config(pack), palpate::kFirstConfigBytes, *config);
 }
 
 extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,
@@ -131,6 +139,7 @@ extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  const palpate::FlushDenormals flush;  // a subnormal budget is none, here as where the config is checked
   pal_session_config complete;
   if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
@@ -185,7 +194,7 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
 
 extern "C" pal_status pal_session_get_counters(const pal_session* session, pal_counters* counters) noexcept {
   if (session == nullptr || counters == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  return palpate::write_sized(session->counters, sizeof(pal_counters), *counters);
+  return palpate::write_sized(session->counters, palpate::kFirstCounterBytes, *counters);
 }
 
 extern "C" pal_status pal_session_get_config(const pal_session* session,
@@ -198,6 +207,7 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
                                         pal_contact_result* results) noexcept {
   if (session == nullptr || (contacts == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
   if (count > session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
+  const palpate::FlushDenormals flush;
   for (uint32_t c = 0; c < count; ++c) {
     if (contacts[c].site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
     for (const double component : contacts[c].displacement) {
@@ -205,13 +215,12 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
     }
   }
   if (!palpate::can_answer(*session, count)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
-  const palpate::FlushDenormals flush;
   session->used = true;
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
-  pal_model model;
-  if (palpate::make_ready(*session, contacts, count, UINT64_MAX, model))
-    palpate::answer_contacts(*session, model, contacts, count, results);
+  const pal_model model = palpate::model_for(*session, count);
+  if (model == PAL_MODEL_LINEAR) palpate::make_linear_ready(*session, contacts, count);
+  palpate::answer_contacts(*session, model, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;
 }

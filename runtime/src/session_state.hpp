@@ -12,6 +12,7 @@
 namespace palpate {
 
 inline constexpr uint32_t kMostFixed = 1024;
+inline constexpr uint32_t kFirstConfigBytes = 168;  // of pal_session_config in the first release
 
 }  // namespace palpate
 

@@ -29,7 +29,7 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
     case PAL_STATUS_ARENA_MISALIGNED:
       return "the memory given is not aligned as required";
     case PAL_STATUS_CAPACITY_EXCEEDED:
-      return "more contacts or fixed nodes than the session was made for";
+      return "more than there is room for: contacts, fixed or requested nodes, or bytes of a recording";
     case PAL_STATUS_FILE_NOT_FOUND:
       return "the file does not exist";
     case PAL_STATUS_FILE_NOT_READABLE:
@@ -50,6 +50,10 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "this is not a Palpate recording";
     case PAL_STATUS_CORRUPT_RECORDING:
       return "the recording is cut short or corrupt";
+    case PAL_STATUS_NOT_RECORDING:
+      return "nothing is being recorded";
+    case PAL_STATUS_RECORDING_OF_OTHER_BUILD:
+      return "the recording was made with another version of this library";
     case PAL_STATUS_RECORDING_OF_OTHER_PACK:
       return "the recording was made with another pack";
   }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/src/flush_denormals.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
@@ -13,11 +14,13 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kFirstHoldBytes = sizeof(pal_hold);
-constexpr uint32_t kFirstTouchBytes = sizeof(pal_touch);
+constexpr uint32_t kFirstHoldBytes = 104;
+constexpr uint32_t kFirstTouchBytes = 40;
+static_assert(kFirstHoldBytes == sizeof(pal_hold) && kFirstTouchBytes == sizeof(pal_touch));
 // PAL_LAW_TOUCH lets go where the place that it holds would be so far outside of where it was at rest, in
 // mean edges of the surface: less is the tremor of a hand.
 constexpr double kReleaseHeight = 0.01;
+constexpr double kLongestFrame = 1.0;  // s
 
 // The place of a site at rest, world.
 void site_position(const pal_session& session, uint32_t site, double out[3]) {
@@ -54,6 +57,7 @@ void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_l
                const pal_pose& unstrained, const double normal[3]) {
   HeldContact& contact = session.tools.contacts[session.tools.num_contacts++];
   contact.id = ++session.tools.next_id;
+  session.tools.held_changed = true;
   contact.tool = tool;
   contact.site = site;
   contact.law = law;
@@ -74,6 +78,7 @@ void let_go(pal_session& session, Goes&& goes) {
     if (kept != c) states.contacts[kept] = states.contacts[c];
     ++kept;
   }
+  states.held_changed = states.held_changed || kept != states.num_contacts;
   states.num_contacts = kept;
 }
 
@@ -90,19 +95,29 @@ bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolSta
   return tool >= input.num_tools;
 }
 
-// Looks for something to take hold of. False where there is something and no room for it.
-bool try_to_touch(pal_session& session, uint32_t tool, ToolState& state) {
-  const pal_pack& pack = *session.pack;
+// The point of the surface nearest to the tool's tip. False where there is none.
+bool find_near_tip(const pal_session& session, ToolState& state, SurfaceHit& hit) {
   double tip[3];
   rotate(rotation_of(state.pose.orientation), state.touch.tip, tip);
   for (int i = 0; i < 3; ++i) tip[i] += state.pose.position[i] - session.config.organ.position[i];
   double place[3];
   rotate_back(session.tools.organ, tip, place);
-  for (double& component : place) component /= pack.metres;
-  SurfaceHit hit;
-  if (!find_nearest_surface_point(pack, place, state.near, hit)) return true;
+  for (double& component : place) component /= session.pack->metres;
+  if (!find_nearest_surface_point(*session.pack, place, state.near, hit)) return false;
   state.near = hit.primitive;
-  if (!(hit.distance * pack.metres <= state.touch.distance)) return true;
+  return true;
+}
+
+// Looks for something to take hold of. False where there is something and no room for it.
+bool try_to_touch(pal_session& session, uint32_t tool, ToolState& state) {
+  SurfaceHit hit;
+  if (!find_near_tip(session, state, hit)) return true;
+  if (!(hit.distance * session.pack->metres <= state.touch.distance)) {
+    state.must_leave = false;
+    return true;
+  }
+  // Deeper it has not just come in, but is beyond a part of the organ that cannot be touched.
+  if (state.must_leave || hit.distance < -session.pack->max_displacement) return true;
   if (!has_room(session)) return false;
   take_hold(session, tool, site_of_largest_weight(hit.sites, hit.weights), state.touch.law, state.pose,
             hit.normal);
@@ -133,13 +148,30 @@ void movement_of(const pal_session& session, const HeldContact& contact, ToolRot
   }
 }
 
+// A contact of PAL_LAW_TOUCH is let go where its tool has come out beyond where it took hold, or, if it knows
+// its tip, out of the organ anywhere else.
 void let_go_of_what_came_out(pal_session& session, ToolRotation& last) {
   const double height = kReleaseHeight * session.pack->mean_surface_edge * session.pack->metres;
+  uint32_t is_outside = 0;  // a bit for each tool
+  uint32_t is_known = 0;
   let_go(session, [&](const HeldContact& contact) {
     if (contact.law != PAL_LAW_TOUCH) return false;
+    ToolState& tool = session.tools.tools[contact.tool];
+    const uint32_t bit = 1u << contact.tool;
+    if (tool.touches && (is_known & bit) == 0) {
+      SurfaceHit hit;
+      is_known |= bit;
+      if (find_near_tip(session, tool, hit) &&
+          hit.distance * session.pack->metres > tool.touch.distance + height)
+        is_outside |= bit;
+    }
     double d[3];
     movement_of(session, contact, last, d);
-    return d[0] * contact.normal[0] + d[1] * contact.normal[1] + d[2] * contact.normal[2] > height;
+    const bool is_out =
+        (is_outside & bit) != 0 ||
+        d[0] * contact.normal[0] + d[1] * contact.normal[1] + d[2] * contact.normal[2] > height;
+    if (is_out) tool.must_leave = true;
+    return is_out;
   });
 }
 
@@ -154,47 +186,68 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
   }
 }
 
-constexpr uint32_t kNone = UINT32_MAX;
-
-// Which of the contacts that were answered last this one is, or kNone. Both are in the order of their ids.
-uint32_t answered_index(const ToolStates& states, uint64_t id) {
-  for (uint32_t i = 0; i < states.num_answered; ++i) {
-    if (states.answered_ids[i] == id) return i;
+// Which of the contacts that are answered each contact held is. Both rise by their ids.
+void match_answered(ToolStates& states) {
+  uint32_t i = 0;
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint64_t id = states.contacts[c].id;
+    while (i < states.num_answered && states.answered_ids[i] < id) ++i;
+    states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
   }
-  return kNone;
+}
+
+// What answers from now on: the contacts held, or those for which linear_dd was begun earlier.
+void set_answered(pal_model model, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
+                  uint32_t fixed_version, ToolStates& states) {
+  states.changed = states.changed || model != states.answered || count != states.num_answered ||
+                   fixed_version != states.answered_fixed;
+  for (uint32_t i = 0; i < count; ++i) {
+    states.changed = states.changed || states.answered_ids[i] != ids[i];
+    states.answered_ids[i] = ids[i];
+    states.answered_inputs[i] = inputs[i];
+  }
+  states.answered = model;
+  states.num_answered = count;
+  states.answered_fixed = fixed_version;
 }
 
 // Answers all contacts held, if the model for them is ready or can be made so; else those that were answered
-// last.
+// last, or those whose turn has come in between.
 void answer_or_stand_in(pal_session& session) {
   ToolStates& states = session.tools;
-  pal_model model;
-  const bool ready = make_ready(session, states.inputs, states.num_contacts, session.operations, model);
-  states.changed = false;
+  states.changed = states.held_changed;
+  states.held_changed = false;
+  uint64_t ids[pack::kMostContacts];
+  for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
+  const pal_model model = model_for(session, states.num_contacts);
+  bool began = false;
+  bool finished = false;
+  const bool ready =
+      model != PAL_MODEL_LINEAR || make_linear_ready_within(session, states.inputs, states.num_contacts,
+                                                            session.operations, began, finished);
+  if (began) {
+    states.num_begun = states.num_contacts;
+    states.begun_fixed = session.fixed_version;
+    memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
+    memcpy(static_cast<void*>(states.begun_inputs), states.inputs,
+           states.num_contacts * sizeof *states.inputs);
+  }
   if (ready) {
-    states.changed = model != states.answered || states.num_contacts != states.num_answered ||
-                     states.answered_fixed != session.fixed_version;
-    for (uint32_t c = 0; c < states.num_contacts; ++c) {
-      states.changed = states.changed || states.answered_ids[c] != states.contacts[c].id;
-      states.answered_ids[c] = states.contacts[c].id;
-      states.answered_inputs[c] = states.inputs[c];
-    }
-    states.answered = model;
-    states.num_answered = states.num_contacts;
-    states.answered_fixed = session.fixed_version;
-  } else {
-    // pal_contact_frame may have made linear_dd ready for contacts of its own.
-    const LinearSet& set = session.linear.answering;
-    if (states.answered == PAL_MODEL_LINEAR &&
-        !(set.ready && is_for(set, states.answered_inputs, states.num_answered, states.answered_fixed))) {
-      states.changed = true;
-      states.answered = PAL_MODEL_AUTO;
-      states.num_answered = 0;
-    }
-    for (uint32_t c = 0; c < states.num_contacts; ++c) {
-      const uint32_t index = answered_index(states, states.contacts[c].id);
-      if (index != kNone) states.answered_inputs[index] = states.inputs[c];
-    }
+    set_answered(model, states.num_contacts, ids, states.inputs, session.fixed_version, states);
+  } else if (finished) {
+    set_answered(PAL_MODEL_LINEAR, states.num_begun, states.begun_ids, states.begun_inputs,
+                 states.begun_fixed, states);
+  } else if (states.answered == PAL_MODEL_LINEAR &&
+             !(session.linear.answering.ready && is_for(session.linear.answering, states.answered_inputs,
+                                                        states.num_answered, states.answered_fixed))) {
+    // pal_contact_frame has made linear_dd ready for contacts of its own.
+    set_answered(PAL_MODEL_AUTO, 0, nullptr, nullptr, session.fixed_version, states);
+  }
+  states.preparing = !ready;
+  match_answered(states);
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (states.answered_of[c] != kNotAnswered)
+      states.answered_inputs[states.answered_of[c]] = states.inputs[c];
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_results);
@@ -205,10 +258,10 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
                  pal_tool_result& result) {
   const ToolStates& states = session.tools;
   const HeldContact& contact = states.contacts[index];
-  const uint32_t answered = answered_index(states, contact.id);
+  const uint32_t answered = states.answered_of[index];
   if (result.num_contacts++ == 0) result.site = contact.site;
-  if (answered == kNone) {
-    result.flags |= PAL_FLAG_PREPARING;
+  if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
+  if (answered == kNotAnswered) {
     result.displacement_error = result.force_error = 1.0;
     return;
   }
@@ -223,8 +276,8 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   double stiffness[9] = {};
   for (uint32_t other = 0; other < states.num_contacts; ++other) {
     if (states.contacts[other].tool != contact.tool) continue;
-    const uint32_t column = answered_index(states, states.contacts[other].id);
-    if (column != kNone)
+    const uint32_t column = states.answered_of[other];
+    if (column != kNotAnswered)
       add_coupling(session, states.answered, states.answered_results, answered, column, stiffness);
   }
   double turned[9];
@@ -288,6 +341,9 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.tools = arena.take<ToolState>(config.max_tools);
   states.inputs = arena.take<pal_contact>(config.max_contacts);
   states.results = arena.take<pal_contact_result>(config.max_contacts);
+  states.answered_of = arena.take<uint32_t>(config.max_contacts);
+  states.begun_ids = arena.take<uint64_t>(config.max_contacts);
+  states.begun_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_ids = arena.take<uint64_t>(config.max_contacts);
   states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
@@ -297,8 +353,8 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
 void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results) {
   ToolStates& states = session.tools;
   const pal_session_config& config = session.config;
-  const bool dt_is_bad = !(input.dt >= 0 && input.dt <= 1);
-  if (!dt_is_bad) states.dt = input.dt;
+  const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
+  if (input.dt >= 0) states.dt = input.dt <= kLongestFrame ? input.dt : kLongestFrame;
 
   uint32_t own_flags[kMostTools];
   for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
@@ -315,9 +371,12 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   fill_inputs(session, last);
   answer_or_stand_in(session);
 
-  // Where the caller's results are ours, they are made in their place.
   pal_tool_result local[kMostTools];
-  const bool in_place = results != nullptr && input.result_bytes == sizeof *results;
+  const uint32_t num_results = results == nullptr                     ? 0
+                               : input.num_results < config.max_tools ? input.num_results
+                                                                      : config.max_tools;
+  // Where the caller has room for all of ours, they are made in their place.
+  const bool in_place = input.result_bytes == sizeof *results && num_results == config.max_tools;
   pal_tool_result* all = in_place ? results : local;
   Wrench wrenches[kMostTools];
   memset(static_cast<void*>(all), 0, config.max_tools * sizeof *all);
@@ -330,17 +389,17 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     ToolState& state = states.tools[tool];
     pal_tool_result& result = all[tool];
     result.flags |= own_flags[tool];
-    if (result.num_contacts == 0 && state.output.quiet) continue;
-    const bool stale = config.stale_seconds > 0 && state.age > config.stale_seconds;
+    const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
+    if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
     result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
     memcpy(result.force, state.output.out.v, sizeof result.force);
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }
   count_frame(all, config.max_tools, states.changed, session.counters);
   record_haptic_frame(session, input, all);
-  if (results == nullptr || in_place) return;
+  if (in_place) return;
   unsigned char* to = reinterpret_cast<unsigned char*>(results);
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool, to += input.result_bytes) {
+  for (uint32_t tool = 0; tool < num_results; ++tool, to += input.result_bytes) {
     memcpy(to, all + tool, sizeof *all);
     if (input.result_bytes > sizeof *all) memset(to + sizeof *all, 0, input.result_bytes - sizeof *all);
   }
@@ -348,19 +407,10 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
 
 }  // namespace palpate
 
-extern "C" pal_hold pal_default_hold(uint32_t site) noexcept {
-  pal_hold hold = {};
-  hold.struct_size = sizeof hold;
-  hold.law = PAL_LAW_BONDED;
-  hold.sites[0] = site;
-  hold.weights[0] = 1;
-  hold.unstrained.orientation[0] = 1;
-  return hold;
-}
-
 extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const pal_hold* given) noexcept {
   if (session == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
+  const palpate::FlushDenormals flush;
   pal_hold hold = {};
   if (const pal_status status = palpate::read_hold(*session, *given, hold); status != PAL_STATUS_OK)
     return status;
@@ -382,6 +432,7 @@ extern "C" pal_status pal_tool_release(pal_session* session, uint32_t tool) noex
   if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
   palpate::let_go(*session, [&](const palpate::HeldContact& contact) { return contact.tool == tool; });
+  session->tools.tools[tool].must_leave = true;
   session->used = true;
   palpate::record_release(*session, tool);
   return PAL_STATUS_OK;
@@ -399,6 +450,7 @@ extern "C" pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
     return PAL_STATUS_OK;
   }
   if (session->pack->site_normals == nullptr) return PAL_STATUS_NO_SUCH_MODEL;
+  const palpate::FlushDenormals flush;
   pal_touch touch = {};
   if (const pal_status status = palpate::read_sized(*given, palpate::kFirstTouchBytes, touch);
       status != PAL_STATUS_OK)

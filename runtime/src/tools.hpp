@@ -18,6 +18,7 @@
 namespace palpate {
 
 inline constexpr uint32_t kMostTools = 16;
+inline constexpr uint32_t kNotAnswered = UINT32_MAX;
 
 struct HeldContact {
   uint64_t id;  // no two contacts of a session have the same
@@ -34,7 +35,8 @@ struct ToolState {
   pal_pose pose;  // the last that made sense
   bool has_pose;
   bool touches;
-  double age;  // s, of `pose`
+  bool must_leave;  // let go: it takes hold again only when it has been off the surface
+  double age;       // s, of `pose`
   pal_touch touch;
   uint32_t near;  // where the last search for something to touch ended
   ForceOutput output;
@@ -55,8 +57,16 @@ struct ToolStates {
   pal_contact* answered_inputs;          // [max_contacts]
   pal_contact_result* answered_results;  // [max_contacts]
   uint32_t answered_fixed;               // pal_session::fixed_version then
-  bool changed;                          // what answers, in this frame
-  double dt;                             // of the last frame in which it made sense
+  uint32_t* answered_of;  // [max_contacts] which of these each contact held is, or kNotAnswered
+  // The contacts for which linear_dd is being made ready
+  uint32_t num_begun;
+  uint64_t* begun_ids;        // [max_contacts]
+  pal_contact* begun_inputs;  // [max_contacts]
+  uint32_t begun_fixed;
+  bool held_changed;  // since the last frame: a contact was taken hold of or let go
+  bool preparing;     // not all contacts held are answered, or not with the nodes that are fixed now
+  bool changed;       // what answers, in this frame
+  double dt;          // of the last frame in which it made sense
 };
 
 // A tool that was never seen and holds nothing.

@@ -169,13 +169,14 @@ TEST_F(Allocation, NoneWithTools) {
                 input.poses = poses;
                 input.dt = 0.001;
                 input.result_bytes = sizeof results[0];
+                input.num_results = 4;
                 answered += pal_haptic_frame(session.get(), &input, results) == PAL_STATUS_OK;
                 touched += results[1].num_contacts != 0;
                 answered += pal_visual_frame(session.get(), field.data(), 12) == PAL_STATUS_OK;
                 answered += pal_pack_compute_normals(pack.get(), field.data(), 12, normals.data(), 12) ==
                             PAL_STATUS_OK;
               }
-              answered += pal_session_stop_recording(session.get(), &recorded) == PAL_STATUS_OK;
+              answered += pal_session_stop_recording(session.get(), &recorded, nullptr) == PAL_STATUS_OK;
             }),
             0);
   EXPECT_EQ(answered, 3 + 20 + 3 * 200);

@@ -3,6 +3,7 @@
 
 #include <cfenv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "tests/support/runtime_session.hpp"
@@ -47,6 +48,37 @@ TEST_P(FloatingPointMode, TheCallersModeStays) {
   EXPECT_EQ(std::fegetround(), FE_UPWARD);
   std::fesetround(FE_TONEAREST);
   EXPECT_GT(halved(std::numeric_limits<double>::min()), 0.0);
+}
+
+// With traps on, as debug builds of engines have them, a NaN that comes in must not kill the process; and whatever
+// the rounding mode, the answer is the same.
+TEST_P(FloatingPointMode, TheCallersModeChangesNothing) {
+  const OpenPack pack(small_pack_bytes());
+  OwnedSession session(pack.get(), GetParam());
+  const pal_contact_result expected = session.touch({{0, {0.01, 0, -0.03}}}).front();
+  ASSERT_EQ(std::fesetround(FE_DOWNWARD), 0);
+  const pal_contact_result downward = session.touch({{0, {0.01, 0, -0.03}}}).front();
+  std::fesetround(FE_TONEAREST);
+  EXPECT_EQ(std::memcmp(&expected, &downward, sizeof expected), 0);
+#ifdef __GLIBC__
+  pal_hold hold = pal_default_hold(0);
+  hold.weights[1] = std::numeric_limits<double>::quiet_NaN();
+  const pal_contact contact = {0, {std::numeric_limits<double>::signaling_NaN(), 0, 0}};
+  const pal_pose pose = {{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {1, 0, 0, 0}};
+  pal_haptic_input input = {};
+  input.struct_size = sizeof input;
+  input.num_tools = 1;
+  input.poses = &pose;
+  input.dt = std::numeric_limits<double>::quiet_NaN();
+  feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
+  const pal_status held = pal_tool_hold(session.get(), 0, &hold);
+  const pal_status touched = pal_contact_frame(session.get(), &contact, 1, nullptr);
+  const pal_status framed = pal_haptic_frame(session.get(), &input, nullptr);
+  fedisableexcept(FE_ALL_EXCEPT);
+  EXPECT_EQ(held, PAL_STATUS_NOT_FINITE);
+  EXPECT_EQ(touched, PAL_STATUS_NOT_FINITE);
+  EXPECT_EQ(framed, PAL_STATUS_OK);
+#endif
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 // ten thousand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -108,13 +109,14 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     input.ages = any(2) == 0 ? ages.data() : nullptr;
     input.poses = rarely_null(input.poses);
     input.result_bytes = size_of_struct(sizeof(pal_tool_result));
+    input.num_results = any(6);
     // As many as fit in what results there may be: four of any size that the library accepts.
     std::vector<unsigned char> memory(4 * 5000, kCanary);
     auto* results = reinterpret_cast<pal_tool_result*>(memory.data());
     const pal_status status = pal_haptic_frame(session_.get(), rarely_null(&input), rarely_null(results));
     const bool written = is_written(memory.data());
     EXPECT_FALSE(written && status != PAL_STATUS_OK);
-    for (uint32_t tool = 0; written && tool < 4; ++tool) {
+    for (uint32_t tool = 0; written && tool < std::min(4u, input.num_results); ++tool) {
       pal_tool_result result;
       std::memcpy(&result, memory.data() + tool * input.result_bytes, sizeof result);
       EXPECT_TRUE(force_of(result).allFinite() && torque_of(result).allFinite() &&
@@ -170,7 +172,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
   pal_status recording() {
     size_t bytes = 0;
     if (any(2) == 0) return pal_session_record(session_.get(), recording_.data(), kRecordingBytes);
-    if (any(2) == 0) return pal_session_stop_recording(session_.get(), rarely_null(&bytes));
+    if (any(2) == 0) return pal_session_stop_recording(session_.get(), rarely_null(&bytes), nullptr);
     pal_replay replay = {};
     replay.struct_size = size_of_struct(sizeof replay);
     replay.offset = 8 * static_cast<uint64_t>(any(kRecordingBytes / 8));

@@ -1,6 +1,7 @@
 // A recorded session, made again, gives the same bits; a changed one is found at the frame that changed.
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstring>
 #include <random>
 
@@ -74,13 +75,15 @@ void play(ToolSession& session, const OpenPack& pack, int frames) {
 }
 
 // The recording of such a session.
-std::vector<unsigned char> recorded(const OpenPack& pack, size_t capacity, pal_status expected) {
+std::vector<unsigned char> recorded(const OpenPack& pack, size_t capacity, bool expect_complete) {
   ToolSession session(pack.get(), config_of(pack));
   Words buffer(capacity / 8);
   require(pal_session_record(session.get(), buffer.data(), capacity), "record");
   play(session, pack, kFrames);
   size_t bytes = 0;
-  EXPECT_EQ(pal_session_stop_recording(session.get(), &bytes), expected);
+  uint32_t complete = 7;
+  require(pal_session_stop_recording(session.get(), &bytes, &complete), "stop");
+  EXPECT_EQ(complete, expect_complete ? 1U : 0U);
   const auto* begin = reinterpret_cast<const unsigned char*>(buffer.data());
   return {begin, begin + bytes};
 }
@@ -110,7 +113,7 @@ constexpr size_t kRoom = 1 << 20;
 
 TEST(Recording, ReplaysToTheSameBits) {
   const OpenPack pack(small_pack_bytes());
-  const std::vector<unsigned char> recording = recorded(pack, kRoom, PAL_STATUS_OK);
+  const std::vector<unsigned char> recording = recorded(pack, kRoom, true);
   const Outcome outcome = replayed(pack, recording);
   EXPECT_EQ(outcome.status, PAL_STATUS_OK);
   EXPECT_EQ(outcome.at.diverged, 0U) << "frame " << outcome.at.frames << ", index " << outcome.at.index
@@ -151,7 +154,7 @@ TEST(Recording, AnotherAnswerIsFoundAtItsFrame) {
     } while (value != force[2]);
   }
   size_t bytes = 0;
-  require(pal_session_stop_recording(session.get(), &bytes), "stop");
+  require(pal_session_stop_recording(session.get(), &bytes, nullptr), "stop");
   auto* begin = reinterpret_cast<unsigned char*>(buffer.data());
   const std::vector<unsigned char> good(begin, begin + bytes);
   EXPECT_EQ(replayed(pack, good).at.diverged, 0U);
@@ -170,9 +173,9 @@ TEST(Recording, AnotherAnswerIsFoundAtItsFrame) {
 
 TEST(Recording, StopsWhereTheBufferIsFull) {
   const OpenPack pack(small_pack_bytes());
-  const std::vector<unsigned char> whole = recorded(pack, kRoom, PAL_STATUS_OK);
+  const std::vector<unsigned char> whole = recorded(pack, kRoom, true);
   for (const size_t capacity : {size_t{1000}, size_t{5000}, whole.size() - 8}) {
-    const std::vector<unsigned char> cut = recorded(pack, capacity, PAL_STATUS_CAPACITY_EXCEEDED);
+    const std::vector<unsigned char> cut = recorded(pack, capacity, false);
     EXPECT_LE(cut.size(), capacity);
     EXPECT_TRUE(std::equal(cut.begin(), cut.end(), whole.begin()));
     const Outcome outcome = replayed(pack, cut);
@@ -187,7 +190,7 @@ TEST(Recording, StartsWithANewSessionOnly) {
   ToolSession session(pack.get(), config_of(pack));
   Words buffer(kRoom / 8);
   size_t bytes = 0;
-  EXPECT_EQ(pal_session_stop_recording(session.get(), &bytes), PAL_STATUS_NOT_A_RECORDING);
+  EXPECT_EQ(pal_session_stop_recording(session.get(), &bytes, nullptr), PAL_STATUS_NOT_RECORDING);
   EXPECT_EQ(pal_session_record(session.get(), reinterpret_cast<unsigned char*>(buffer.data()) + 4, 4000),
             PAL_STATUS_ARENA_MISALIGNED);
   EXPECT_EQ(pal_session_record(session.get(), buffer.data(), 100), PAL_STATUS_CAPACITY_EXCEEDED);
@@ -197,7 +200,7 @@ TEST(Recording, StartsWithANewSessionOnly) {
 
 TEST(Recording, DamageIsRefusedOrFoundAndNeverFollowed) {
   const OpenPack pack(small_pack_bytes());
-  const std::vector<unsigned char> good = recorded(pack, kRoom, PAL_STATUS_OK);
+  const std::vector<unsigned char> good = recorded(pack, kRoom, true);
   std::mt19937_64 random(3);
   int refused = 0;
   int diverged = 0;
@@ -214,11 +217,43 @@ TEST(Recording, DamageIsRefusedOrFoundAndNeverFollowed) {
   EXPECT_GT(diverged, 100);
 }
 
+// Read from a file, neither a function to call nor the size of a struct is believed.
+TEST(Recording, NamesNoFunctionAndNoSize) {
+  const OpenPack pack(small_pack_bytes());
+  pal_session_config config = config_of(pack);
+  config.budget_seconds = 1e-6;
+  config.seconds_per_operation = 1e-9;
+  ToolSession session(pack.get(), config);
+  Words buffer(kRoom / 8);
+  require(pal_session_record(session.get(), buffer.data(), kRoom), "record");
+  pal_touch touch = {};
+  touch.struct_size = sizeof touch;
+  require(pal_tool_set_touch(session.get(), 0, &touch), "touch");
+  size_t bytes = 0;
+  require(pal_session_stop_recording(session.get(), &bytes, nullptr), "stop");
+  auto* begin = reinterpret_cast<unsigned char*>(buffer.data());
+  constexpr size_t kConfig = 24;
+  pal_session_config recorded_config;
+  std::memcpy(&recorded_config, begin + kConfig, sizeof recorded_config);
+  const uint64_t somewhere = 0x1234;
+  const double unknown = 0;
+  std::memcpy(begin + kConfig + offsetof(pal_session_config, clock), &somewhere, sizeof somewhere);
+  std::memcpy(begin + kConfig + offsetof(pal_session_config, seconds_per_operation), &unknown,
+              sizeof unknown);
+  const uint32_t large = 4000;
+  std::memcpy(begin + bytes - sizeof touch, &large, sizeof large);
+  const std::vector<unsigned char> bad(begin, begin + bytes);
+  EXPECT_EQ(replayed(pack, bad).status, PAL_STATUS_BAD_ARGUMENT) << "a budget and no clock";
+  std::memcpy(begin + kConfig, &recorded_config, sizeof recorded_config);
+  const std::vector<unsigned char> only_size(begin, begin + bytes);
+  EXPECT_EQ(replayed(pack, only_size).status, PAL_STATUS_OK);
+}
+
 TEST(Recording, BelongsToItsPack) {
   const OpenPack pack(small_pack_bytes());
   const AlignedBytes other_bytes = small_pack().write_with_units();
   const OpenPack other(other_bytes);
-  EXPECT_EQ(replayed(other, recorded(pack, kRoom, PAL_STATUS_OK)).status, PAL_STATUS_RECORDING_OF_OTHER_PACK);
+  EXPECT_EQ(replayed(other, recorded(pack, kRoom, true)).status, PAL_STATUS_RECORDING_OF_OTHER_PACK);
 }
 
 }  // namespace

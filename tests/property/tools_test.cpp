@@ -327,6 +327,36 @@ TEST_F(Touch, HoldsWhatItMeetsAndLetsGoOutside) {
   EXPECT_EQ(force_of(tools_.last()[1]).norm(), 0);
 }
 
+// Deep at once, as fast tools are: held there until it has come out beyond that, and not again before it was
+// outside.
+TEST_F(Touch, AFastToolLetsGoOnce) {
+  set(tools_, 0, touch(PAL_LAW_TOUCH));
+  tools_.frame({above(0.1)});
+  int changes = 0;
+  uint32_t before = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const uint32_t now = tools_.frame({above(-0.04 + 0.001 * frame)})[0].num_contacts;
+    changes += now != before;
+    before = now;
+  }
+  EXPECT_EQ(changes, 2);
+  EXPECT_EQ(before, 0U);
+  EXPECT_EQ(tools_.frame({above(-0.01)})[0].num_contacts, 1U) << "it was outside";
+  require(pal_tool_release(tools_.get(), 0), "release");
+  EXPECT_EQ(tools_.frame({above(-0.01)})[0].num_contacts, 0U) << "released means released";
+}
+
+TEST_F(Touch, LetsGoWhereverItComesOut) {
+  set(tools_, 0, touch(PAL_LAW_TOUCH));
+  tools_.frame({above(0.01)});
+  ASSERT_EQ(tools_.frame({above(-0.001)})[0].num_contacts, 1U);
+  // Through the block and out of its side, far below where it came in.
+  const Eigen::Vector3d inside(above(-0.1).position);
+  ASSERT_EQ(tools_.frame({at(inside)})[0].num_contacts, 1U);
+  EXPECT_EQ(tools_.frame({at(inside + Eigen::Vector3d(5, 0, 0))})[0].num_contacts, 0U);
+  EXPECT_EQ(tools_.frame({above(-0.2)})[0].num_contacts, 0U) << "too deep to have just come in";
+}
+
 TEST_F(Touch, BondedItStays) {
   set(tools_, 0, touch(PAL_LAW_BONDED));
   tools_.frame({above(-0.001)});
@@ -491,11 +521,76 @@ TEST_F(ToolForce, StaysWithinItsLimits) {
   EXPECT_EQ(weak.frame({at({0, 0, -0.001})})[0].flags, 0U);
 }
 
+TEST_F(ToolForce, ATwistIsLimitedToo) {
+  const auto twist = [](ToolSession& tools) {
+    tools.hold(0, pal_default_hold(2));
+    tools.hold(0, pal_default_hold(9));
+    pal_tool_result result = {};
+    for (int frame = 0; frame < 50; ++frame) result = tools.frame({pose({0.2, 0.2, 0}, {0, 0, 0.1})})[0];
+    return result;
+  };
+  const pal_tool_result free = twist(tools_);
+  ASSERT_GT(torque_of(free).norm(), 0);
+  config_.max_torque = 0.5 * torque_of(free).norm();
+  config_.max_torque_rate = 20 * torque_of(free).norm();
+  ToolSession tools(pack_.get(), config_);
+  const pal_tool_result cut = twist(tools);
+  EXPECT_NEAR(torque_of(cut).norm(), config_.max_torque, kRounding);
+  EXPECT_TRUE(cut.flags & PAL_FLAG_LIMITED);
+  require(pal_tool_release(tools.get(), 0), "release");
+  EXPECT_NEAR(torque_of(tools.frame({at_rest()})[0]).norm(),
+              config_.max_torque - kFrame * config_.max_torque_rate, 1e-9);
+}
+
+// What answers changes in every frame, and the force still follows the tool.
+TEST_F(ToolForce, FollowsThroughSwitchesWithoutEnd) {
+  config_.blend_seconds = kBlend;
+  ToolSession tools(pack_.get(), config_);
+  ToolSession raw(pack_.get(), raw_config(pack_));
+  for (ToolSession* one : {&tools, &raw}) one->hold(0, pal_default_hold(4));
+  double worst = 0;
+  for (uint32_t frame = 0; frame < 400; ++frame) {
+    for (ToolSession* one : {&tools, &raw}) one->fix({frame % 2 == 0 ? 1u : 2u});
+    const pal_pose pushed = at({0, 0, -0.04 * std::min(1.0, frame / 200.0)});
+    const double now = force_of(tools.frame({pushed})[0]).norm();
+    const double model = force_of(raw.frame({pushed})[0]).norm();
+    if (frame > 300) worst = std::max(worst, std::abs(now - model) / model);
+  }
+  EXPECT_LT(worst, 0.2) << "a frozen force would be off by all of it";
+}
+
+TEST_F(ToolForce, StaleInputCountsWhetherItHoldsOrNot) {
+  config_.stale_seconds = 0.05;
+  config_.ramp_seconds = 0.05;
+  ToolSession tools(pack_.get(), config_);
+  tools.frame({at({0, 0, -0.02})});
+  for (int frame = 0; frame < 200; ++frame) tools.frame({});
+  tools.hold(0, pal_default_hold(4));
+  EXPECT_EQ(force_of(tools.frame({})[0]).norm(), 0) << "its pose is 0.2 s old";
+  EXPECT_EQ(tools.last()[1].flags, 0U) << "a tool that was never seen is not stale";
+  // Frames that took too long age input by a second.
+  ToolSession stalled(pack_.get(), config_);
+  stalled.hold(0, pal_default_hold(4));
+  stalled.frame({at({0, 0, -0.02})});
+  stalled.frame_with({}, 1.5, {});
+  stalled.frame_with({}, 1.5, {});
+  EXPECT_EQ(force_of(stalled.last()[0]).norm(), 0);
+  // The rate of the force does not hold the fading back.
+  config_.max_force_rate = 1e-3;
+  ToolSession slow(pack_.get(), config_);
+  slow.hold(0, pal_default_hold(4));
+  for (int frame = 0; frame < 100; ++frame) slow.frame({at({0, 0, -0.02})});
+  EXPECT_GT(force_of(slow.last()[0]).norm(), 0);
+  for (int frame = 0; frame < 101; ++frame) slow.frame({});
+  EXPECT_EQ(force_of(slow.last()[0]).norm(), 0);
+}
+
 TEST_F(ToolForce, LimitsThatAreNoneAreRefused) {
   for (double pal_session_config::*limit :
        {&pal_session_config::blend_seconds, &pal_session_config::stale_seconds,
         &pal_session_config::ramp_seconds, &pal_session_config::max_force,
-        &pal_session_config::max_force_rate}) {
+        &pal_session_config::max_force_rate, &pal_session_config::max_torque,
+        &pal_session_config::max_torque_rate}) {
     for (const double bad : {-1.0, std::nan(""), HUGE_VAL}) {
       pal_session_config config = config_;
       config.*limit = bad;

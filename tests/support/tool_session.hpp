@@ -65,6 +65,7 @@ class ToolSession : public OwnedSession {
     input.poses = poses.data();
     input.dt = dt;
     input.result_bytes = sizeof(pal_tool_result);
+    input.num_results = 16;  // at most as many as the session has
     return input;
   }
   const std::vector<pal_tool_result>& last() const { return results_; }

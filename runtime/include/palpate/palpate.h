@@ -34,7 +34,8 @@
  * default (zero in results). PAL_STATUS_BAD_STRUCT_SIZE where it is below that of the first release, or a
  * member that the library does not know is not zero.
  *
- * Floating point. Frames flush subnormal numbers to zero and put the caller's mode back.
+ * Floating point. Whatever the caller's mode, calls round to nearest, flush subnormal numbers to zero and
+ * raise no signal; they put the mode back.
  *
  * Handles come from these functions; memory that was not initialised by them is not recognised.
  *
@@ -50,9 +51,13 @@
 extern "C" {
 #define PAL_NOEXCEPT noexcept
 #define PAL_NODISCARD [[nodiscard]]
+#define PAL_ZERO \
+  {}
 #else
 #define PAL_NOEXCEPT
 #define PAL_NODISCARD
+#define PAL_ZERO \
+  { 0 }
 #endif
 
 /* Values are pinned; new ones are added at the end of their group of ten. */
@@ -62,7 +67,7 @@ typedef enum pal_status {
   PAL_STATUS_NULL_ARGUMENT = 10,
   PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not set, or asks for more than this library knows */
   PAL_STATUS_BAD_ARGUMENT = 12,    /* a value outside its documented range */
-  PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in */
+  PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in, or a place beyond 1e100 */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
   PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model asked for */
@@ -72,7 +77,7 @@ typedef enum pal_status {
   /* memory */
   PAL_STATUS_ARENA_TOO_SMALL = 20,
   PAL_STATUS_ARENA_MISALIGNED = 21,
-  PAL_STATUS_CAPACITY_EXCEEDED = 22, /* more contacts or fixed nodes than the session's config allows */
+  PAL_STATUS_CAPACITY_EXCEEDED = 22, /* more than the session's config, or the buffer, allows */
   /* the file */
   PAL_STATUS_FILE_NOT_FOUND = 30,
   PAL_STATUS_FILE_NOT_READABLE = 31,
@@ -86,7 +91,9 @@ typedef enum pal_status {
   /* the recording */
   PAL_STATUS_NOT_A_RECORDING = 50,
   PAL_STATUS_CORRUPT_RECORDING = 51,
-  PAL_STATUS_RECORDING_OF_OTHER_PACK = 52
+  PAL_STATUS_RECORDING_OF_OTHER_PACK = 52,
+  PAL_STATUS_NOT_RECORDING = 53,
+  PAL_STATUS_RECORDING_OF_OTHER_BUILD = 54
 } pal_status;
 
 /* One English sentence without a full stop; never NULL. Real-time safe: yes. */
@@ -122,11 +129,14 @@ enum {
   PAL_FLAG_LIMITED = 1 << 7,
   /* What answers has changed (model, contacts, fixed nodes), and the jump of the force is being faded out. */
   PAL_FLAG_BLENDING = 1 << 8,
-  /* The tool touched, and there was no room: max_contacts are held. */
+  /* The tool touched, and no further contact can be held or answered. */
   PAL_FLAG_NO_ROOM = 1 << 9,
-  /* The model for a contact of this tool is still being made ready (pal_session_config::budget_seconds): the
-   * contact has no force yet. */
-  PAL_FLAG_PREPARING = 1 << 10
+  /* The model for the contacts held, or the nodes fixed, is still being made ready (budget_seconds): what was
+   * answered before goes on, and contacts that are new have no force yet. */
+  PAL_FLAG_PREPARING = 1 << 10,
+  /* The model gave no finite force, as that of a damaged pack that was not verified may: the last one is
+   * given. */
+  PAL_FLAG_NOT_FINITE = 1 << 11
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -240,12 +250,18 @@ typedef struct pal_session_config {
    * (s; 0: never). */
   double stale_seconds;
   double ramp_seconds;
-  double max_force;      /* of each tool, N; 0: no limit. The torque is scaled alike */
-  double max_force_rate; /* N/s; 0: no limit */
+  /* Limits of each tool; 0: none. Where one of them is passed, force and torque are scaled alike. Fading out
+   * (stale_seconds) is not held back by the rates. */
+  double max_force;       /* N */
+  double max_torque;      /* N m */
+  double max_force_rate;  /* N/s */
+  double max_torque_rate; /* N m/s */
   /* Other contacts or fixed nodes need another factor of linear_dd. A haptic frame spends this time on it
-   * (s), one row or column more at most; until it is ready, over as many frames as that takes, the contacts
-   * of before answer, and those that are new are PAL_FLAG_PREPARING. 0: it is made ready at once, however
-   * long that takes. */
+   * (s), and at most n^2 multiply-adds more, n = 3 x the nodes held and fixed; until it is ready, over as
+   * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
+   * are PAL_FLAG_PREPARING. What was begun is finished first, so that contacts which change all the time are
+   * answered too. Contact frames for contacts of their own take its place. 0: it is made ready at once,
+   * however long that takes. */
   double budget_seconds;
   /* What budget_seconds is divided by: the time of one multiply-add of such a factor. 0: pal_session_init
    * finds out, with `clock`, and pal_session_get_config tells. Frames never read a clock: the same session
@@ -258,7 +274,11 @@ typedef struct pal_session_config {
 /* One contact for each the scene asks for, no fixed or requested nodes, PAL_MODEL_AUTO, four tools, the organ
  * where the model has it, 10 ms to blend, stale from 50 ms on and silent 50 ms later, no limits of force.
  * `pack` may be NULL: then one contact. */
-pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT;
+static inline pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT;
+
+/* The same into a struct of the caller's own size: set config->struct_size first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_fill_config(const pal_pack* pack,
+                                                 pal_session_config* config) PAL_NOEXCEPT;
 
 /* Exact number of arena bytes that a session needs. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,
@@ -270,9 +290,10 @@ PAL_NODISCARD pal_status pal_session_required_bytes(const pal_pack* pack, const 
 PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                           size_t arena_bytes, pal_session** session) PAL_NOEXCEPT;
 
-/* Fixes exactly these contact nodes from the next frame on (zero displacement), in addition to the model's
- * own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs. (20), (21). A node that a contact holds at
- * the same time follows the fixing. Cost: the next haptic frame factors anew. Real-time safe: yes. */
+/* Fixes exactly these contact nodes from the next frame on, or as soon as budget_seconds lets (zero
+ * displacement), in addition to the model's own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs.
+ * (20), (21). A node that a contact holds at the same time follows the fixing. Cost: the next haptic frame
+ * factors anew. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
@@ -310,16 +331,21 @@ PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_conta
 
 typedef enum pal_contact_law {
   PAL_LAW_BONDED = 0, /* the patch follows the tool until pal_tool_release: a grasp */
-  PAL_LAW_TOUCH = 1   /* the same while the tool presses; it lets go when it comes back out of the surface */
+  /* The same while the tool presses: it lets go a hundredth of an edge above where it took hold, or outside
+   * of the surface at rest wherever its tip (pal_touch) comes out. */
+  PAL_LAW_TOUCH = 1
 } pal_contact_law;
 
 /* A point of the surface, as weights of the sites at the corners of its triangle. */
 typedef struct pal_surface_point {
   uint32_t sites[3];
+  uint32_t reserved;  /* 0 */
   double weights[3];  /* >= 0, of sum 1 */
   double position[3]; /* at rest, organ frame */
   double normal[3];   /* out of the tissue, unit */
-  double distance;    /* of the place that was asked for, negative inside the tissue */
+  /* Of the place that was asked for, negative inside the tissue. The sign is right where the nearest point
+   * that can be touched is also the nearest of the organ's whole surface. */
+  double distance;
 } pal_surface_point;
 
 /* Nearest point of the surface at rest that can be touched: of the triangles whose corners are all sites, and
@@ -335,25 +361,28 @@ typedef struct pal_hold {
   uint32_t struct_size;
   pal_contact_law law;
   uint32_t sites[3];   /* as in pal_surface_point */
+  uint32_t reserved;   /* 0 */
   double weights[3];   /* those of weight 0 may name any site */
   pal_pose unstrained; /* of the tool, in the world, at which this contact does not move the tissue */
 } pal_hold;
 
 /* PAL_LAW_BONDED at a site, unstrained at the world's origin: the tool's position is then its displacement.
  * */
-pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT;
+static inline pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT;
 
 /* One more contact for a tool, from the next frame on. PAL_LAW_TOUCH needs the surface's tree, as above.
  * Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_tool_hold(pal_session* session, uint32_t tool,
                                        const pal_hold* hold) PAL_NOEXCEPT;
 
-/* Lets go of all that the tool holds. Real-time safe: yes. */
+/* Lets go of all that the tool holds; one that touches takes hold again only after it has been off the
+ * surface. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_tool_release(pal_session* session, uint32_t tool) PAL_NOEXCEPT;
 
 /* A tool that takes hold of what it touches. While it holds nothing, each haptic frame looks for the surface
  * point nearest to its tip, and holds it as soon as the tip is at or below `distance`, unstrained at that
- * pose. */
+ * pose. Once it has let go it must first have been above it. A
+ * tip deeper than the scene's max_displacement touches nothing: it is beyond what can be touched. */
 typedef struct pal_touch {
   uint32_t struct_size;
   pal_contact_law law;
@@ -367,11 +396,12 @@ PAL_NODISCARD pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
 
 typedef struct pal_haptic_input {
   uint32_t struct_size;
-  uint32_t num_tools;    /* of which there is a pose: tools 0 .. num_tools - 1. The others keep their last */
+  uint32_t num_tools;    /* of which there is a pose: tools 0 .. num_tools - 1. The last of the others age */
   const pal_pose* poses; /* [num_tools] world */
   const double* ages;    /* [num_tools] s since each pose was measured; NULL: just now */
-  double dt;             /* s since the last frame, 0 .. 1 */
-  uint32_t result_bytes; /* sizeof(pal_tool_result): how far apart the results are */
+  double dt;             /* s since the last frame, 0 .. 1; more counts as 1 */
+  uint32_t result_bytes; /* sizeof(pal_tool_result), as the caller knows it */
+  uint32_t num_results;  /* for which there is room: those of tools 0 .. num_results - 1 are written */
 } pal_haptic_input;
 
 typedef struct pal_tool_result {
@@ -382,14 +412,15 @@ typedef struct pal_tool_result {
   double force_error;
   uint32_t num_contacts; /* that it holds */
   uint32_t site;         /* where the first of them acts */
-  pal_model model;       /* that answered; PAL_MODEL_AUTO: it holds nothing */
+  pal_model model;       /* that answered; PAL_MODEL_AUTO: none, for it holds nothing that is ready */
   uint32_t flags;        /* PAL_FLAG_... of its contacts and its own */
 } pal_tool_result;
 
 /* Forces of all tools. Input that makes no sense is replaced by the last that did, and flagged: with valid
- * pointers and sizes a frame always answers. `results`: max_tools entries, may be NULL. Cost: below 0.1 us
- * and that of pal_contact_frame for the contacts held; about 1 us for each tool that looks for something to
- * touch. Real-time safe: yes, as pal_contact_frame. */
+ * pointers and sizes a frame always answers. `results`: num_results entries, may be NULL; while the frame
+ * runs they are in the making, so hand copies to other threads. Cost: that of pal_contact_frame for the
+ * contacts held, 0.1 us, and 0.02 us for each contact; 1 to 2 us for each tool that looks for something to
+ * touch, more where much is equally near. Real-time safe: yes, as pal_contact_frame. */
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* input,
                                           pal_tool_result* results) PAL_NOEXCEPT;
 
@@ -398,7 +429,7 @@ typedef struct pal_counters {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
   uint64_t frames;
-  uint64_t switches; /* what answers changed */
+  uint64_t switches; /* contacts were taken hold of or let go, or what answers them changed */
   uint64_t preparing;
   uint64_t extrapolated;
   uint64_t bad_input;
@@ -419,14 +450,15 @@ PAL_NODISCARD pal_status pal_session_get_config(const pal_session* session,
 
 /* Writes every call that changes the session, its input and a digest of its answer, into a buffer of the
  * caller, from now on: the session's own start first, so nothing may have happened to it yet. A haptic frame
- * takes 32 bytes, 56 for each pose and 24 for each tool. `buffer`: aligned to 8, the caller's again after
- * pal_session_stop_recording. Real-time safe: yes. */
+ * takes 32 bytes, 56 for each pose, 8 for each age and 24 for each tool. `buffer`: aligned to 8, the caller's
+ * again after pal_session_stop_recording. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_record(pal_session* session, void* buffer,
                                             size_t buffer_bytes) PAL_NOEXCEPT;
 
-/* `bytes`: of the recording, which may then be saved as it is. PAL_STATUS_CAPACITY_EXCEEDED where the buffer
- * was full before the end; what is in it can be replayed. Real-time safe: yes. */
-PAL_NODISCARD pal_status pal_session_stop_recording(pal_session* session, size_t* bytes) PAL_NOEXCEPT;
+/* `bytes`: of the recording, which may then be saved as it is. `complete`: 0 where the buffer was full before
+ * the end, and what is in it can still be replayed; may be NULL. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_stop_recording(pal_session* session, size_t* bytes,
+                                                    uint32_t* complete) PAL_NOEXCEPT;
 
 /* The config of the session that was recorded: a session to replay it with is made with it. Set
  * config->struct_size first. Real-time safe: yes. */
@@ -446,8 +478,8 @@ typedef struct pal_replay {
   double force[3];
 } pal_replay;
 
-/* Makes the next recorded call on a session that went through those before. On the same build and pack the
- * answer is the same to the bit. Real-time safe: as the call. */
+/* Makes the next recorded call on a session with the recorded config that went through those before and no
+ * others. On the same build and pack the answer is the same to the bit. Real-time safe: as the call. */
 PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* recording, size_t bytes,
                                             pal_replay* replay) PAL_NOEXCEPT;
 
@@ -473,6 +505,24 @@ PAL_NODISCARD pal_status pal_session_request_nodes(pal_session* session, const u
 PAL_NODISCARD pal_status pal_pack_compute_normals(const pal_pack* pack, const float* displacements,
                                                   size_t displacement_stride, float* normals,
                                                   size_t normal_stride) PAL_NOEXCEPT;
+
+/* Made in the caller, whose sizes these structs have. */
+static inline pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT {
+  pal_session_config config = PAL_ZERO;
+  config.struct_size = (uint32_t)sizeof config;
+  const pal_status filled = pal_session_fill_config(pack, &config);
+  (void)filled;
+  return config;
+}
+
+static inline pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT {
+  pal_hold hold = PAL_ZERO;
+  hold.struct_size = (uint32_t)sizeof hold;
+  hold.sites[0] = site;
+  hold.weights[0] = 1;
+  hold.unstrained.orientation[0] = 1;
+  return hold;
+}
 
 #ifdef __cplusplus
 } /* extern "C" */

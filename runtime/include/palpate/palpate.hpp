@@ -1,5 +1,5 @@
-// C++ face of palpate.h: the same calls as member functions, closing the pack when it goes out of scope. No
-// behaviour of its own, no exceptions, no allocation.
+// C++ face of palpate.h: the calls of a simulation as member functions, closing the pack when it goes out of
+// scope. No behaviour of its own, no exceptions, no allocation.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -68,8 +68,8 @@ class Session {
   [[nodiscard]] pal_status record(void* buffer, size_t buffer_bytes) noexcept {
     return pal_session_record(session_, buffer, buffer_bytes);
   }
-  [[nodiscard]] pal_status stop_recording(size_t& bytes) noexcept {
-    return pal_session_stop_recording(session_, &bytes);
+  [[nodiscard]] pal_status stop_recording(size_t& bytes, uint32_t* complete = nullptr) noexcept {
+    return pal_session_stop_recording(session_, &bytes, complete);
   }
   // `results` must be as long as `contacts`.
   [[nodiscard]] pal_status contact_frame(std::span<const pal_contact> contacts,
@@ -85,7 +85,7 @@ class Session {
   [[nodiscard]] pal_status set_touch(uint32_t tool, const pal_touch& touch) noexcept {
     return pal_tool_set_touch(session_, tool, &touch);
   }
-  // Poses of the first tools, just measured. `results` must have room for all tools of the session.
+  // Poses of the first tools, just measured; results of as many tools as there is room for.
   [[nodiscard]] pal_status haptic_frame(double dt, std::span<const pal_pose> poses,
                                         std::span<pal_tool_result> results) noexcept {
     pal_haptic_input input = {};
@@ -94,6 +94,7 @@ class Session {
     input.poses = poses.data();
     input.dt = dt;
     input.result_bytes = sizeof(pal_tool_result);
+    input.num_results = static_cast<uint32_t>(results.size());
     return pal_haptic_frame(session_, &input, results.data());
   }
   [[nodiscard]] pal_status request_nodes(std::span<const uint32_t> nodes) noexcept {
