@@ -77,47 +77,52 @@ def timed(command, folder):
         return seconds, 1024 * usage.ru_maxrss, os.waitstatus_to_exitcode(status), log.read()
 
 
-def run_palpate(program, folder, model, repeats):
+def write_inputs(folder, model, solvers):
     bulk, step = model
     (folder / "ours.inp").write_text(bulk + "*STEP, NLGEOM, INC=1000\n*STATIC\n1, 1\n" + step)
-    whole, solution = [], []
-    for _ in range(repeats):
-        seconds, memory, code, _ = timed([program, "solve", "ours.inp", "-o", "ours", "--json"], folder)
-        summary = json.loads((folder / "ours/summary.json").read_text())
-        last = summary["steps"][-1]
-        whole.append(seconds)
-        solution.append(summary["seconds"]["analysis"] + last["seconds"])
+    (folder / "nothing.inp").write_text(bulk + "*STEP, NLGEOM, INC=1000\n*NO ANALYSIS\n" + step)
+    for number, name in enumerate(solvers):
+        (folder / f"theirs{number}.inp").write_text(
+            bulk + f"*STEP, NLGEOM, INC=1000\n*STATIC, SOLVER={CALCULIX[name]}\n1, 1\n" + step)
+
+
+def run_palpate(program, folder):
+    """One run: (seconds of the process, of the solution, peak bytes, whether it solved, what it says of itself)."""
+    seconds, memory, code, _ = timed([program, "solve", "ours.inp", "-o", "ours", "--json"], folder)
+    summary = json.loads((folder / "ours/summary.json").read_text())
+    last = summary["steps"][-1]
     parts = ", ".join(f"{name.replace('_', ' ')} {seconds:.3f}" for name, seconds in summary["seconds"].items())
     note = (f"{last['increments']} increments, {last['iterations']} iterations, {last['factorizations']} factors, "
             f"min J {last['min_J']:.2f}; {parts} s")
-    return statistics.median(whole), statistics.median(solution), memory, code == 0, note
+    return seconds, summary["seconds"]["analysis"] + last["seconds"], memory, code == 0, note
 
 
-def run_calculix(solver, folder, model, repeats):
-    bulk, step = model
-    (folder / "theirs.inp").write_text(bulk + f"*STEP, NLGEOM, INC=1000\n*STATIC, SOLVER={solver}\n1, 1\n" + step)
-    (folder / "nothing.inp").write_text(bulk + "*STEP, NLGEOM, INC=1000\n*NO ANALYSIS\n" + step)
-    whole, reading = [], []
-    for _ in range(repeats):
-        reading.append(timed(["ccx", "nothing"], folder)[0])
-        seconds, memory, _, output = timed(["ccx", "theirs"], folder)
-        whole.append(seconds)
+def run_calculix(number, reading, folder):
+    seconds, memory, _, output = timed(["ccx", f"theirs{number}"], folder)
     finished = "Job finished" in output
     iterations = len(re.findall(r"^ iteration ", output, re.M))
     cutbacks = len(re.findall(r"the increment is reattempted", output))
     note = f"{iterations} iterations, {cutbacks} cutbacks" + ("" if finished else "; gave up")
-    median = statistics.median(whole)
-    return median, median - statistics.median(reading), memory, finished, note
+    return seconds, seconds - reading, memory, finished, note
 
 
-def table(title, model, folder, program, repeats, solvers):
+def table(title, model, folder, program, rounds, solvers):
+    """Each round runs every program once, so that a neighbour's load on a shared machine falls on all of them alike."""
     print(f"{title}\n\n| program | whole process, s | against ours | solution, s | against ours | peak memory, MB | |\n"
           "|:--|--:|--:|--:|--:|--:|:--|")
     folder.mkdir(parents=True, exist_ok=True)
-    ours = run_palpate(program, folder, model, repeats)
-    rows = [("palpate solve", *ours)]
-    rows += [(name, *run_calculix(CALCULIX[name], folder, model, repeats)) for name in solvers]
-    for name, whole, solution, memory, solved, note in rows:
+    write_inputs(folder, model, solvers)
+    runs = {name: [] for name in ("palpate solve", *solvers)}
+    for _ in range(rounds):
+        runs["palpate solve"].append(run_palpate(program, folder))
+        reading = timed(["ccx", "nothing"], folder)[0]
+        for number, name in enumerate(solvers):
+            runs[name].append(run_calculix(number, reading, folder))
+    median = {name: [statistics.median(run[column] for run in of_program) for column in (0, 1)]
+              for name, of_program in runs.items()}
+    ours = median["palpate solve"]
+    for name, (whole, solution) in median.items():
+        _, _, memory, solved, note = runs[name][-1]
         failed = "" if solved else " (not solved)"
         print(f"| {name} | {whole:.2f}{failed} | {whole / ours[0]:.1f} | {solution:.2f} | {solution / ours[1]:.1f} | "
               f"{memory / 1e6:.0f} | {note} |")
@@ -128,7 +133,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the palpate program")
     parser.add_argument("folder", type=pathlib.Path, help="where the runs leave their files")
-    parser.add_argument("--repeats", type=int, default=3, help="runs of each, of which the median counts (default 3)")
+    parser.add_argument("--rounds", type=int, default=7, help="runs of each, in turn, of which the median counts (default 7)")
     arguments = parser.parse_args()
     program = str(pathlib.Path(arguments.program).resolve())
     with open("/proc/cpuinfo") as cpuinfo:
@@ -136,7 +141,7 @@ def main():
     print(f"On {len(os.sched_getaffinity(0))} cores of {processor}.\n")
     for name, depth in DEPTHS.items():
         table(f"The brain, 3,924 nodes and 19,734 tetrahedra, pushed to {name}:", brain_model(depth),
-              arguments.folder / "calculix", program, arguments.repeats, CALCULIX)
+              arguments.folder / "calculix", program, arguments.rounds, CALCULIX)
     table("A block of 21,952 nodes and 118,098 tetrahedra, a patch pushed in by one edge:", block_model(27),
           arguments.folder / "calculix", program, 1, ["ccx, iterative (scaling)"])
 
