@@ -25,6 +25,13 @@ long num_calls() {
   return asked != nullptr ? std::atol(asked) : kSanitized ? 8000 : 40000;
 }
 
+// A struct in memory that goes on as far as any struct_size says.
+template <typename T>
+struct Wide {
+  T value = {};
+  unsigned char more[5000] = {};
+};
+
 class RandomCalls : public ::testing::TestWithParam<pal_model> {
  protected:
   uint32_t any(uint32_t count) { return static_cast<uint32_t>(random_() % count); }
@@ -62,7 +69,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     return pal_session_set_fixed(session_.get(), rarely_null(nodes), any(4) == 0 ? any(7) : 0);
   }
   pal_status hold() {
-    pal_hold hold = pal_default_hold(index(info_.num_sites));
+    Wide<pal_hold> wide = {pal_default_hold(index(info_.num_sites)), {}};
+    pal_hold& hold = wide.value;
     hold.struct_size = size_of_struct(sizeof hold);
     if (any(3) == 0) {
       hold.sites[1] = index(info_.num_sites);
@@ -75,7 +83,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     return pal_tool_hold(session_.get(), index(4), rarely_null(&hold));
   }
   pal_status touch() {
-    pal_touch touch = {};
+    Wide<pal_touch> wide;
+    pal_touch& touch = wide.value;
     touch.struct_size = size_of_struct(sizeof touch);
     touch.law = any(2) == 0 ? PAL_LAW_TOUCH : PAL_LAW_BONDED;
     touch.tip[any(3)] = rarely(5) ? number() : 0;
@@ -103,7 +112,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     std::vector<double> ages(4);
     for (pal_pose& pose : poses) pose = any_pose();
     for (double& age : ages) age = rarely() ? number() : 0;
-    pal_haptic_input input = ToolSession::input(poses, rarely() ? number() : 0.001);
+    Wide<pal_haptic_input> wide = {ToolSession::input(poses, rarely() ? number() : 0.001), {}};
+    pal_haptic_input& input = wide.value;
     input.struct_size = size_of_struct(sizeof input);
     input.num_tools = rarely() ? any(0xffffffff) : any(5);
     input.ages = any(2) == 0 ? ages.data() : nullptr;
@@ -173,7 +183,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     size_t bytes = 0;
     if (any(2) == 0) return pal_session_record(session_.get(), recording_.data(), kRecordingBytes);
     if (any(2) == 0) return pal_session_stop_recording(session_.get(), rarely_null(&bytes), nullptr);
-    pal_replay replay = {};
+    Wide<pal_replay> wide;
+    pal_replay& replay = wide.value;
     replay.struct_size = size_of_struct(sizeof replay);
     replay.offset = 8 * static_cast<uint64_t>(any(kRecordingBytes / 8));
     return pal_session_replay(session_.get(), recording_.data(), kRecordingBytes, rarely_null(&replay));
