@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -157,13 +158,18 @@ void check_mutations(size_t begin, size_t end, int rounds, uint64_t seed, int& a
   }
 }
 
-constexpr int kRounds = kSanitized ? 200 : 1000;
+// PALPATE_MUTATED_PACKS=100000 makes as many in each test.
+int num_rounds() {
+  const char* asked = std::getenv("PALPATE_MUTATED_PACKS");
+  return asked != nullptr ? std::atoi(asked) : kSanitized ? 200 : 1000;
+}
 
 TEST(MutatedPack, Tables) {
   const pack::PackHeader header = header_of(small_pack_bytes().bytes());
   int accepted = 0;
-  check_mutations(header.tables_offset, header.tables_offset + header.tables_bytes, 2 * kRounds, 2, accepted);
-  EXPECT_GT(accepted, kRounds / 20);  // names, error figures: else frames were never reached
+  check_mutations(header.tables_offset, header.tables_offset + header.tables_bytes, 2 * num_rounds(), 2,
+                  accepted);
+  EXPECT_GT(accepted, num_rounds() / 20);  // names, error figures: else frames were never reached
 }
 
 TEST(MutatedPack, EachSegment) {
@@ -179,14 +185,15 @@ TEST(MutatedPack, EachSegment) {
         tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
         tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
         tables.surface_bvh()->site_normals()}) {
-    check_mutations(segment->offset(), segment->offset() + segment->bytes(), kRounds / 5, ++seed, accepted);
+    check_mutations(segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
+                    accepted);
   }
-  EXPECT_GT(accepted, kRounds / 5);
+  EXPECT_GT(accepted, num_rounds() / 5);
 }
 
 TEST(MutatedPack, Header) {
   int accepted = 0;
-  check_mutations(0, sizeof(pack::PackHeader), kRounds, 3, accepted);
+  check_mutations(0, sizeof(pack::PackHeader), num_rounds(), 3, accepted);
 }
 
 // ---- Contradictions made on purpose, each of which a check of meaning must refuse.
