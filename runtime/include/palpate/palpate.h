@@ -125,9 +125,9 @@ enum {
   PAL_FLAG_BAD_INPUT = 1 << 5,
   /* The input is older than stale_seconds: the force ramps to zero, or back from it. */
   PAL_FLAG_STALE = 1 << 6,
-  /* The force was cut to max_force or max_force_rate. */
+  /* Force and torque were cut to a limit of theirs, or of their rates. */
   PAL_FLAG_LIMITED = 1 << 7,
-  /* What answers has changed (model, contacts, fixed nodes), and the jump of the force is being faded out. */
+  /* Contacts, fixed nodes or the model have changed: the jump of the force is being faded out. */
   PAL_FLAG_BLENDING = 1 << 8,
   /* The tool touched, and no further contact can be held or answered. */
   PAL_FLAG_NO_ROOM = 1 << 9,
@@ -320,10 +320,10 @@ typedef struct pal_contact_result {
 
 /* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
  * history, no blending, no limits. What tools hold is not among them and comes back with the next haptic
- * frame. `results`: count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c
- * contacts and fixed: polynomial_dd of degree 3 about 700; linear_dd with the contacts of the frame before 3
- * c (3 c + n), with a new set n^3 / 6 + 3 c n^2 more, four times that where it is ill-conditioned. Real-time
- * safe: yes, for the n that the budget allows. */
+ * frame (under a budget: as soon as it is ready again). `results`: count entries, may be NULL. Cost in
+ * multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3 about 700;
+ * linear_dd with the contacts of the frame before 3 c (3 c + n), with a new set n^3 / 6 + 3 c n^2 more, four
+ * times that where it is ill-conditioned. Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 
@@ -361,13 +361,12 @@ typedef struct pal_hold {
   uint32_t struct_size;
   pal_contact_law law;
   uint32_t sites[3];   /* as in pal_surface_point */
-  uint32_t reserved;   /* 0 */
+  uint32_t reserved;   /* fills a gap */
   double weights[3];   /* those of weight 0 may name any site */
   pal_pose unstrained; /* of the tool, in the world, at which this contact does not move the tissue */
 } pal_hold;
 
-/* PAL_LAW_BONDED at a site, unstrained at the world's origin: the tool's position is then its displacement.
- * */
+/* PAL_LAW_BONDED at a site, unstrained at the world's origin: the tool's position is its displacement. */
 static inline pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT;
 
 /* One more contact for a tool, from the next frame on. PAL_LAW_TOUCH needs the surface's tree, as above.
@@ -381,8 +380,8 @@ PAL_NODISCARD pal_status pal_tool_release(pal_session* session, uint32_t tool) P
 
 /* A tool that takes hold of what it touches. While it holds nothing, each haptic frame looks for the surface
  * point nearest to its tip, and holds it as soon as the tip is at or below `distance`, unstrained at that
- * pose. Once it has let go it must first have been above it. A
- * tip deeper than the scene's max_displacement touches nothing: it is beyond what can be touched. */
+ * pose. Once it has let go it must first have been above it. A tip deeper than the scene's max_displacement
+ * touches nothing: it is beyond what can be touched. */
 typedef struct pal_touch {
   uint32_t struct_size;
   pal_contact_law law;
@@ -441,8 +440,7 @@ typedef struct pal_counters {
 PAL_NODISCARD pal_status pal_session_get_counters(const pal_session* session,
                                                   pal_counters* counters) PAL_NOEXCEPT;
 
-/* The config that the session was made with, completed. Set config->struct_size first. Real-time safe: yes.
- * */
+/* The session's config, completed. Set config->struct_size first. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_get_config(const pal_session* session,
                                                 pal_session_config* config) PAL_NOEXCEPT;
 
