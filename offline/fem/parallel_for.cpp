@@ -9,7 +9,7 @@
 
 #include <chrono>
 #include <cstdint>
-#include <system_error>
+#include <exception>
 #include <thread>
 #include <vector>
 
@@ -72,8 +72,8 @@ class Team {
     try {
       for (int worker = static_cast<int>(others_.size()) + 1; worker < threads; ++worker)
         others_.emplace_back([this, worker, seen = round_.load()] { serve(worker, seen); });
-    } catch (const std::system_error&) {
-      // No more threads: those at hand do it all.
+    } catch (const std::exception&) {
+      // No more threads or no memory for them: those at hand do it all.
     }
   }
 

@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-// Calls run(context, worker) on the caller's thread, as worker 0, and on as many of threads - 1 others as come
-// before that call has returned; returns when all have. Alone where another loop has the threads at the time,
-// as a loop within a loop does, or where the system gives none. `run` must not throw: there is nobody to catch
-// it.
+// Calls run(context, worker) on the caller's thread, as worker 0, and, once or more, on as many of threads -
+// 1 others as come before that call has returned; returns when all have. Alone where another loop has the
+// threads at the time, as a loop within a loop does, or where the system gives none. `run` must not throw:
+// there is nobody to catch it.
 void run_on_threads(int threads, void (*run)(void* context, int worker), void* context);
 
-// Calls work(index, worker) once for each index below `count`, on as many threads as asked for or as there are
-// (run_on_threads). `worker` is below both; no two calls at a time have the same one.
+// Calls work(index, worker) once for each index below `count`, on as many threads as asked for or as there
+// are (run_on_threads). `worker` is below both; no two calls at a time have the same one.
 template <typename Work>
 void parallel_for(int threads, int count, Work&& work) {
   struct Loop {

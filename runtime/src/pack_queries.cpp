@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/src/flush_denormals.hpp"
+#include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/sized_struct.hpp"
 #include "runtime/src/surface_bvh.hpp"
@@ -92,7 +92,7 @@ extern "C" pal_status pal_pack_get_site_node(const pal_pack* pack, uint32_t site
 extern "C" pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
                                                   pal_surface_point* point) noexcept {
   if (pack == nullptr || position == nullptr || point == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   double place[3];
   for (int i = 0; i < 3; ++i) {
     if (!isfinite(position[i])) return PAL_STATUS_NOT_FINITE;

@@ -7,7 +7,7 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/calibration.hpp"
-#include "runtime/src/flush_denormals.hpp"
+#include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/pose.hpp"
@@ -64,7 +64,7 @@ pal_session_config default_config(const pal_pack* pack) {
 // `config` becomes the caller's, completed by the defaults.
 pal_status read_config(const pal_pack* pack, const pal_session_config* given, pal_session_config& config) {
   if (pack == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const FlushDenormals flush;
+  const FloatingPointMode mode;
   config = default_config(pack);
   if (const pal_status status = read_sized(*given, kFirstConfigBytes, config); status != PAL_STATUS_OK)
     return status;
@@ -139,7 +139,7 @@ extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const palpate::FlushDenormals flush;  // a subnormal budget is none, here as where the config is checked
+  const palpate::FloatingPointMode mode;  // a subnormal budget is none, here as where the config is checked
   pal_session_config complete;
   if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
@@ -207,7 +207,7 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
                                         pal_contact_result* results) noexcept {
   if (session == nullptr || (contacts == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
   if (count > session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   for (uint32_t c = 0; c < count; ++c) {
     if (contacts[c].site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
     for (const double component : contacts[c].displacement) {
@@ -237,7 +237,7 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_haptic_in
   if (results != nullptr && (input.result_bytes < palpate::kFirstResultBytes ||
                              input.result_bytes > palpate::kLargestStruct || input.result_bytes % 8 != 0))
     return PAL_STATUS_BAD_STRUCT_SIZE;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   session->used = true;
   palpate::answer_tools(*session, input, results);
   return PAL_STATUS_OK;
@@ -262,7 +262,7 @@ extern "C" pal_status pal_visual_frame(pal_session* session, float* displacement
   if (stride_bytes < 3 * sizeof(float)) return PAL_STATUS_BAD_ARGUMENT;
   const pal_pack& pack = *session->pack;
   const palpate::FieldState& field = palpate::acquire(session->snapshots);
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   char* out = reinterpret_cast<char*>(displacements);
   const auto write = [&](const float* node) {
     memcpy(out, node, 3 * sizeof(float));

@@ -6,7 +6,7 @@
 
 #include <palpate/palpate.h>
 
-#include "runtime/src/flush_denormals.hpp"
+#include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -44,7 +44,7 @@ extern "C" pal_status pal_pack_compute_normals(const pal_pack* pack, const float
   if (pack == nullptr || displacements == nullptr || normals == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (displacement_stride < 3 * sizeof(float) || normal_stride < 3 * sizeof(float))
     return PAL_STATUS_BAD_ARGUMENT;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   const Strided from = {const_cast<char*>(reinterpret_cast<const char*>(displacements)), displacement_stride};
   const Strided to = {reinterpret_cast<char*>(normals), normal_stride};
   constexpr float kZero[3] = {};

@@ -3,12 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/src/flush_denormals.hpp"
+#include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/sized_struct.hpp"
+#include "runtime/src/stand_in.hpp"
 #include "runtime/src/surface_bvh.hpp"
 
 namespace palpate {
@@ -186,73 +187,6 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
   }
 }
 
-// Which of the contacts that are answered each contact held is. Both rise by their ids.
-void match_answered(ToolStates& states) {
-  uint32_t i = 0;
-  for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    const uint64_t id = states.contacts[c].id;
-    while (i < states.num_answered && states.answered_ids[i] < id) ++i;
-    states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
-  }
-}
-
-// What answers from now on: the contacts held, or those for which linear_dd was begun earlier.
-void set_answered(pal_model model, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
-                  uint32_t fixed_version, ToolStates& states) {
-  states.changed = states.changed || model != states.answered || count != states.num_answered ||
-                   fixed_version != states.answered_fixed;
-  for (uint32_t i = 0; i < count; ++i) {
-    states.changed = states.changed || states.answered_ids[i] != ids[i];
-    states.answered_ids[i] = ids[i];
-    states.answered_inputs[i] = inputs[i];
-  }
-  states.answered = model;
-  states.num_answered = count;
-  states.answered_fixed = fixed_version;
-}
-
-// Answers all contacts held, if the model for them is ready or can be made so; else those that were answered
-// last, or those whose turn has come in between.
-void answer_or_stand_in(pal_session& session) {
-  ToolStates& states = session.tools;
-  states.changed = states.held_changed;
-  states.held_changed = false;
-  uint64_t ids[pack::kMostContacts];
-  for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
-  const pal_model model = model_for(session, states.num_contacts);
-  bool began = false;
-  bool finished = false;
-  const bool ready =
-      model != PAL_MODEL_LINEAR || make_linear_ready_within(session, states.inputs, states.num_contacts,
-                                                            session.operations, began, finished);
-  if (began) {
-    states.num_begun = states.num_contacts;
-    states.begun_fixed = session.fixed_version;
-    memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
-    memcpy(static_cast<void*>(states.begun_inputs), states.inputs,
-           states.num_contacts * sizeof *states.inputs);
-  }
-  if (ready) {
-    set_answered(model, states.num_contacts, ids, states.inputs, session.fixed_version, states);
-  } else if (finished) {
-    set_answered(PAL_MODEL_LINEAR, states.num_begun, states.begun_ids, states.begun_inputs,
-                 states.begun_fixed, states);
-  } else if (states.answered == PAL_MODEL_LINEAR &&
-             !(session.linear.answering.ready && is_for(session.linear.answering, states.answered_inputs,
-                                                        states.num_answered, states.answered_fixed))) {
-    // pal_contact_frame has made linear_dd ready for contacts of its own.
-    set_answered(PAL_MODEL_AUTO, 0, nullptr, nullptr, session.fixed_version, states);
-  }
-  states.preparing = !ready;
-  match_answered(states);
-  for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    if (states.answered_of[c] != kNotAnswered)
-      states.answered_inputs[states.answered_of[c]] = states.inputs[c];
-  }
-  answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
-                  states.answered_results);
-}
-
 // Adds what the model says of one contact to the force of its tool and to all but that of its result, world.
 void add_contact(const pal_session& session, uint32_t index, const Rotation& own, Wrench& wrench,
                  pal_tool_result& result) {
@@ -376,7 +310,8 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
                                : input.num_results < config.max_tools ? input.num_results
                                                                       : config.max_tools;
   // Where the caller has room for all of ours, they are made in their place.
-  const bool in_place = input.result_bytes == sizeof *results && num_results == config.max_tools;
+  const bool in_place =
+      results != nullptr && input.result_bytes == sizeof *results && num_results == config.max_tools;
   pal_tool_result* all = in_place ? results : local;
   Wrench wrenches[kMostTools];
   memset(static_cast<void*>(all), 0, config.max_tools * sizeof *all);
@@ -410,7 +345,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
 extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const pal_hold* given) noexcept {
   if (session == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   pal_hold hold = {};
   if (const pal_status status = palpate::read_hold(*session, *given, hold); status != PAL_STATUS_OK)
     return status;
@@ -450,7 +385,7 @@ extern "C" pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
     return PAL_STATUS_OK;
   }
   if (session->pack->site_normals == nullptr) return PAL_STATUS_NO_SUCH_MODEL;
-  const palpate::FlushDenormals flush;
+  const palpate::FloatingPointMode mode;
   pal_touch touch = {};
   if (const pal_status status = palpate::read_sized(*given, palpate::kFirstTouchBytes, touch);
       status != PAL_STATUS_OK)

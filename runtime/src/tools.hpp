@@ -75,10 +75,6 @@ void reset_tool(ToolState& state);
 // Takes the arrays of a session with this config.
 void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
 
-// While linear_dd is being made ready for other contacts or fixed nodes, over as many frames as the budget
-// takes, the last contacts that were answered go on: those still held move, those let go stay where they
-// were, and those that came later feel nothing yet.
-//
 // One frame of all tools. `input` is complete and its pointers are valid. `results`: null, or max_tools
 // entries input.result_bytes apart.
 void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results);

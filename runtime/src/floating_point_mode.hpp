@@ -1,7 +1,7 @@
-// Round to nearest, no traps, and subnormal numbers become zero while an object of this class lives: answers
-// do not depend on the caller's mode, a NaN that came in is no signal, and arithmetic on them takes a hundred
-// times as long on some processors, and a force of 1e-310 N is none. The caller's mode is put back, with the
-// exception flags that it had.
+// The floating-point mode of the library while an object of this class lives: round to nearest, no traps,
+// subnormal numbers become zero. An answer does not depend on the caller's mode, a NaN that came in raises no
+// signal, and no frame meets subnormal numbers, on which some processors take a hundred times as long (a
+// force of 1e-310 N is none). The caller's mode is put back, with the exception flags that it had.
 #pragma once
 
 #include <stdint.h>
@@ -12,26 +12,26 @@
 
 namespace palpate {
 
-class FlushDenormals {
+class FloatingPointMode {
  public:
 #if defined(__SSE2__)
-  FlushDenormals() : mode_(_mm_getcsr()) {
+  FloatingPointMode() : mode_(_mm_getcsr()) {
     _mm_setcsr(kDefault | kFlushResults | kFlushOperands);
   }
-  ~FlushDenormals() {
+  ~FloatingPointMode() {
     _mm_setcsr(mode_);
   }
 #elif defined(__aarch64__)
-  FlushDenormals() {
+  FloatingPointMode() {
     __asm__ volatile("mrs %0, fpcr" : "=r"(mode_));
     __asm__ volatile("msr fpcr, %0" : : "r"(kFlush));
   }
-  ~FlushDenormals() {
+  ~FloatingPointMode() {
     __asm__ volatile("msr fpcr, %0" : : "r"(mode_));
   }
 #endif
-  FlushDenormals(const FlushDenormals&) = delete;
-  FlushDenormals& operator=(const FlushDenormals&) = delete;
+  FloatingPointMode(const FloatingPointMode&) = delete;
+  FloatingPointMode& operator=(const FloatingPointMode&) = delete;
 
  private:
 #if defined(__SSE2__)
