@@ -25,14 +25,13 @@ bool clamp_negative_eigenvalues(Matrix9d& tangent) {
 // g_aJ M_iJk. Plain loops over contiguous numbers, which compilers put in vector registers as they do not
 // with 3x3 blocks.
 template <int kNodes>
-void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
+void add_stiffness(double volume, const Eigen::Matrix<double, 3, kNodes>& gradients, const Matrix9d& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
-  const auto& gradients = point.gradients;
   const double* A = tangent.data();
   for (int b = 0; b < kNodes; ++b) {
-    const double g0 = point.volume * gradients(0, b);
-    const double g1 = point.volume * gradients(1, b);
-    const double g2 = point.volume * gradients(2, b);
+    const double g0 = volume * gradients(0, b);
+    const double g1 = volume * gradients(1, b);
+    const double g2 = volume * gradients(2, b);
     double contracted[27];
     for (int n = 0; n < 27; ++n) contracted[n] = g0 * A[n] + g1 * A[27 + n] + g2 * A[54 + n];
     double by_J[3][9];  // M_iJk at [J][i + 3 k]
@@ -54,59 +53,48 @@ void add_stiffness(const ShapeAtPoint<kNodes>& point, const Matrix9d& tangent,
   }
 }
 
-// The same for a tangent in products of F and H: with f_a = F g_a and h_a = H g_a,
-//   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T + h_a (hh h_b + fh f_b)^T + f_a (fh h_b + ff f_b)^T).
-template <int kNodes>
-void add_stiffness(const ShapeAtPoint<kNodes>& point, const DyadicTangent& tangent,
-                   Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
-  using Vectors = Eigen::Matrix<double, 3, kNodes>;
-  const auto& g = point.gradients;
-  const bool only_h = tangent.ff == 0.0 && tangent.fh == 0.0;
-  const Vectors h = tangent.H * g;
-  Vectors f = Vectors::Zero();
-  if (!only_h) f = tangent.F * g;
-  for (int b = 0; b < kNodes; ++b) {
-    const Eigen::Vector3d identity = point.volume * tangent.identity * g.col(b);
-    const Eigen::Vector3d transposed = point.volume * tangent.transposed * h.col(b);
-    const Eigen::Vector3d with_h = point.volume * (tangent.hh * h.col(b) + tangent.fh * f.col(b));
-    const Eigen::Vector3d with_f = point.volume * (tangent.fh * h.col(b) + tangent.ff * f.col(b));
-    for (int a = b; a < kNodes; ++a) {
-      auto block = stiffness.template block<3, 3>(3 * a, 3 * b);
-      block += transposed * h.col(a).transpose() + h.col(a) * with_h.transpose();
-      if (!only_h) block += f.col(a) * with_f.transpose();
-      block.diagonal().array() += identity.dot(g.col(a));
-    }
+template <typename Matrix>
+Eigen::Matrix3d lane_of(const Matrix& matrix, int lane) {
+  Eigen::Matrix3d result;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t J = 0; J < 3; ++J)
+      result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(J)) = matrix[i][J][lane];
   }
+  return result;
 }
 
+// The shape gradients of an element, a column for each node.
 template <int kNodes>
-Eigen::Matrix3d deformation_gradient(const ShapeAtPoint<kNodes>& point,
-                                     const Eigen::Matrix<double, 3, kNodes>& displacement) {
-  return Eigen::Matrix3d::Identity() + displacement * point.gradients.transpose();
+Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes>::Point& point, int lane) {
+  Eigen::Matrix<double, 3, kNodes> result;
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (size_t J = 0; J < 3; ++J)
+      result(static_cast<Eigen::Index>(J), static_cast<Eigen::Index>(a)) = point.gradients[a][J][lane];
+  }
+  return result;
 }
 
 }  // namespace
 
-const Law& Assembly::law(int element) const {
-  return model_->materials[static_cast<size_t>(model_->elements[static_cast<size_t>(element)].material)].law;
-}
-
 template <int kNodes>
-Eigen::Matrix<double, 3, kNodes> Assembly::nodal_values(int element, const double* values) const {
-  const auto& nodes = model_->elements[static_cast<size_t>(element)].node_array;
-  Eigen::Matrix<double, 3, kNodes> gathered;
-  for (int a = 0; a < kNodes; ++a)
-    gathered.col(a) = Eigen::Map<const Eigen::Vector3d>(values + 3 * nodes[static_cast<size_t>(a)]);
-  return gathered;
+const Law& Assembly::law(const Batch<kNodes>& batch, int lane) const {
+  return model_->materials[static_cast<size_t>(batch.materials[static_cast<size_t>(lane)])].law;
 }
 
 template <typename Work>
-void Assembly::for_each_part(Work&& work) const {
-  parallel_for(num_parts_, num_parts_, [&](int part, int) { work(part); });
+void Assembly::for_each_batch(Work&& work) const {
+  const int num_parts = static_cast<int>(parts_.size());
+  parallel_for(num_parts, num_parts, [&](int part, int) {
+    const auto visit = [&](const auto& kind) {
+      for (size_t i = 0; i < kind.batches.size(); ++i) work(part, kind.batches[i], kind.scatter[i]);
+    };
+    visit(parts_[static_cast<size_t>(part)].linear);
+    visit(parts_[static_cast<size_t>(part)].quadratic);
+  });
 }
 
 void Assembly::divide_nodes(int parts) {
-  num_parts_ = parts;
+  parts_.resize(static_cast<size_t>(parts));
   node_part_.assign(static_cast<size_t>(model_->num_nodes()), 0);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& position : model_->positions) box.extend(position);
@@ -122,27 +110,13 @@ void Assembly::divide_nodes(int parts) {
   for (size_t rank = 0; rank < order.size(); ++rank)
     node_part_[static_cast<size_t>(order[rank])] =
         static_cast<int>(rank * static_cast<size_t>(parts) / order.size());
-
-  const auto share = [&]<int kNodes>(Group<kNodes>& group) {
-    group.of_part.resize(static_cast<size_t>(parts));
-    for (size_t i = 0; i < group.elements.size(); ++i) {
-      for (const int node : model_->elements[static_cast<size_t>(group.elements[i])].nodes()) {
-        std::vector<int>& mine = group.of_part[static_cast<size_t>(node_part_[static_cast<size_t>(node)])];
-        if (mine.empty() || mine.back() != static_cast<int>(i)) mine.push_back(static_cast<int>(i));
-      }
-    }
-  };
-  share(linear_);
-  share(quadratic_);
 }
 
 Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int threads)
     : model_(&model), threads_(std::max(1, threads)) {
   std::vector<char> has_element(static_cast<size_t>(model.num_nodes()), 0);
-  for (size_t e = 0; e < model.elements.size(); ++e) {
-    const Tetrahedron& element = model.elements[e];
+  for (const Tetrahedron& element : model.elements) {
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
-    (element.num_nodes == 4 ? linear_.elements : quadratic_.elements).push_back(static_cast<int>(e));
   }
   constexpr size_t kWorthAThread = 2000;  // elements: a tenth of a millisecond and more
   divide_nodes(static_cast<int>(
@@ -154,32 +128,9 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
     equation_dofs_.push_back(dof);
   }
 
-  std::vector<double> moduli;
-  for (const Material& material : model.materials)
-    moduli.push_back(
-        stress_and_tangent(material.law, Eigen::Matrix3d::Identity()).tangent.cwiseAbs().maxCoeff());
-  const auto set_rest = [&]<int kNodes>(Group<kNodes>& group) {
-    for (const int e : group.elements) {
-      const auto positions = nodal_values<kNodes>(e, model.positions.front().data());
-      const double modulus = moduli[static_cast<size_t>(model.elements[static_cast<size_t>(e)].material)];
-      const auto at_points = [&]<int... kPoint>(std::integer_sequence<int, kPoint...>) {
-        return typename Group<kNodes>::Points{ShapeAtPoint<kNodes>(positions, kPoint)...};
-      };
-      group.rest.push_back(at_points(std::make_integer_sequence<int, TetrahedronShape<kNodes>::kPoints>()));
-      for (const ShapeAtPoint<kNodes>& point : group.rest.back()) {
-        const double gradient = point.gradients.colwise().norm().maxCoeff();
-        const double force = modulus * point.volume * gradient;
-        rounding_at_rest_ = std::hypot(rounding_at_rest_, force);
-        rounding_per_length_ = std::hypot(rounding_per_length_, force * gradient);
-      }
-    }
-  };
-  set_rest(linear_);
-  set_rest(quadratic_);
-
   set_pattern();
-  set_scatter(linear_);
-  set_scatter(quadratic_);
+  make_batches<4>();
+  make_batches<10>();
 }
 
 int Assembly::first_equation(int node) const {
@@ -240,17 +191,85 @@ void Assembly::set_pattern() {
 }
 
 template <int kNodes>
-void Assembly::set_scatter(Group<kNodes>& group) const {
+void Assembly::make_batches() {
+  constexpr int kPoints = TetrahedronShape<kNodes>::kPoints;
+  std::vector<double> moduli;
+  for (const Material& material : model_->materials)
+    moduli.push_back(
+        stress_and_tangent(material.law, Eigen::Matrix3d::Identity()).tangent.cwiseAbs().maxCoeff());
+  const auto of_part = [&](size_t part) -> Batches<kNodes>& {
+    if constexpr (kNodes == 4) return parts_[part].linear;
+    if constexpr (kNodes == 10) return parts_[part].quadratic;
+  };
+  // By their smallest nodes: neighbours in the stiffness are then neighbours in time.
+  std::vector<size_t> order;
+  for (size_t e = 0; e < model_->elements.size(); ++e) {
+    if (model_->elements[e].num_nodes == kNodes) order.push_back(e);
+  }
+  const auto smallest = [&](size_t e) { return std::ranges::min(model_->elements[e].nodes()); };
+  std::ranges::stable_sort(order, {}, smallest);
+  for (const bool dyadic : {true, false}) {
+    std::vector<Batch<kNodes>*> open(parts_.size(), nullptr);
+    for (const size_t e : order) {
+      const Tetrahedron& element = model_->elements[e];
+      const size_t material = static_cast<size_t>(element.material);
+      if (has_dyadic_tangent(model_->materials[material].law) != dyadic) continue;
+      Eigen::Matrix<double, 3, kNodes> positions;
+      for (int a = 0; a < kNodes; ++a)
+        positions.col(a) = model_->positions[static_cast<size_t>(element.nodes()[static_cast<size_t>(a)])];
+      const auto shapes = [&]<int... kPoint>(std::integer_sequence<int, kPoint...>) {
+        return std::array{ShapeAtPoint<kNodes>(positions, kPoint)...};
+      }
+      (std::make_integer_sequence<int, kPoints>());
+      for (const ShapeAtPoint<kNodes>& point : shapes) {
+        const double gradient = point.gradients.colwise().norm().maxCoeff();
+        const double force = moduli[material] * point.volume * gradient;
+        rounding_at_rest_ = std::hypot(rounding_at_rest_, force);
+        rounding_per_length_ = std::hypot(rounding_per_length_, force * gradient);
+      }
+      for (size_t part = 0; part < parts_.size(); ++part) {
+        const auto mine = [&](int node) { return owns(static_cast<int>(part), node); };
+        if (std::ranges::none_of(element.nodes(), mine)) continue;
+        if (open[part] == nullptr || open[part]->num_elements == kLanes) {
+          open[part] = &of_part(part).batches.emplace_back();
+          open[part]->dyadic = dyadic;
+        }
+        Batch<kNodes>& batch = *open[part];
+        for (int lane = batch.num_elements++; lane < kLanes; ++lane) {
+          batch.elements[static_cast<size_t>(lane)] = static_cast<int>(e);
+          batch.materials[static_cast<size_t>(lane)] = element.material;
+          for (size_t a = 0; a < kNodes; ++a) {
+            batch.nodes[a][static_cast<size_t>(lane)] = element.node_array[a];
+            for (size_t p = 0; p < kPoints; ++p) {
+              batch.points[p].volume.set(lane, shapes[p].volume);
+              for (size_t axis = 0; axis < 3; ++axis)
+                batch.points[p].gradients[a][axis].set(
+                    lane, shapes[p].gradients(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(a)));
+            }
+          }
+        }
+      }
+    }
+  }
+  const int num_parts = static_cast<int>(parts_.size());
+  parallel_for(num_parts, num_parts, [&](int part, int) {
+    auto& [batches, scatter] = of_part(static_cast<size_t>(part));
+    scatter.reserve(batches.size());
+    for (const Batch<kNodes>& batch : batches) scatter.push_back(scatter_of(part, batch));
+  });
+}
+
+template <int kNodes>
+Assembly::Scatter<kNodes> Assembly::scatter_of(int part, const Batch<kNodes>& batch) const {
   const int* starts = pattern_.outerIndexPtr();
   const int* rows = pattern_.innerIndexPtr();
-  group.scatter.resize(group.elements.size());
-  for (size_t i = 0; i < group.elements.size(); ++i) {
-    const auto& nodes = model_->elements[static_cast<size_t>(group.elements[i])].node_array;
+  Scatter<kNodes> scatter;
+  for (size_t lane = 0; lane < kLanes; ++lane) {
     // The equations of a node follow one another, so the rows of the larger node stand side by side in each
     // column of the smaller one, equally far from its end.
     std::array<std::array<int, kNodes>, kNodes> from_end;
     std::array<int, kNodes> first;
-    for (size_t a = 0; a < kNodes; ++a) first[a] = first_equation(nodes[a]);
+    for (size_t a = 0; a < kNodes; ++a) first[a] = first_equation(batch.nodes[a][lane]);
     for (size_t b = 0; b < kNodes; ++b) {
       for (size_t a = b; a < kNodes; ++a) {
         const auto [column, row] = std::minmax(first[a], first[b]);
@@ -260,63 +279,78 @@ void Assembly::set_scatter(Group<kNodes>& group) const {
       }
     }
     size_t entry = 0;
-    for (int b = 0; b < Group<kNodes>::kDofs; ++b) {
-      for (int a = b; a < Group<kNodes>::kDofs; ++a, ++entry) {
-        const size_t node_a = static_cast<size_t>(a / 3);
-        const size_t node_b = static_cast<size_t>(b / 3);
-        const int at_a = dof_equations_[static_cast<size_t>(3 * nodes[node_a] + a % 3)];
-        const int at_b = dof_equations_[static_cast<size_t>(3 * nodes[node_b] + b % 3)];
+    for (size_t b = 0; b < 3 * kNodes; ++b) {
+      for (size_t a = b; a < 3 * kNodes; ++a, ++entry) {
+        const int node_a = batch.nodes[a / 3][lane];
+        const int node_b = batch.nodes[b / 3][lane];
+        const int at_a = dof_equations_[3 * static_cast<size_t>(node_a) + a % 3];
+        const int at_b = dof_equations_[3 * static_cast<size_t>(node_b) + b % 3];
         const auto [column, row] = std::minmax(at_a, at_b);
-        int& place = group.scatter[i][entry];
-        if (column < 0) {
+        int& place = scatter[lane][entry];
+        // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
+        if (column < 0 || !owns(part, std::min(node_a, node_b))) {
           place = -1;
         } else if (node_a == node_b) {
           place = starts[column] + row - column;
         } else {
-          place =
-              starts[column + 1] - from_end[node_b][node_a] + row - std::max(first[node_a], first[node_b]);
+          place = starts[column + 1] - from_end[b / 3][a / 3] + row - std::max(first[a / 3], first[b / 3]);
         }
       }
     }
   }
+  return scatter;
 }
 
 ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                                       double* energy) const {
   force.setZero(num_dofs());
   std::vector<double> stored(energy != nullptr ? model_->elements.size() : 0, 0.0);
-  std::vector<ElementState> states(static_cast<size_t>(num_parts_));
-  for_each_part([&](int part) {
+  std::vector<ElementState> states(parts_.size());
+  for (ElementState& state : states) state.min_jacobian = std::numeric_limits<double>::infinity();
+  for_each_batch([&]<int kNodes>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&) {
     ElementState& state = states[static_cast<size_t>(part)];
-    state.min_jacobian = std::numeric_limits<double>::infinity();
-    for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
-      for (const int i : group.of_part[static_cast<size_t>(part)]) {
-        const int e = group.elements[static_cast<size_t>(i)];
-        const Law& element_law = law(e);
-        const auto u = nodal_values<kNodes>(e, displacement.data());
-        const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
-        const bool counts_energy = energy != nullptr && node_part_[static_cast<size_t>(nodes[0])] == part;
-        Eigen::Matrix<double, 3, kNodes> nodal = Eigen::Matrix<double, 3, kNodes>::Zero();
-        for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
-          const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
-          // Small strain knows no inversion.
-          const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : F.determinant();
-          if (!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) {
-            state.min_jacobian = J;
-            state.worst_element = e;
-          }
-          if (counts_energy) {
-            stored[static_cast<size_t>(e)] += J > 0 ? point.volume * strain_energy_density(element_law, F)
-                                                    : std::numeric_limits<double>::infinity();
-          }
-          nodal += point.volume * first_piola_kirchhoff(element_law, F) * point.gradients;
+    const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+    const NodalLanes<kNodes> u = gather(batch, displacement.data());
+    NodalLanes<kNodes> nodal = {};
+    for (const auto& point : batch.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, u, kinematics);
+      DyadicLanes terms = {};
+      for (int lane = 0; lane < batch.num_elements; ++lane) {
+        const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
+        const Law& element_law = law(batch, lane);
+        // Small strain knows no inversion.
+        const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
+        if (!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) {
+          state.min_jacobian = J;
+          state.worst_element = static_cast<int>(e);
         }
+        const bool counts_energy = energy != nullptr && owns(part, batch.nodes[0][static_cast<size_t>(lane)]);
+        if (batch.dyadic) terms.set(lane, dyadic_tangent(element_law, kinematics.I1[lane], J));
+        if (batch.dyadic && !counts_energy) continue;
+        const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
+        if (counts_energy) {
+          stored[e] += J > 0 ? point.volume[lane] * strain_energy_density(element_law, F)
+                             : std::numeric_limits<double>::infinity();
+        }
+        if (batch.dyadic) continue;
+        const Eigen::Matrix<double, 3, kNodes> at_nodes =
+            point.volume[lane] * first_piola_kirchhoff(element_law, F) * gradients_of<kNodes>(point, lane);
         for (int a = 0; a < kNodes; ++a) {
-          const int node = nodes[static_cast<size_t>(a)];
-          if (node_part_[static_cast<size_t>(node)] == part) force.segment<3>(3 * node) += nodal.col(a);
+          for (int axis = 0; axis < 3; ++axis)
+            nodal[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
         }
       }
-    });
+      if (batch.dyadic) kernels.add_force(point, kinematics, terms, nodal);
+    }
+    for (int lane = 0; lane < batch.num_elements; ++lane) {
+      for (size_t a = 0; a < kNodes; ++a) {
+        const int node = batch.nodes[a][static_cast<size_t>(lane)];
+        if (!owns(part, node)) continue;
+        for (int axis = 0; axis < 3; ++axis)
+          force[3 * node + axis] += nodal[a][static_cast<size_t>(axis)][lane];
+      }
+    }
   });
   if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), 0.0);
   ElementState worst = states.front();
@@ -342,68 +376,75 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
   if (stiffness.rows() != pattern_.rows()) stiffness = pattern_;
   double* values = stiffness.valuePtr();
   std::fill(values, values + stiffness.nonZeros(), 0.0);
-  for_each_part([&](int part) {
-    for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
-      constexpr int kDofs = Group<kNodes>::kDofs;
-      Eigen::Matrix<double, kDofs, kDofs> element;
-      for (const int i : group.of_part[static_cast<size_t>(part)]) {
-        const int e = group.elements[static_cast<size_t>(i)];
-        const auto u = nodal_values<kNodes>(e, displacement.data());
-        element.setZero();
-        for (const ShapeAtPoint<kNodes>& point : group.rest[static_cast<size_t>(i)]) {
-          const Eigen::Matrix3d F = deformation_gradient<kNodes>(point, u);
-          const std::optional<DyadicTangent> dyadic = dyadic_tangent(law(e), F);
-          Matrix9d tangent;
-          if (project || !dyadic) tangent = stress_and_tangent(law(e), F).tangent;
-          const bool changed = project && clamp_negative_eigenvalues(tangent);
-          if (dyadic && !changed) {
-            add_stiffness<kNodes>(point, *dyadic, element);
-          } else {
-            add_stiffness<kNodes>(point, tangent, element);
-          }
+  for_each_batch([&]<int kNodes>(int, const Batch<kNodes>& batch, const Scatter<kNodes>& scatter) {
+    constexpr int kDofs = 3 * kNodes;
+    const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+    const NodalLanes<kNodes> u = gather(batch, displacement.data());
+    StiffnessLanes<kNodes> stiffness_lanes = {};
+    for (const auto& point : batch.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, u, kinematics);
+      DyadicLanes terms = {};
+      for (int lane = 0; lane < batch.num_elements; ++lane) {
+        const Law& element_law = law(batch, lane);
+        Matrix9d tangent;
+        if (project || !batch.dyadic)
+          tangent = stress_and_tangent(element_law, lane_of(kinematics.F, lane)).tangent;
+        const bool changed = project && clamp_negative_eigenvalues(tangent);
+        if (batch.dyadic && !changed) {
+          terms.set(lane, dyadic_tangent(element_law, kinematics.I1[lane], kinematics.J[lane]));
+          continue;
         }
-        const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
-        // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
-        std::array<std::array<bool, kNodes>, kNodes> mine;
-        for (size_t b = 0; b < kNodes; ++b) {
-          for (size_t a = b; a < kNodes; ++a)
-            mine[b][a] = node_part_[static_cast<size_t>(std::min(nodes[a], nodes[b]))] == part;
-        }
-        const int* place = group.scatter[static_cast<size_t>(i)].data();
+        Eigen::Matrix<double, kDofs, kDofs> element = Eigen::Matrix<double, kDofs, kDofs>::Zero();
+        add_stiffness<kNodes>(point.volume[lane], gradients_of<kNodes>(point, lane), tangent, element);
+        size_t entry = 0;
         for (int b = 0; b < kDofs; ++b) {
-          for (int a = b; a < kDofs; ++a, ++place) {
-            if (*place >= 0 && mine[static_cast<size_t>(b / 3)][static_cast<size_t>(a / 3)])
-              values[*place] += element(a, b);
-          }
+          for (int a = b; a < kDofs; ++a) stiffness_lanes[entry++].add(lane, element(a, b));
         }
       }
-    });
+      if (batch.dyadic) kernels.add_stiffness(point, kinematics, terms, stiffness_lanes);
+    }
+    for (int lane = 0; lane < batch.num_elements; ++lane) {
+      const auto& places = scatter[static_cast<size_t>(lane)];
+      for (size_t entry = 0; entry < places.size(); ++entry) {
+        if (places[entry] >= 0) values[places[entry]] += stiffness_lanes[entry][lane];
+      }
+    }
   });
 }
 
 Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
                                         const Eigen::MatrixXd& vectors) const {
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(num_dofs(), vectors.cols());
-  for_each_group([&]<int kNodes>(const Group<kNodes>& group) {
-    for (size_t i = 0; i < group.elements.size(); ++i) {
-      const int e = group.elements[i];
-      const auto& nodes = model_->elements[static_cast<size_t>(e)].node_array;
+  const auto add = [&]<int kNodes>(int part, const Batch<kNodes>& batch) {
+    const NodalLanes<kNodes> u = gather(batch, displacement.data());
+    for (int lane = 0; lane < batch.num_elements; ++lane) {
+      const int e = batch.elements[static_cast<size_t>(lane)];
+      const auto nodes = model_->elements[static_cast<size_t>(e)].nodes();
       const auto moves = [&](int node) { return !vectors.middleRows<3>(3 * node).isZero(0.0); };
-      if (std::none_of(nodes.begin(), nodes.begin() + kNodes, moves)) continue;
-      const auto u = nodal_values<kNodes>(e, displacement.data());
-      for (const ShapeAtPoint<kNodes>& point : group.rest[i]) {
-        const Matrix9d tangent = stress_and_tangent(law(e), deformation_gradient<kNodes>(point, u)).tangent;
+      if (!owns(part, nodes[0]) || std::none_of(nodes.begin(), nodes.end(), moves)) continue;
+      for (const auto& point : batch.points) {
+        KinematicsLanes kinematics;
+        batch_kernels<kNodes>().deform(point, u, kinematics);
+        const Matrix9d tangent = stress_and_tangent(law(batch, lane), lane_of(kinematics.F, lane)).tangent;
+        const Eigen::Matrix<double, 3, kNodes> gradients = gradients_of<kNodes>(point, lane);
         for (Eigen::Index column = 0; column < vectors.cols(); ++column) {
-          const Eigen::Matrix3d dF =
-              nodal_values<kNodes>(e, vectors.col(column).data()) * point.gradients.transpose();
+          Eigen::Matrix<double, 3, kNodes> moved;
+          for (int a = 0; a < kNodes; ++a)
+            moved.col(a) = vectors.col(column).segment<3>(3 * nodes[static_cast<size_t>(a)]);
+          const Eigen::Matrix3d dF = moved * gradients.transpose();
           const Eigen::Matrix<double, 9, 1> dP = tangent * dF.reshaped();
-          const Eigen::Matrix<double, 3, kNodes> nodal = point.volume * dP.reshaped(3, 3) * point.gradients;
+          const Eigen::Matrix<double, 3, kNodes> nodal = point.volume[lane] * dP.reshaped(3, 3) * gradients;
           for (int a = 0; a < kNodes; ++a)
             product.col(column).segment<3>(3 * nodes[static_cast<size_t>(a)]) += nodal.col(a);
         }
       }
     }
-  });
+  };
+  for (size_t part = 0; part < parts_.size(); ++part) {
+    for (const auto& batch : parts_[part].linear.batches) add(static_cast<int>(part), batch);
+    for (const auto& batch : parts_[part].quadratic.batches) add(static_cast<int>(part), batch);
+  }
   return product;
 }
 

@@ -12,9 +12,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "offline/fem/cholesky.hpp"
+#include "offline/fem/element_batch.hpp"
 #include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
@@ -66,46 +68,49 @@ class Assembly {
   double rounding_force(const Eigen::VectorXd& displacement) const;
 
  private:
-  // The elements of one kind: where they are, their rest geometry, and where their stiffness goes.
+  // Four elements of one kind that a part computes.
   template <int kNodes>
-  struct Group {
-    static constexpr int kDofs = 3 * kNodes;
-    static constexpr int kEntries = kDofs * (kDofs + 1) / 2;
-    using Points = std::array<ShapeAtPoint<kNodes>, TetrahedronShape<kNodes>::kPoints>;
-    std::vector<int> elements;  // in Model::elements
-    std::vector<Points> rest;
-    std::vector<std::vector<int>>
-        of_part;  // the elements that touch a part's nodes, as indices in `elements`
-    // For each element the lower triangle of its stiffness (a >= b over its dofs, column by column) as
-    // positions in the value array, or -1 where a dof is eliminated.
-    std::vector<std::array<int, kEntries>> scatter;
+  struct Batch : ElementBatch<kNodes> {
+    std::array<int, kLanes> elements;   // in Model::elements
+    std::array<int, kLanes> materials;  // in Model::materials
+    int num_elements = 0;               // the lanes after them repeat the last one
+    bool dyadic = false;                // the laws of all have a dyadic tangent; of none otherwise
+  };
+  // The lower triangle of each element's stiffness as positions in the value array; -1 where a dof is
+  // eliminated or the place is another part's.
+  template <int kNodes>
+  using Scatter = std::array<std::array<int, std::tuple_size_v<StiffnessLanes<kNodes>>>, kLanes>;
+  // The elements that touch a part's nodes.
+  template <int kNodes>
+  struct Batches {
+    std::vector<Batch<kNodes>> batches;
+    std::vector<Scatter<kNodes>> scatter;  // of each; apart, as forces do not read it
+  };
+  struct Part {
+    Batches<4> linear;
+    Batches<10> quadratic;
   };
 
-  template <typename Visitor>
-  void for_each_group(Visitor&& visit) const {
-    visit(linear_);
-    visit(quadratic_);
-  }
-  template <int kNodes>
-  Eigen::Matrix<double, 3, kNodes> nodal_values(int element, const double* values) const;
   int first_equation(int node) const;  // of its free dofs, or -1
+  void divide_nodes(int parts);
   void set_pattern();
   template <int kNodes>
-  void set_scatter(Group<kNodes>& group) const;
-  const Law& law(int element) const;
-  // Calls work(part) for each part, each on a thread of its own.
+  void make_batches();
+  template <int kNodes>
+  Scatter<kNodes> scatter_of(int part, const Batch<kNodes>& batch) const;
+  bool owns(int part, int node) const { return node_part_[static_cast<size_t>(node)] == part; }
+  template <int kNodes>
+  const Law& law(const Batch<kNodes>& batch, int lane) const;
+  // Calls work(part, batch, its scatter) for each batch, each part on a thread of its own.
   template <typename Work>
-  void for_each_part(Work&& work) const;
-  void divide_nodes(int parts);
+  void for_each_batch(Work&& work) const;
 
   const Model* model_;
   int threads_;
   // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
   // nodes, in the order of the elements; those on the border of two parts are computed by both.
-  int num_parts_ = 1;
+  std::vector<Part> parts_;
   std::vector<int> node_part_;
-  Group<4> linear_;
-  Group<10> quadratic_;
   std::vector<int> dof_equations_;
   std::vector<int> equation_dofs_;
   SparseLower pattern_;

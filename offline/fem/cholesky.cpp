@@ -11,8 +11,27 @@
 #include <string>
 #include <vector>
 
+// What OpenBLAS does before a fork: ends its threads. It has no public name; not in every OpenBLAS.
+extern "C" int blas_thread_shutdown_() __attribute__((weak));
+
 namespace palpate {
 namespace {
+
+// The threads are ours, branches of the elimination tree or sites of a build. Those of BLAS would take turns
+// with them, and the last digits of a product would follow their number; one at least spins, when the library
+// is loaded, for the first tenth of a second.
+void claim_threads() {
+  static std::once_flag claimed;
+  std::call_once(claimed, [] {
+    if (openblas_get_parallel() == OPENBLAS_SEQUENTIAL)
+      throw std::runtime_error(
+          "the OpenBLAS of this machine is its serial variant, whose results are wrong where several threads "
+          "call it; install libopenblas0-pthread, or choose it: update-alternatives --config "
+          "libopenblas.so.0-x86_64-linux-gnu");
+    openblas_set_num_threads(1);
+    if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
+  });
+}
 
 cholmod_sparse view(const SparseLower& matrix) {
   cholmod_sparse sparse = {};
@@ -114,9 +133,7 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
     // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
-    // The threads are ours, branches of the elimination tree or sites of a build. Those of BLAS would spin
-    // beside them, and the last digits of a product would follow their number.
-    openblas_set_num_threads(1);
+    claim_threads();
     if (cholmod_metis(&blocks, nullptr, 0, 0, block_order.data(), &workspace.common) != 0) {
       for (const int block : block_order) {
         for (int equation = first_of[static_cast<size_t>(block)];

@@ -99,8 +99,6 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
       [&](const Place& place, size_t front) { places[static_cast<size_t>(next[front]++)] = place; });
 
   entries_.resize(places.size());
-  rows_in_parent_.assign(
-      fronts_.empty() ? 0 : fronts_.back().rows + static_cast<size_t>(fronts_.back().num_rows), -1);
   std::vector<int> row_in_front(num_equations);
   for (size_t f = 0; f < fronts_.size(); ++f) {
     const Front& front = fronts_[f];
@@ -113,10 +111,19 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
                                               (place.column - front.first_column) * front.num_rows};
     }
     for (const int c : children(static_cast<int>(f))) {
-      const Front& child = fronts_[static_cast<size_t>(c)];
-      for (size_t row = child.rows + static_cast<size_t>(child.num_columns);
-           row < child.rows + static_cast<size_t>(child.num_rows); ++row)
-        rows_in_parent_[row] = row_in_front[static_cast<size_t>(row_indices[row])];
+      Front& child = fronts_[static_cast<size_t>(c)];
+      child.first_run = runs_.size();
+      for (int row = 0; row < child.num_updated(); ++row) {
+        const size_t at = child.rows + static_cast<size_t>(child.num_columns + row);
+        const int place = row_in_front[static_cast<size_t>(row_indices[at])];
+        const bool goes_on = row > 0 && place == runs_.back().place + runs_.back().length;
+        if (goes_on && place != front.num_columns) {
+          ++runs_.back().length;
+        } else {
+          runs_.push_back({row, 1, place});
+        }
+      }
+      child.num_runs = static_cast<int>(runs_.size() - child.first_run);
     }
   }
 }

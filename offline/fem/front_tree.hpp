@@ -28,11 +28,13 @@ struct Front {
   int num_columns = 0;
   int num_rows = 0;  // columns included
   int first_column = 0;
-  int parent = -1;        // -1: a root
-  int first_within = 0;   // of the fronts of its subtree, which ends at the front itself
-  int depth = 0;          // number of ancestors
-  size_t panel = 0;       // of L11 and L21, column-major with num_rows rows, among the entries of L
-  size_t rows = 0;        // where its num_rows begin, in anything that has one entry a row of every front
+  int parent = -1;       // -1: a root
+  int first_within = 0;  // of the fronts of its subtree, which ends at the front itself
+  int depth = 0;         // number of ancestors
+  size_t panel = 0;      // of L11 and L21, column-major with num_rows rows, among the entries of L
+  size_t rows = 0;       // where its num_rows begin, in anything that has one entry a row of every front
+  size_t first_run = 0;  // of those in its parent, see FrontTree::runs_in_parent()
+  int num_runs = 0;
   double operations = 0;  // of its elimination, floating point
 
   int num_updated() const { return num_rows - num_columns; }
@@ -53,10 +55,16 @@ class FrontTree {
   const Front& operator[](int front) const { return fronts_[static_cast<size_t>(front)]; }
   std::span<const int> children(int front) const;
 
-  // Where the updated rows of a front (num_updated of them) stand among the rows of its parent, ascending.
-  const int* rows_in_parent(int front) const {
+  // Where the updated rows of a front stand among the rows of its parent, ascending, in runs of rows that
+  // stand side by side in both: all among the parent's columns, or all below them.
+  struct Run {
+    int row;  // of the updated ones, the first
+    int length;
+    int place;  // in the parent
+  };
+  std::span<const Run> runs_in_parent(int front) const {
     const Front& at = (*this)[front];
-    return rows_in_parent_.data() + at.rows + at.num_columns;
+    return {runs_.data() + at.first_run, static_cast<size_t>(at.num_runs)};
   }
 
   // One stored entry of the matrix and its place in the panel of its front.
@@ -69,7 +77,9 @@ class FrontTree {
   int num_entries() const { return static_cast<int>(entries_.size()); }
   const std::vector<int>& permutation() const { return permutation_; }  // column of L -> equation
   size_t panel_entries() const { return panel_entries_; }
-  size_t total_rows() const { return rows_in_parent_.size(); }  // sum of num_rows
+  size_t total_rows() const {  // sum of num_rows
+    return fronts_.empty() ? 0 : fronts_.back().rows + static_cast<size_t>(fronts_.back().num_rows);
+  }
 
  private:
   void set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of);
@@ -77,7 +87,7 @@ class FrontTree {
   std::vector<Front> fronts_;
   std::vector<int> children_;  // of front after front
   std::vector<int> first_child_;
-  std::vector<int> rows_in_parent_;
+  std::vector<Run> runs_;
   std::vector<Entry> entries_;
   std::vector<int> first_entry_;
   std::vector<int> permutation_;

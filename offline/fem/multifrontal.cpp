@@ -59,6 +59,14 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, int thread
   return true;
 }
 
+// to += from, over the rows of a run but for the first few.
+template <typename Real>
+void add_run(const FrontTree::Run& run, int first, const Real* from, Real* to) {
+  from += run.row;
+  to += run.place;
+  for (int i = first; i < run.length; ++i) to[i] += from[i];
+}
+
 // A pivot below this part of the diagonal entry that it was is what rounding left of a zero.
 template <typename Real>
 constexpr Real kSmallestPivot = 64 * std::numeric_limits<Real>::epsilon();
@@ -228,19 +236,19 @@ template <typename Real>
 void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool above) const {
   const Front& front = (*tree_)[index];
   for (const int c : tree_->children(index)) {
-    const Front& child = (*tree_)[c];
-    const int n = child.num_updated();
-    const int* place = tree_->rows_in_parent(c);
-    const int in_columns = static_cast<int>(std::lower_bound(place, place + n, front.num_columns) - place);
-    const Real* from = updates_[static_cast<size_t>(c)];
-    for (int j = above ? in_columns : 0; j < (above ? n : in_columns); ++j) {
-      const Real* column = from + static_cast<size_t>(j) * static_cast<size_t>(n);
-      Real* to = above ? update +
-                             static_cast<size_t>(place[j] - front.num_columns) *
-                                 static_cast<size_t>(front.num_updated()) -
-                             front.num_columns
-                       : panel + static_cast<size_t>(place[j]) * static_cast<size_t>(front.num_rows);
-      for (int i = j; i < n; ++i) to[place[i]] += column[i];
+    const ptrdiff_t n = (*tree_)[c].num_updated();
+    const std::span<const FrontTree::Run> runs = tree_->runs_in_parent(c);
+    for (auto columns = runs.begin(); columns != runs.end(); ++columns) {
+      if (above != (columns->place >= front.num_columns)) continue;
+      for (int j = 0; j < columns->length; ++j) {
+        const ptrdiff_t place = columns->place + j;
+        // The front's rows in this column.
+        Real* to = above ? update + (place - front.num_columns) * front.num_updated() - front.num_columns
+                         : panel + place * front.num_rows;
+        const Real* from = updates_[static_cast<size_t>(c)] + (columns->row + j) * n;
+        add_run(*columns, j, from, to);
+        for (auto rows = columns + 1; rows != runs.end(); ++rows) add_run(*rows, 0, from, to);
+      }
     }
   }
 }
@@ -275,11 +283,10 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
       std::fill_n(to + front.num_columns, front.num_updated(), Real(0));
       for (const int c : tree.children(index)) {
         const Front& child = tree[c];
-        const int* place = tree.rows_in_parent(c);
         const Real* from = carried(child) +
                            static_cast<size_t>(column) * static_cast<size_t>(child.num_rows) +
                            child.num_columns;
-        for (int row = 0; row < child.num_updated(); ++row) to[place[row]] += from[row];
+        for (const FrontTree::Run& run : tree.runs_in_parent(c)) add_run(run, 0, from, to);
       }
     }
     const Real* panel = panels_.get() + front.panel;
@@ -295,12 +302,12 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
     const Real* panel = panels_.get() + front.panel;
     if (front.num_updated() > 0) {
       const Front& parent = tree[front.parent];
-      const int* place = tree.rows_in_parent(index);
       for (int column = 0; column < columns; ++column) {
         const Real* from =
             carried(parent) + static_cast<size_t>(column) * static_cast<size_t>(parent.num_rows);
         Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows) + front.num_columns;
-        for (int row = 0; row < front.num_updated(); ++row) to[row] = from[place[row]];
+        for (const FrontTree::Run& run : tree.runs_in_parent(index))
+          std::copy_n(from + run.place, run.length, to + run.row);
       }
       subtract_product(CblasTrans, front.num_updated(), front.num_columns, columns, panel + front.num_columns,
                        rows, w + front.num_columns, w, rows);

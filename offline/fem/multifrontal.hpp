@@ -32,8 +32,8 @@ class Multifrontal {
   // the rounding of Real; solve() must then not be called. Cost: the sum of Front::operations.
   [[nodiscard]] bool factorize(const double* values);
 
-  // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them. Cost: two passes
-  // over L for each 16 columns. Throws std::bad_alloc.
+  // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them. Cost: two
+  // passes over L for each 16 columns. Throws std::bad_alloc.
   void solve(double* right_hand_sides, int columns);
 
  private:

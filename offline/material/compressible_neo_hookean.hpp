@@ -23,24 +23,21 @@ inline double strain_energy_density(const CompressibleNeoHookean& law, const Eig
          0.5 * law.lambda * (J - 1.0) * (J - 1.0);
 }
 
-inline Eigen::Matrix3d first_piola_kirchhoff(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
-  const double J = F.determinant();
-  const Eigen::Matrix3d H = F.inverse().transpose();
-  return law.mu * (F - H) + law.lambda * J * (J - 1.0) * H;
-}
-
-inline DyadicTangent dyadic_tangent(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
-  const double J = F.determinant();
-  DyadicTangent terms{F, F.inverse().transpose()};
+inline DyadicTangent dyadic_tangent(const CompressibleNeoHookean& law, double /*I1*/, double J) {
+  DyadicTangent terms;
   terms.identity = law.mu;
   terms.transposed = law.mu - law.lambda * J * (J - 1.0);
   terms.hh = law.lambda * J * (2.0 * J - 1.0);
   return terms;
 }
 
+inline Eigen::Matrix3d first_piola_kirchhoff(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
+  const DyadicTangent terms = dyadic_tangent(law, F.squaredNorm(), F.determinant());
+  return terms.identity * F - terms.transposed * F.inverse().transpose();
+}
+
 inline StressAndTangent stress_and_tangent(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
-  const DyadicTangent terms = dyadic_tangent(law, F);
-  return {law.mu * F - terms.transposed * terms.H, full_tangent(terms)};
+  return full_response(dyadic_tangent(law, F.squaredNorm(), F.determinant()), F, F.inverse().transpose());
 }
 
 }  // namespace palpate

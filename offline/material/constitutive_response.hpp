@@ -1,8 +1,6 @@
 // Energy, stress and tangent of whatever law a material holds.
 #pragma once
 
-#include <optional>
-
 #include "offline/material/compressible_neo_hookean.hpp"
 #include "offline/material/elastic.hpp"
 #include "offline/material/invariant_law.hpp"
@@ -23,13 +21,18 @@ inline StressAndTangent stress_and_tangent(const Law& law, const Eigen::Matrix3d
   return std::visit([&](const auto& one) { return stress_and_tangent(one, F); }, law);
 }
 
-// Of the laws whose tangent has that form; nothing for the others.
-inline std::optional<DyadicTangent> dyadic_tangent(const Law& law, const Eigen::Matrix3d& F) {
-  if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law))
-    return dyadic_tangent(*neo_hookean, F);
+// Whether the law's energy depends on I1 and J alone.
+inline bool has_dyadic_tangent(const Law& law) {
   const auto* invariant = std::get_if<InvariantLaw>(&law);
-  if (invariant != nullptr && invariant->c01 == 0.0) return dyadic_part(*invariant, F);
-  return std::nullopt;
+  return std::holds_alternative<CompressibleNeoHookean>(law) ||
+         (invariant != nullptr && invariant->c01 == 0.0);
+}
+
+// For these laws only.
+inline DyadicTangent dyadic_tangent(const Law& law, double I1, double J) {
+  const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law);
+  return neo_hookean != nullptr ? dyadic_tangent(*neo_hookean, I1, J)
+                                : dyadic_tangent(std::get<InvariantLaw>(law), I1, J);
 }
 
 }  // namespace palpate

@@ -12,7 +12,8 @@
 //   dG1[dF] = 2 dF,   dG2[dF] = 2 ((G1 : dF) F + I1 dF - dF F^T F - F dF^T F - F F^T dF)
 //
 //   P      = W_A dA/dF + C01 dB/dF + U' J H,   W_A = C10 + 2 C20 (A - 3) + 3 C30 (A - 3)^2
-//   dP[dF] = W_A d(dA/dF) + W_AA (dA/dF : dF) dA/dF + C01 d(dB/dF) + (U'' J^2 + U' J)(H : dF) H - U' J H dF^T H
+//   dP[dF] = W_A d(dA/dF) + W_AA (dA/dF : dF) dA/dF + C01 d(dB/dF)
+//            + (U'' J^2 + U' J)(H : dF) H - U' J H dF^T H
 #pragma once
 
 #include <cmath>
@@ -86,42 +87,42 @@ inline double strain_energy_density(const InvariantLaw& law, const Eigen::Matrix
          volumetric_energy(law.volumetric, k.J).value;
 }
 
+// Of all but C01's term: A and J depend on I1 and J alone.
+inline DyadicTangent dyadic_tangent(const InvariantLaw& law, double I1, double J) {
+  const double volume_scale = 1.0 / std::cbrt(J * J);
+  const Derivatives isochoric = invariant_law::isochoric_energy(law, volume_scale * I1);
+  const Derivatives volumetric = volumetric_energy(law.volumetric, J);
+  const double first = isochoric.first * volume_scale;
+  const double second = 4.0 * isochoric.second * volume_scale * volume_scale;
+  DyadicTangent terms;
+  terms.identity = 2.0 * first;
+  terms.transposed = 2.0 / 3.0 * first * I1 - volumetric.first * J;
+  terms.ff = second;
+  terms.fh = -4.0 / 3.0 * first - second * I1 / 3.0;
+  terms.hh = 4.0 / 9.0 * first * I1 + second * I1 * I1 / 9.0 + J * (volumetric.second * J + volumetric.first);
+  return terms;
+}
+
 inline Eigen::Matrix3d first_piola_kirchhoff(const InvariantLaw& law, const Eigen::Matrix3d& F) {
   const invariant_law::Kinematics k(F);
-  const double slope = invariant_law::isochoric_energy(law, k.volume_scale * k.i1).first;
-  Eigen::Matrix3d P = (2.0 * slope * k.volume_scale) * (F - k.i1 / 3.0 * k.H);
+  const DyadicTangent terms = dyadic_tangent(law, k.i1, k.J);
+  Eigen::Matrix3d P = terms.identity * F - terms.transposed * k.H;
   if (law.c01 != 0.0) {
     P += (law.c01 * k.volume_scale * k.volume_scale) *
          (invariant_law::gradient_of_i2(k, F) - 4.0 / 3.0 * k.i2 * k.H);
   }
-  return P + volumetric_energy(law.volumetric, k.J).first * k.J * k.H;
-}
-
-// The tangent of all but C01's term: A and J depend on I1 and J alone.
-inline DyadicTangent dyadic_part(const InvariantLaw& law, const Eigen::Matrix3d& F) {
-  const invariant_law::Kinematics k(F);
-  const Derivatives isochoric = invariant_law::isochoric_energy(law, k.volume_scale * k.i1);
-  const Derivatives volumetric = volumetric_energy(law.volumetric, k.J);
-  const double first = isochoric.first * k.volume_scale;
-  const double second = 4.0 * isochoric.second * k.volume_scale * k.volume_scale;
-  DyadicTangent terms{F, k.H};
-  terms.identity = 2.0 * first;
-  terms.transposed = 2.0 / 3.0 * first * k.i1 - volumetric.first * k.J;
-  terms.ff = second;
-  terms.fh = -4.0 / 3.0 * first - second * k.i1 / 3.0;
-  terms.hh = 4.0 / 9.0 * first * k.i1 + second * k.i1 * k.i1 / 9.0 +
-             k.J * (volumetric.second * k.J + volumetric.first);
-  return terms;
+  return P;
 }
 
 inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen::Matrix3d& F) {
-  StressAndTangent result = {first_piola_kirchhoff(law, F), full_tangent(dyadic_part(law, F))};
+  const invariant_law::Kinematics k(F);
+  StressAndTangent result = full_response(dyadic_tangent(law, k.i1, k.J), F, k.H);
   if (law.c01 != 0.0) {
-    const invariant_law::Kinematics k(F);
     const double second = law.c01 * k.volume_scale * k.volume_scale;
+    const Eigen::Matrix3d gradient = invariant_law::gradient_of_i2(k, F);
+    result.first_piola_kirchhoff += second * (gradient - 4.0 / 3.0 * k.i2 * k.H);
     invariant_law::add_curvature_of_i2(second, k, F, result.tangent);
-    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, invariant_law::gradient_of_i2(k, F), k.H,
-                                    result.tangent);
+    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, gradient, k.H, result.tangent);
   }
   return result;
 }
