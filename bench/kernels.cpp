@@ -43,13 +43,6 @@ void field(benchmark::State& state, palpate::AddColumns add_columns) {
                           static_cast<int64_t>(coefficients.count * sizeof(float)));
 }
 
-void field_fastest(benchmark::State& state) {
-  field(state, palpate::choose_add_columns());
-}
-void field_scalar(benchmark::State& state) {
-  field(state, palpate::add_columns_scalar);
-}
-
 void copy_of_same_bytes(benchmark::State& state) {
   const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
   const Coefficients from(panels, static_cast<size_t>(state.range(1)));
@@ -83,6 +76,13 @@ void snapshot_hand_over(benchmark::State& state) {
 }
 BENCHMARK(snapshot_hand_over);
 
-BENCHMARK(field_fastest)->Apply(shapes);
-BENCHMARK(field_scalar)->Apply(shapes);
+// Each kernel that this processor runs.
+const bool field_kernels_are_registered = [] {
+  palpate::FieldKernel kernels[palpate::kMostFieldKernels];
+  const uint32_t count = palpate::list_field_kernels(kernels);
+  for (uint32_t k = 0; k < count; ++k)
+    shapes(benchmark::RegisterBenchmark((std::string("field_") + kernels[k].name).c_str(), field,
+                                        kernels[k].add_columns));
+  return true;
+}();
 BENCHMARK(copy_of_same_bytes)->Apply(shapes);

@@ -6,6 +6,7 @@
 #endif
 
 namespace palpate {
+namespace {
 
 void add_columns_scalar(const float* columns, size_t stride, const float* weights, uint32_t count,
                         float* sum) {
@@ -17,7 +18,6 @@ void add_columns_scalar(const float* columns, size_t stride, const float* weight
 }
 
 #ifdef PALPATE_X86
-namespace {
 
 // 96 rows are 12 registers of 8 floats: enough independent sums to hide the latency of a fused multiply-add
 // (4 cycles, 2 a cycle), and few enough that none spills.
@@ -36,17 +36,41 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const float* columns, 
   for (uint32_t r = 0; r < kRegisters; ++r) _mm256_storeu_ps(sum + 8 * r, sums[r]);
 }
 
-}  // namespace
-
-AddColumns choose_add_columns() {
-  __builtin_cpu_init();
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? add_columns_avx2
-                                                                         : add_columns_scalar;
-}
-#else
-AddColumns choose_add_columns() {
-  return add_columns_scalar;
+// The same with six registers of 16 floats.
+__attribute__((target("avx512f"))) void add_columns_avx512(const float* columns, size_t stride,
+                                                           const float* weights, uint32_t count, float* sum) {
+  constexpr uint32_t kRegisters = pack::kPanelRows / 16;
+  __m512 sums[kRegisters];
+  for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = _mm512_loadu_ps(sum + 16 * r);
+  for (uint32_t j = 0; j < count; ++j) {
+    const float* column = columns + j * stride;
+    const __m512 weight = _mm512_set1_ps(weights[j]);
+    for (uint32_t r = 0; r < kRegisters; ++r) {
+      sums[r] = _mm512_fmadd_ps(weight, _mm512_load_ps(column + 16 * r), sums[r]);
+    }
+  }
+  for (uint32_t r = 0; r < kRegisters; ++r) _mm512_storeu_ps(sum + 16 * r, sums[r]);
 }
 #endif
+
+}  // namespace
+
+uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]) {
+  uint32_t count = 0;
+  kernels[count++] = {"scalar", add_columns_scalar};
+#ifdef PALPATE_X86
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    kernels[count++] = {"avx2", add_columns_avx2};
+  if (__builtin_cpu_supports("avx512f")) kernels[count++] = {"avx512", add_columns_avx512};
+#endif
+  return count;
+}
+
+AddColumns choose_add_columns() {
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t count = list_field_kernels(kernels);
+  return kernels[count - 1].add_columns;
+}
 
 }  // namespace palpate

@@ -13,12 +13,19 @@ namespace palpate {
 using AddColumns = void (*)(const float* columns, size_t stride, const float* weights, uint32_t count,
                             float* sum);
 
-// Plain loops; the compiler may vectorise them but never contracts a product and a sum.
-void add_columns_scalar(const float* columns, size_t stride, const float* weights, uint32_t count,
-                        float* sum);
+struct FieldKernel {
+  const char* name;
+  AddColumns add_columns;
+};
 
-// The fastest kernel that this processor runs. Differs from the scalar one by the rounding of `count`
-// products at most: |difference| <= count * 2^-23 * (|sum[i]| + sum over j of |weights[j] columns[j][i]|).
+// Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may
+// vectorise them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same
+// bits). They differ from the scalar one by the rounding of `count` products at most:
+// |difference| <= count * 2^-23 * (|sum[i]| + sum over j of |weights[j] columns[j][i]|).
+inline constexpr uint32_t kMostFieldKernels = 3;
+uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
+
+// The fastest.
 AddColumns choose_add_columns();
 
 }  // namespace palpate

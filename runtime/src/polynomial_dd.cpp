@@ -137,6 +137,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   constexpr double kNoNormal[3] = {};
   const double* n = pack.inward_normals != nullptr ? pack.inward_normals + size_t{3} * site : kNoNormal;
   const Fade fade = fade_behind_surface(x[0] * n[0] + x[1] * n[1] + x[2] * n[2]);
+  answer.energy = quadratic.value + fade.phi * rest.value;
   for (int i = 0, ij = 0; i < 3; ++i) {
     answer.force[i] =
         (quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i]) / radius;

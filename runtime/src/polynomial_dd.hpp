@@ -34,6 +34,7 @@ uint32_t num_field_weights(const pal_pack& pack);
 
 struct PolynomialAnswer {
   uint32_t flags;       // PAL_FLAG_EXTRAPOLATED, PAL_FLAG_CLAMPED
+  double energy;        // model units
   double force[3];      // model units
   double stiffness[9];  // row-major
 };

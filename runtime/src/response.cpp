@@ -15,26 +15,36 @@ constexpr double kAbsurdDisplacement = 1e6;
 // The estimate where nothing was measured: all of it may be wrong.
 constexpr double kUnknownError = 1.0;
 
+double largest_component(const double d[3]) {
+  const double x = fabs(d[0]);
+  const double y = fabs(d[1]);
+  const double z = fabs(d[2]);
+  const double larger = x > y ? x : y;
+  return larger > z ? larger : z;
+}
+
 // |d|, without overflow on the way.
 double length(const double d[3]) {
-  const double largest = fmax(fabs(d[0]), fmax(fabs(d[1]), fabs(d[2])));
+  constexpr double kLeast = 1e-140;  // their squares are exact enough
+  constexpr double kMost = 1e140;
+  const double largest = largest_component(d);
   if (largest == 0) return 0;
-  const double x = d[0] / largest;
-  const double y = d[1] / largest;
-  const double z = d[2] / largest;
-  return largest * sqrt(x * x + y * y + z * z);
+  const double scale = largest > kLeast && largest < kMost ? 1.0 : largest;
+  const double x = scale == 1.0 ? d[0] : d[0] / scale;
+  const double y = scale == 1.0 ? d[1] : d[1] / scale;
+  const double z = scale == 1.0 ? d[2] : d[2] / scale;
+  return scale * sqrt(x * x + y * y + z * z);
 }
 
 // Turns a contact's displacement into model units, shortening an absurd one.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
-  const double largest = fmax(fabs(displacement[0]), fmax(fabs(displacement[1]), fabs(displacement[2])));
   // Near the largest double |d| itself overflows: half of such a displacement is shortened instead.
-  const double half = largest > 1e300 ? 0.5 : 1.0;
+  const double half = largest_component(displacement) > 1e300 ? 0.5 : 1.0;
   for (int i = 0; i < 3; ++i) out[i] = half * displacement[i];
   const double size = length(out);
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
-  const double scale = size > limit ? limit / size : 1.0;
-  for (int i = 0; i < 3; ++i) out[i] = scale * out[i] / pack.metres;
+  const double scale = (size > limit ? limit / size : 1.0) / pack.metres;
+  for (int i = 0; i < 3; ++i) out[i] *= scale;
   return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
@@ -61,6 +71,9 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   const pal_pack& pack = *session.pack;
   LinearState& linear = session.linear;
   evaluate_linear(session.displacements, linear, session.forces);
+  double work = 0;  // W = f . d / 2
+  for (uint32_t i = 0; i < 3 * count; ++i) work += session.forces[i] * session.displacements[i];
+  session.stored_energy = 0.5 * work * pack.newtons * pack.metres;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.num_held = linear.answering.num_held;
   memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
@@ -98,6 +111,7 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   field.site = contact.site;
   PolynomialAnswer answer;
   evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
+  session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
   pal_contact_result& result = results[0];
   result = {};

@@ -22,7 +22,8 @@ bool make_linear_ready_within(pal_session& session, const pal_contact* contacts,
                               uint64_t operations, bool& began, bool& finished);
 
 // Forces and stiffness of contacts by a model that is ready for them, for finite displacements; API units,
-// organ frame. Hands the field to the visual thread. `results`: count entries, or null.
+// organ frame. Leaves their energy in pal_session::stored_energy and hands the field to the visual thread.
+// `results`: count entries, or null.
 void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
                      pal_contact_result* results);
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr uint32_t kFirstInputBytes = 40;
 constexpr uint32_t kFirstResultBytes = 152;
-constexpr uint32_t kFirstCounterBytes = 64;
+constexpr uint32_t kFirstCounterBytes = 72;
 static_assert(kFirstConfigBytes == sizeof(pal_session_config) &&
               kFirstInputBytes == sizeof(pal_haptic_input) && kFirstResultBytes == sizeof(pal_tool_result) &&
               kFirstCounterBytes == sizeof(pal_counters));
@@ -161,6 +161,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.add_columns = palpate::choose_add_columns();
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
+  palpate::reset_passivity(made.tools.passivity);
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
   return PAL_STATUS_OK;

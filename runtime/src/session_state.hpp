@@ -27,6 +27,7 @@ struct pal_session {
   uint32_t* requested;     // [max_requested] packed nodes, ascending
   double* displacements;   // [max_contacts][3] model units
   double* forces;          // [max_contacts][3] model units
+  double stored_energy;    // of the last answer: J, or the model's units of energy
   uint32_t* input_flags;   // [max_contacts] what was done to the displacement before any model saw it
   palpate::LinearState linear;
   bool linear_begun;    // linear.next is being made ready

@@ -22,6 +22,8 @@ static_assert(kFirstHoldBytes == sizeof(pal_hold) && kFirstTouchBytes == sizeof(
 // mean edges of the surface: less is the tremor of a hand.
 constexpr double kReleaseHeight = 0.01;
 constexpr double kLongestFrame = 1.0;  // s
+// In units of the scene's largest displacement: less is rounding of poses.
+constexpr double kLeastStrain = 1e-6;
 
 // The place of a site at rest, world.
 void site_position(const pal_session& session, uint32_t site, double out[3]) {
@@ -62,6 +64,7 @@ void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_l
   contact.tool = tool;
   contact.site = site;
   contact.law = law;
+  contact.strain = Strain::unknown;
   memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
   site_position(session, site, contact.unstrained_arm);
   for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
@@ -87,7 +90,9 @@ void let_go(pal_session& session, Goes&& goes) {
 // ages.
 bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolState& state) {
   const double age = input.ages != nullptr && tool < input.num_tools ? input.ages[tool] : 0.0;
+  state.before = state.pose;
   if (tool < input.num_tools && age >= 0 && isfinite(age) && read_pose(input.poses[tool], state.pose)) {
+    if (!state.has_pose) state.before = state.pose;
     state.has_pose = true;
     state.age = age;
     return true;
@@ -179,9 +184,14 @@ void let_go_of_what_came_out(pal_session& session, ToolRotation& last) {
 // The displacement of every contact held, organ frame.
 void fill_inputs(pal_session& session, ToolRotation& last) {
   for (uint32_t c = 0; c < session.tools.num_contacts; ++c) {
-    const HeldContact& contact = session.tools.contacts[c];
+    HeldContact& contact = session.tools.contacts[c];
     double d[3];
     movement_of(session, contact, last, d);
+    if (contact.strain == Strain::unknown) {
+      const double least = kLeastStrain * session.pack->max_displacement * session.pack->metres;
+      contact.strain =
+          d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least ? Strain::brought : Strain::none;
+    }
     session.tools.inputs[c].site = contact.site;
     rotate_back(session.tools.organ, d, session.tools.inputs[c].displacement);
   }
@@ -226,6 +236,15 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   if (answer.force_error > result.force_error) result.force_error = answer.force_error;
 }
 
+void reduce(double part, Wrench& wrench, pal_tool_result& result) {
+  if (result.num_contacts == 0) return;
+  for (double& component : wrench.v) component *= part;
+  for (auto& row : result.stiffness) {
+    for (double& component : row) component *= part;
+  }
+  result.flags |= PAL_FLAG_REDUCED;
+}
+
 // Frames in which some tool had a flag.
 void count_frame(const pal_tool_result* results, uint32_t count, bool switched, pal_counters& counters) {
   uint32_t flags = 0;
@@ -238,6 +257,7 @@ void count_frame(const pal_tool_result* results, uint32_t count, bool switched, 
   counters.bad_input += has(PAL_FLAG_BAD_INPUT);
   counters.stale += has(PAL_FLAG_STALE);
   counters.limited += has(PAL_FLAG_LIMITED);
+  counters.reduced += has(PAL_FLAG_REDUCED);
 }
 
 // `hold` becomes the caller's, completed. PAL_STATUS_OK where it can be held.
@@ -282,6 +302,7 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
   states.organ = rotation_of(config.organ.orientation);
+  states.num_tools = config.max_tools;
 }
 
 void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results) {
@@ -304,6 +325,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   }
   fill_inputs(session, last);
   answer_or_stand_in(session);
+  const bool reduced = keep_account(session);
 
   pal_tool_result local[kMostTools];
   const uint32_t num_results = results == nullptr                     ? 0
@@ -324,6 +346,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     ToolState& state = states.tools[tool];
     pal_tool_result& result = all[tool];
     result.flags |= own_flags[tool];
+    if (reduced) reduce(states.passivity.part, wrenches[tool], result);
     const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
     result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);

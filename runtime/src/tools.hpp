@@ -13,6 +13,7 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/force_output.hpp"
+#include "runtime/src/passivity.hpp"
 #include "runtime/src/pose.hpp"
 
 namespace palpate {
@@ -20,11 +21,15 @@ namespace palpate {
 inline constexpr uint32_t kMostTools = 16;
 inline constexpr uint32_t kNotAnswered = UINT32_MAX;
 
+// Whether a contact was displaced when it was taken hold of; that it was, until some model has answered it.
+enum class Strain : uint8_t { unknown, none, brought };
+
 struct HeldContact {
   uint64_t id;  // no two contacts of a session have the same
   uint32_t tool;
   uint32_t site;
   pal_contact_law law;
+  Strain strain;
   double unstrained[3];      // p0
   double unstrained_arm[3];  // R0 a, world
   double arm[3];             // a, in the tool's frame
@@ -32,7 +37,8 @@ struct HeldContact {
 };
 
 struct ToolState {
-  pal_pose pose;  // the last that made sense
+  pal_pose pose;    // the last that made sense
+  pal_pose before;  // of the frame before
   bool has_pose;
   bool touches;
   bool must_leave;  // let go: it takes hold again only when it has been off the surface
@@ -44,6 +50,7 @@ struct ToolState {
 
 struct ToolStates {
   Rotation organ;  // of pal_session_config::organ
+  uint32_t num_tools;
   uint32_t num_contacts;
   HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
   ToolState* tools;             // [max_tools]
@@ -67,6 +74,7 @@ struct ToolStates {
   bool preparing;     // not all contacts held are answered, or not with the nodes that are fixed now
   bool changed;       // what answers, in this frame
   double dt;          // of the last frame in which it made sense
+  Passivity passivity;
 };
 
 // A tool that was never seen and holds nothing.

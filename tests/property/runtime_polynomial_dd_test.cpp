@@ -425,7 +425,8 @@ TEST_F(InwardPolynomialDd, StiffnessHasNoStepWhereItBeginsOrEndsToFade) {
 
 // ---- The inner loop of every field
 
-TEST(FieldKernel, ChosenAgreesWithScalarWithinTheStatedBound) {
+// Of the instruction sets that this processor has.
+TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<float> value(-1.0f, 1.0f);
   std::uniform_int_distribution<int> exponent(-20, 20);
@@ -434,30 +435,41 @@ TEST(FieldKernel, ChosenAgreesWithScalarWithinTheStatedBound) {
   constexpr uint32_t kMostColumns = 128;
   AlignedBytes memory(kMostColumns * kStride * sizeof(float));
   auto* columns = reinterpret_cast<float*>(memory.bytes().data());
-  const AddColumns chosen = choose_add_columns();
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t num_kernels = list_field_kernels(kernels);
+  ASSERT_STREQ(kernels[0].name, "scalar");
+  EXPECT_EQ(choose_add_columns(), kernels[num_kernels - 1].add_columns);
   for (const uint32_t count : {0u, 1u, 2u, 3u, 19u, 55u, 128u}) {
     for (size_t i = 0; i < kMostColumns * kStride; ++i) columns[i] = any();
     std::vector<float> weights(count + 1);  // never empty
     for (float& weight : weights) weight = any();
     std::vector<float> scalar(pack::kPanelRows);
     for (float& start : scalar) start = any();
-    std::vector<float> vectorised = scalar;
     const std::vector<float> start = scalar;
-    add_columns_scalar(columns, kStride, weights.data(), count, scalar.data());
-    chosen(columns, kStride, weights.data(), count, vectorised.data());
-    for (size_t i = 0; i < pack::kPanelRows; ++i) {
-      double magnitude =
-          std::abs(static_cast<double>(start[i]));  // what was there takes part in the rounding
-      double exact = static_cast<double>(start[i]);
-      for (uint32_t j = 0; j < count; ++j) {
-        const double product =
-            static_cast<double>(weights[j]) * static_cast<double>(columns[j * kStride + i]);
-        magnitude += std::abs(product);
-        exact += product;
+    kernels[0].add_columns(columns, kStride, weights.data(), count, scalar.data());
+    std::vector<float> fused;  // of the first that fuses products and sums
+    for (uint32_t k = 0; k < num_kernels; ++k) {
+      SCOPED_TRACE(kernels[k].name);
+      std::vector<float> result = start;
+      kernels[k].add_columns(columns, kStride, weights.data(), count, result.data());
+      for (size_t i = 0; i < pack::kPanelRows; ++i) {
+        double magnitude =
+            std::abs(static_cast<double>(start[i]));  // what was there takes part in the rounding
+        double exact = static_cast<double>(start[i]);
+        for (uint32_t j = 0; j < count; ++j) {
+          const double product =
+              static_cast<double>(weights[j]) * static_cast<double>(columns[j * kStride + i]);
+          magnitude += std::abs(product);
+          exact += product;
+        }
+        const double bound = count * std::ldexp(1.0, -23) * magnitude;
+        EXPECT_LE(std::abs(static_cast<double>(scalar[i]) - static_cast<double>(result[i])), bound);
+        EXPECT_LE(std::abs(static_cast<double>(result[i]) - exact), bound);
       }
-      const double bound = count * std::ldexp(1.0, -23) * magnitude;
-      EXPECT_LE(std::abs(static_cast<double>(scalar[i]) - static_cast<double>(vectorised[i])), bound);
-      EXPECT_LE(std::abs(static_cast<double>(vectorised[i]) - exact), bound);
+      if (k == 1) fused = result;
+      if (k > 1) {
+        EXPECT_EQ(result, fused);
+      }
     }
   }
 }

@@ -136,7 +136,10 @@ enum {
   PAL_FLAG_PREPARING = 1 << 10,
   /* The model gave no finite force, as that of a damaged pack that was not verified may: the last one is
    * given. */
-  PAL_FLAG_NOT_FINITE = 1 << 11
+  PAL_FLAG_NOT_FINITE = 1 << 11,
+  /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would now get out more energy
+   * than they have put in: the force is less than the model's, on their way out, so that they do not. */
+  PAL_FLAG_REDUCED = 1 << 12
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -434,6 +437,7 @@ typedef struct pal_counters {
   uint64_t bad_input;
   uint64_t stale;
   uint64_t limited;
+  uint64_t reduced;
 } pal_counters;
 
 /* Set counters->struct_size first. Real-time safe: yes. */

@@ -1,0 +1,278 @@
+// Energy: however contacts, nodes and models change, tools get no more out of the tissue than they put in.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kFrame = 0.001;
+// What the contract allows a cycle to create, as part of the largest energy stored in it.
+constexpr double kAllowed = 0.01;
+
+class Passivity : public ::testing::Test {
+ protected:
+  OpenPack pack_{small_pack_bytes()};
+  pal_session_config config_ = [this] {
+    pal_session_config config = session_config(pack_.get(), PAL_MODEL_AUTO, 4, 4);
+    config.blend_seconds = 0.02;
+    return config;
+  }();
+};
+
+// The work that tools do on the tissue: below zero it has given them energy. By the trapezoidal rule, from what
+// a device would see and nothing else.
+class Work {
+ public:
+  explicit Work(ToolSession& tools) : tools_(&tools) {}
+
+  void frame(const std::vector<pal_pose>& poses) {
+    const std::vector<pal_tool_result>& results = tools_->frame(poses);
+    for (size_t tool = 0; tool < poses.size(); ++tool) {
+      const Eigen::Vector3d force = force_of(results[tool]);
+      const Eigen::Vector3d torque = torque_of(results[tool]);
+      if (!before_.empty()) {
+        const Eigen::Quaterniond turned = rotation(poses[tool]) * rotation(before_[tool]).conjugate();
+        work_ += 0.5 * (force + forces_[tool]).dot(place(poses[tool]) - place(before_[tool]));
+        work_ += 0.5 * (torque + torques_[tool]).dot((turned.w() < 0 ? -2.0 : 2.0) * turned.vec());
+      }
+      forces_[tool] = force;
+      torques_[tool] = torque;
+      reduced_ += (results[tool].flags & PAL_FLAG_REDUCED) != 0 ? 1 : 0;
+    }
+    peak_ = std::max(peak_, work_);
+    before_ = poses;
+  }
+
+  double done() const { return work_; }
+  double peak() const { return peak_; }
+  int reduced() const { return reduced_; }  // results so flagged
+  Eigen::Vector3d force(size_t tool) const { return forces_[tool]; }
+
+  // A new cycle.
+  void restart() { work_ = peak_ = 0; }
+
+ private:
+  static Eigen::Vector3d place(const pal_pose& pose) { return Eigen::Vector3d(pose.position); }
+  static Eigen::Quaterniond rotation(const pal_pose& pose) {
+    return {pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3]};
+  }
+
+  ToolSession* tools_;
+  std::vector<pal_pose> before_;
+  std::array<Eigen::Vector3d, 4> forces_ = zeros();
+  std::array<Eigen::Vector3d, 4> torques_ = zeros();
+  double work_ = 0;
+  double peak_ = 0;
+  int reduced_ = 0;
+
+  static std::array<Eigen::Vector3d, 4> zeros() {
+    std::array<Eigen::Vector3d, 4> all;
+    all.fill(Eigen::Vector3d::Zero());
+    return all;
+  }
+};
+
+void let_go(ToolSession& tools, uint32_t tool) {
+  require(pal_tool_release(tools.get(), tool), "release");
+}
+
+void hold_where_it_is(ToolSession& tools, uint32_t tool, uint32_t site, const pal_pose& pose) {
+  pal_hold hold = pal_default_hold(site);
+  hold.unstrained = pose;
+  tools.hold(tool, hold);
+}
+
+TEST_F(Passivity, AClosedPathMakesNoEnergy) {
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  tools.hold(0, pal_default_hold(6));
+  for (int frame = 0; frame <= 4000; ++frame) {
+    const double t = 2 * M_PI * frame / 4000;
+    work.frame({at(0.04 * std::sin(t / 2) * Eigen::Vector3d(std::cos(3 * t), std::sin(2 * t), -1))});
+  }
+  EXPECT_GT(work.peak(), 0);
+  EXPECT_LE(std::abs(work.done()), 1e-4 * work.peak()) << "the trapezoidal rule over 4000 steps";
+  EXPECT_EQ(work.reduced(), 0);
+}
+
+// Each cycle goes in along the softer model and comes out along the stiffer one.
+struct Detour {
+  const char* name;
+  Eigen::Vector3d deepest;
+  std::function<void(ToolSession&)> at_the_bottom;
+  std::function<void(ToolSession&)> at_the_top;
+};
+
+class PassivityOfDetours : public Passivity, public ::testing::WithParamInterface<Detour> {};
+
+TEST_P(PassivityOfDetours, MakesNoEnergy) {
+  const Detour& detour = GetParam();
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  double worst = 0;
+  double largest_step = 0;
+  double largest_force = 0;
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    work.restart();
+    tools.hold(0, pal_default_hold(6));
+    for (int frame = 0; frame <= 600; ++frame) {
+      if (frame == 300) detour.at_the_bottom(tools);
+      const double depth = 0.5 - 0.5 * std::cos(2 * M_PI * frame / 600);
+      const Eigen::Vector3d before = work.force(0);
+      work.frame({at(depth * detour.deepest), at({0, 0, 0})});
+      largest_step = std::max(largest_step, (work.force(0) - before).norm());
+      largest_force = std::max(largest_force, work.force(0).norm());
+    }
+    detour.at_the_top(tools);
+    let_go(tools, 0);
+    for (int frame = 0; frame < 100; ++frame) work.frame({at({0, 0, 0}), at({0, 0, 0})});
+    worst = std::min(worst, work.done() / work.peak());
+  }
+  EXPECT_GE(worst, -kAllowed) << "the energy created in a cycle";
+  EXPECT_GT(work.reduced(), 0) << "else this detour shows nothing";
+  EXPECT_LE(largest_step, 0.1 * largest_force) << "1.5 / 20 of what a blend begins with, and the motion";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, PassivityOfDetours,
+    ::testing::Values(Detour{"SecondTool",
+                             {0.02, 0, -0.04},
+                             [](ToolSession& tools) { tools.hold(1, pal_default_hold(1)); },
+                             [](ToolSession& tools) { let_go(tools, 1); }},
+                      Detour{"SecondToolBeside",
+                             {0.03, 0.02, -0.02},
+                             [](ToolSession& tools) { tools.hold(1, pal_default_hold(7)); },
+                             [](ToolSession& tools) { let_go(tools, 1); }},
+                      Detour{"FixedNodes",
+                             {0, 0, -0.045},
+                             [](ToolSession& tools) {
+                               tools.fix({1, 2, 7});
+                             },
+                             [](ToolSession& tools) { tools.fix({}); }},
+                      Detour{"PulledOut",
+                             {0, 0.01, 0.04},
+                             [](ToolSession& tools) {
+                               tools.fix({1, 2, 7});
+                             },
+                             [](ToolSession& tools) { tools.fix({}); }}),
+    [](const auto& detour) { return detour.param.name; });
+
+// The rest of a blend pushes the tool along.
+TEST_F(Passivity, AFadingForceDoesNotDriveAFastTool) {
+  config_.blend_seconds = 0.2;
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  const pal_pose other = at({0, 0, 0});
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    work.restart();
+    tools.hold(0, pal_default_hold(6));
+    const auto go = [&](double from, double to, int frames) {
+      for (int frame = 1; frame <= frames; ++frame)
+        work.frame({at({0, 0, -(from + (to - from) * frame / frames)}), other});
+    };
+    work.frame({at({0, 0, 0}), other});
+    // Softer at the bottom than on the way there: the force that was fades while the tool is on its way out.
+    tools.fix({1, 2, 7});
+    go(0, 0.04, 100);
+    tools.fix({});
+    go(0.04, -0.04, 20);
+    let_go(tools, 0);
+    go(-0.04, 0, 400);
+    EXPECT_GE(work.done(), -kAllowed * work.peak()) << "cycle " << cycle;
+  }
+}
+
+// What is missing after a switch is put back by who goes in.
+TEST_F(Passivity, ForcesAreTheModelsAgainDeeperIn) {
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  tools.hold(0, pal_default_hold(6));
+  const auto go = [&](double from, double to) {
+    for (int frame = 1; frame <= 200; ++frame)
+      work.frame({at({0, 0, -(from + (to - from) * frame / 200)}), at({0, 0, 0})});
+  };
+  go(0, 0.01);
+  tools.hold(1, pal_default_hold(7));
+  go(0.01, 0.008);
+  EXPECT_NE(tools.last()[0].flags & PAL_FLAG_REDUCED, 0U);
+  go(0.008, 0.04);
+  EXPECT_EQ(tools.last()[0].flags & PAL_FLAG_REDUCED, 0U);
+  OwnedSession contacts(pack_.get(), PAL_MODEL_AUTO, 4, 4);
+  const auto expected = contacts.touch({{6, {0, 0, -0.04}}, {7, {0, 0, 0}}});
+  EXPECT_LE((work.force(0) - Eigen::Vector3d(expected[0].force)).norm(), 1e-12 * work.force(0).norm());
+}
+
+// Who takes hold of tissue that is strained has put that energy there.
+TEST_F(Passivity, AStrainedHoldIsNotReduced) {
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  tools.hold(0, pal_default_hold(6));
+  tools.hold(1, pal_default_hold(1));
+  for (int frame = 0; frame <= 200; ++frame) {
+    const double left = 1 - frame / 200.0;
+    work.frame({at({0, 0, -0.03 * left}), at({0.02 * left, 0, 0})});
+  }
+  EXPECT_EQ(work.reduced(), 0);
+  EXPECT_LT(work.done(), 0) << "it came out again";
+}
+
+// Cycles of anything, from a place where nothing is held to the next one.
+TEST_F(Passivity, RandomCyclesMakeNoEnergy) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(0, 1);
+  const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  double worst = 0;
+  int reduced_cycles = 0;
+  for (int cycle = 0; cycle < 60; ++cycle) {
+    work.restart();
+    const int reduced = work.reduced();
+    std::array<Eigen::Vector3d, 3> amplitude;
+    std::array<double, 3> pace;
+    std::array<bool, 3> holds = {};
+    for (size_t tool = 0; tool < 3; ++tool) {
+      amplitude[tool] = 0.03 * Eigen::Vector3d(number(random) - 0.5, number(random) - 0.5, -number(random));
+      pace[tool] = 0.5 + 2 * number(random);
+    }
+    std::vector<pal_pose> poses(3, at({0, 0, 0}));
+    for (int frame = 0; frame <= 800; ++frame) {
+      const double ends = std::sin(M_PI * frame / 800);
+      for (size_t tool = 0; tool < 3; ++tool) {
+        const double turn = 0.1 * ends * std::sin(0.01 * pace[tool] * frame);
+        poses[tool] = pose(ends * std::abs(std::sin(0.008 * pace[tool] * frame)) * amplitude[tool],
+                           {turn, -turn, 0.5 * turn});
+      }
+      if (frame < 800 && below(40) == 0) {
+        const size_t tool = static_cast<size_t>(below(3));
+        if (holds[tool]) {
+          let_go(tools, static_cast<uint32_t>(tool));
+        } else {
+          hold_where_it_is(tools, static_cast<uint32_t>(tool), static_cast<uint32_t>(below(12)), poses[tool]);
+        }
+        holds[tool] = !holds[tool];
+      }
+      if (frame % 300 == 299)
+        tools.fix(below(2) == 0 ? std::vector<uint32_t>{} : std::vector<uint32_t>{1, 9});
+      work.frame(poses);
+    }
+    for (uint32_t tool = 0; tool < 3; ++tool) let_go(tools, tool);
+    for (int frame = 0; frame < 100; ++frame) work.frame(poses);
+    if (work.peak() > 0) worst = std::min(worst, work.done() / work.peak());
+    reduced_cycles += work.reduced() > reduced ? 1 : 0;
+  }
+  EXPECT_GE(worst, -kAllowed);
+  EXPECT_GT(reduced_cycles, 10) << "else this shows little";
+}
+
+}  // namespace
+}  // namespace palpate::test
