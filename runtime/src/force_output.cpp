@@ -20,11 +20,16 @@ double fading(double left) {
   return left * left * (3.0 - 2.0 * left);
 }
 
+// x - x is 0, or NaN where x is not finite.
 bool is_finite(const Wrench& wrench) {
-  for (const double component : wrench.v) {
-    if (!isfinite(component)) return false;
-  }
-  return true;
+  double zero = 0;
+  for (const double component : wrench.v) zero += component - component;
+  return zero == 0;
+}
+
+bool has_limits(const pal_session_config& config) {
+  return config.max_force > 0 || config.max_torque > 0 || config.max_force_rate > 0 ||
+         config.max_torque_rate > 0;
 }
 
 // What of a wrench is within a limit of force and one of torque, 0: no limit; at most 1.
@@ -72,6 +77,12 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
   uint32_t flags = 0;
   const bool finite = is_finite(given);
   if (!finite) flags |= PAL_FLAG_NOT_FINITE;
+  const bool as_it_is = !switched && !stale && output.blend_left == 0 && output.gain == 1.0;
+  if (finite && as_it_is && !has_limits(config)) {
+    output.blended = output.limited = output.out = given;
+    output.quiet = is_zero(given);
+    return 0;
+  }
   const Wrench& model = finite ? given : output.blended;
   if (switched) {
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];

@@ -38,14 +38,18 @@ double length(const double d[3]) {
 
 // Turns a contact's displacement into model units, shortening an absurd one.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
-  // Near the largest double |d| itself overflows: half of such a displacement is shortened instead.
-  const double half = largest_component(displacement) > 1e300 ? 0.5 : 1.0;
-  for (int i = 0; i < 3; ++i) out[i] = half * displacement[i];
-  const double size = length(out);
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
-  const double scale = (size > limit ? limit / size : 1.0) / pack.metres;
-  for (int i = 0; i < 3; ++i) out[i] *= scale;
-  return size > limit ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
+  double scale = 1.0;
+  const double largest = largest_component(displacement);
+  if (2.0 * largest > limit) {
+    // Near the largest double |d| itself overflows.
+    const double half[3] = {0.5 * displacement[0], 0.5 * displacement[1], 0.5 * displacement[2]};
+    const double half_size = length(half);
+    if (half_size > 0.5 * limit) scale = 0.5 * limit / half_size;
+  }
+  const double to_model = scale / pack.metres;
+  for (int i = 0; i < 3; ++i) out[i] = to_model * displacement[i];
+  return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
 // p95 of the survey bin that holds |d|, or kUnknownError: for a case that no survey has, or a flagged answer.

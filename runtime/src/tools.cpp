@@ -217,9 +217,10 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
   add_cross(arm, force, wrench.v + 3);
 
-  double stiffness[9] = {};
+  double stiffness[9];
+  memcpy(stiffness, answer.stiffness, sizeof stiffness);
   for (uint32_t other = 0; other < states.num_contacts; ++other) {
-    if (states.contacts[other].tool != contact.tool) continue;
+    if (other == index || states.contacts[other].tool != contact.tool) continue;
     const uint32_t column = states.answered_of[other];
     if (column != kNotAnswered)
       add_coupling(session, states.answered, states.answered_results, answered, column, stiffness);
@@ -249,9 +250,10 @@ void reduce(double part, Wrench& wrench, pal_tool_result& result) {
 void count_frame(const pal_tool_result* results, uint32_t count, bool switched, pal_counters& counters) {
   uint32_t flags = 0;
   for (uint32_t tool = 0; tool < count; ++tool) flags |= results[tool].flags;
-  const auto has = [&](uint32_t flag) -> uint64_t { return (flags & flag) != 0 ? 1 : 0; };
   ++counters.frames;
   counters.switches += switched ? 1 : 0;
+  if (flags == 0) return;
+  const auto has = [&](uint32_t flag) -> uint64_t { return (flags & flag) != 0 ? 1 : 0; };
   counters.preparing += has(PAL_FLAG_PREPARING);
   counters.extrapolated += has(PAL_FLAG_EXTRAPOLATED);
   counters.bad_input += has(PAL_FLAG_BAD_INPUT);
