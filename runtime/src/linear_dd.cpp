@@ -267,12 +267,14 @@ void evaluate_linear(const double* displacements, LinearState& state, double* fo
   }
 }
 
-void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t panel, AddColumns add_columns,
-                      float* sum) {
+void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                      AddColumns add_columns, float* sum) {
   for (uint32_t slot = 0; slot < field.num_held; ++slot) {
-    const float* columns = pack.field_compliance + size_t{3} * field.held[slot] * pack.field_stride +
-                           size_t{panel} * pack::kPanelRows;
-    add_columns(columns, pack.field_stride, field.weights + size_t{3} * slot, 3, sum);
+    const float* columns = pack.field_compliance + size_t{3} * field.held[slot] * pack.field_stride;
+    for (uint32_t panel = 0; panel < count; ++panel) {
+      add_columns(columns + size_t{first + panel} * pack::kPanelRows, pack.field_stride,
+                  field.weights + size_t{3} * slot, 3, sum + size_t{panel} * pack::kPanelRows);
+    }
   }
 }
 

@@ -166,12 +166,15 @@ uint32_t num_field_weights(const pal_pack& pack) {
   return pack.radii == nullptr ? 0 : num_monomials(1, pack.degree);
 }
 
-void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t panel,
+void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                           AddColumns add_columns, float* sum) {
   const uint32_t terms = num_monomials(1, pack.degree);
   const size_t panels = pack::num_panels(pack.num_nodes);
-  const float* coefficients = pack.field + (size_t{field.site} * panels + panel) * terms * pack::kPanelRows;
-  add_columns(coefficients, pack::kPanelRows, field.weights, terms, sum);
+  for (uint32_t panel = 0; panel < count; ++panel) {
+    const float* coefficients =
+        pack.field + (size_t{field.site} * panels + first + panel) * terms * pack::kPanelRows;
+    add_columns(coefficients, pack::kPanelRows, field.weights, terms, sum + size_t{panel} * pack::kPanelRows);
+  }
 }
 
 }  // namespace palpate

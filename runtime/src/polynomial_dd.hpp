@@ -48,8 +48,8 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displac
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          double length_scale, PolynomialAnswer& answer, float* weights);
 
-// u of the nodes of one panel, added to sum[96].
-void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t panel,
+// u of the nodes of `count` panels from `first` on, added to sum[96 count].
+void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                           AddColumns add_columns, float* sum);
 
 }  // namespace palpate

@@ -108,14 +108,30 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   return counting.used();
 }
 
-// Displacements of the nodes of one panel.
-void fill_panel(const pal_session& session, const FieldState& field, uint32_t panel, float* sum) {
-  memset(sum, 0, pack::kPanelRows * sizeof *sum);
+// Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest cache.
+constexpr uint32_t kPanelsAtOnce = 32;
+
+// Displacements of the nodes of `count` panels from `first` on.
+void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
+                 float* sum) {
+  memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
   if (field.model == PAL_MODEL_LINEAR) {
-    add_linear_field(*session.pack, field, panel, session.add_columns, sum);
+    add_linear_field(*session.pack, field, first, count, session.add_columns, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    add_polynomial_field(*session.pack, field, panel, session.add_columns, sum);
+    add_polynomial_field(*session.pack, field, first, count, session.add_columns, sum);
   }
+}
+
+// Writes the first nodes of `rows` to `out` and returns what is behind them.
+char* write_nodes(const float* rows, uint32_t count, size_t stride_bytes, char* out) {
+  constexpr size_t kNodeBytes = 3 * sizeof(float);
+  if (stride_bytes == kNodeBytes) {
+    memcpy(out, rows, count * kNodeBytes);
+  } else {
+    for (uint32_t node = 0; node < count; ++node)
+      memcpy(out + node * stride_bytes, rows + size_t{3} * node, kNodeBytes);
+  }
+  return out + count * stride_bytes;
 }
 
 }  // namespace
@@ -265,25 +281,25 @@ extern "C" pal_status pal_visual_frame(pal_session* session, float* displacement
   const palpate::FieldState& field = palpate::acquire(session->snapshots);
   const palpate::FloatingPointMode mode;
   char* out = reinterpret_cast<char*>(displacements);
-  const auto write = [&](const float* node) {
-    memcpy(out, node, 3 * sizeof(float));
-    out += stride_bytes;
-  };
-  alignas(64) float panel[palpate::pack::kPanelRows];
+  alignas(64) float rows[palpate::kPanelsAtOnce * palpate::pack::kPanelRows];
   if (session->num_requested == 0) {
-    for (uint32_t node = 0; node < pack.num_nodes; ++node) {
-      const uint32_t within = node % palpate::pack::kPanelNodes;
-      if (within == 0) palpate::fill_panel(*session, field, node / palpate::pack::kPanelNodes, panel);
-      write(panel + 3 * within);
+    constexpr uint32_t kNodesAtOnce = palpate::kPanelsAtOnce * palpate::pack::kPanelNodes;
+    for (uint32_t node = 0; node < pack.num_nodes; node += kNodesAtOnce) {
+      const uint32_t left = pack.num_nodes - node;
+      const uint32_t count = left < kNodesAtOnce ? left : kNodesAtOnce;
+      palpate::fill_panels(*session, field, node / palpate::pack::kPanelNodes,
+                           static_cast<uint32_t>(palpate::pack::num_panels(count)), rows);
+      out = palpate::write_nodes(rows, count, stride_bytes, out);
     }
   } else {
     uint32_t filled = UINT32_MAX;
     for (uint32_t i = 0; i < session->num_requested; ++i) {
       const uint32_t node = session->requested[i];
       const uint32_t wanted = node / palpate::pack::kPanelNodes;
-      if (wanted != filled) palpate::fill_panel(*session, field, wanted, panel);
+      if (wanted != filled) palpate::fill_panels(*session, field, wanted, 1, rows);
       filled = wanted;
-      write(panel + 3 * (node % palpate::pack::kPanelNodes));
+      out =
+          palpate::write_nodes(rows + size_t{3} * (node % palpate::pack::kPanelNodes), 1, stride_bytes, out);
     }
   }
   return PAL_STATUS_OK;

@@ -1,0 +1,63 @@
+// The frame that every method is asked for: K u = 0 with k contact nodes displaced by d, a linear body at rest
+// otherwise. With f the free equations and c the contact nodes' ones,
+//   K_ff u_f = -K_fc d,   force on the contacts K_cf u_f + K_cc d.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "offline/fem/assembly.hpp"
+
+namespace palpate::peers {
+
+using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
+
+struct HeldContacts {
+  Sparse free_free;
+  Sparse free_contact;
+  Eigen::MatrixXd contact_contact;
+  std::vector<int> free_dofs;  // of the model
+
+  // `nodes`: of the model, with three free dofs each.
+  HeldContacts(const Assembly& assembly, const std::vector<int>& nodes) {
+    SparseLower lower;
+    assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, lower);
+    const Sparse all = lower.selfadjointView<Eigen::Lower>();
+    const int num_contact = 3 * static_cast<int>(nodes.size());
+    std::vector<int> place(static_cast<size_t>(all.rows()), -1);  // of an equation: contact c is -2 - c
+    for (size_t contact = 0; contact < nodes.size(); ++contact) {
+      for (int axis = 0; axis < 3; ++axis)
+        place[static_cast<size_t>(assembly.dof_equations()[static_cast<size_t>(3 * nodes[contact] + axis)])] =
+            -2 - static_cast<int>(3 * contact) - axis;
+    }
+    for (size_t equation = 0; equation < place.size(); ++equation) {
+      if (place[equation] != -1) continue;
+      place[equation] = static_cast<int>(free_dofs.size());
+      free_dofs.push_back(assembly.equation_dofs()[equation]);
+    }
+    const int num_free = static_cast<int>(free_dofs.size());
+    std::vector<Eigen::Triplet<double>> of_free;
+    std::vector<Eigen::Triplet<double>> of_contact;
+    contact_contact = Eigen::MatrixXd::Zero(num_contact, num_contact);
+    for (int row = 0; row < all.outerSize(); ++row) {
+      const int i = place[static_cast<size_t>(row)];
+      for (Sparse::InnerIterator it(all, row); it; ++it) {
+        const int j = place[static_cast<size_t>(it.col())];
+        if (i >= 0 && j >= 0) of_free.emplace_back(i, j, it.value());
+        if (i >= 0 && j < 0) of_contact.emplace_back(i, -2 - j, it.value());
+        if (i < 0 && j < 0) contact_contact(-2 - i, -2 - j) = it.value();
+      }
+    }
+    free_free.resize(num_free, num_free);
+    free_free.setFromTriplets(of_free.begin(), of_free.end());
+    free_contact.resize(num_free, num_contact);
+    free_contact.setFromTriplets(of_contact.begin(), of_contact.end());
+  }
+
+  Eigen::VectorXd force(const Eigen::VectorXd& free, const Eigen::VectorXd& d) const {
+    return free_contact.transpose() * free + contact_contact * d;
+  }
+};
+
+}  // namespace palpate::peers
