@@ -252,10 +252,13 @@ void Assembly::make_batches() {
     }
   }
   const int num_parts = static_cast<int>(parts_.size());
+  for (int part = 0; part < num_parts; ++part) {
+    Batches<kNodes>& kind = of_part(static_cast<size_t>(part));
+    kind.scatter.resize(kind.batches.size());
+  }
   parallel_for(num_parts, num_parts, [&](int part, int) {
     auto& [batches, scatter] = of_part(static_cast<size_t>(part));
-    scatter.reserve(batches.size());
-    for (const Batch<kNodes>& batch : batches) scatter.push_back(scatter_of(part, batch));
+    for (size_t i = 0; i < batches.size(); ++i) scatter[i] = scatter_of(part, batches[i]);
   });
 }
 
@@ -321,7 +324,8 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
         const Law& element_law = law(batch, lane);
         // Small strain knows no inversion.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
-        if (!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) {
+        const bool equal = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
+        if ((!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) || equal) {
           state.min_jacobian = J;
           state.worst_element = static_cast<int>(e);
         }
@@ -417,15 +421,15 @@ Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
                                         const Eigen::MatrixXd& vectors) const {
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(num_dofs(), vectors.cols());
   const auto add = [&]<int kNodes>(int part, const Batch<kNodes>& batch) {
+    const auto moves = [&](int node) { return !vectors.middleRows<3>(3 * node).isZero(0.0); };
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
-    for (int lane = 0; lane < batch.num_elements; ++lane) {
-      const int e = batch.elements[static_cast<size_t>(lane)];
-      const auto nodes = model_->elements[static_cast<size_t>(e)].nodes();
-      const auto moves = [&](int node) { return !vectors.middleRows<3>(3 * node).isZero(0.0); };
-      if (!owns(part, nodes[0]) || std::none_of(nodes.begin(), nodes.end(), moves)) continue;
-      for (const auto& point : batch.points) {
-        KinematicsLanes kinematics;
-        batch_kernels<kNodes>().deform(point, u, kinematics);
+    for (const auto& point : batch.points) {
+      KinematicsLanes kinematics;
+      batch_kernels<kNodes>().deform(point, u, kinematics);
+      for (int lane = 0; lane < batch.num_elements; ++lane) {
+        const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
+        const auto nodes = model_->elements[e].nodes();
+        if (!owns(part, nodes[0]) || std::none_of(nodes.begin(), nodes.end(), moves)) continue;
         const Matrix9d tangent = stress_and_tangent(law(batch, lane), lane_of(kinematics.F, lane)).tangent;
         const Eigen::Matrix<double, 3, kNodes> gradients = gradients_of<kNodes>(point, lane);
         for (Eigen::Index column = 0; column < vectors.cols(); ++column) {

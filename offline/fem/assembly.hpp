@@ -108,7 +108,8 @@ class Assembly {
   const Model* model_;
   int threads_;
   // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
-  // nodes, in the order of the elements; those on the border of two parts are computed by both.
+  // nodes, in an order of the elements that is the same for all (make_batches); those on the border of two
+  // parts are computed by both.
   std::vector<Part> parts_;
   std::vector<int> node_part_;
   std::vector<int> dof_equations_;

@@ -26,8 +26,7 @@ void claim_threads() {
     if (openblas_get_parallel() == OPENBLAS_SEQUENTIAL)
       throw std::runtime_error(
           "the OpenBLAS of this machine is its serial variant, whose results are wrong where several threads "
-          "call it; install libopenblas0-pthread, or choose it: update-alternatives --config "
-          "libopenblas.so.0-x86_64-linux-gnu");
+          "call it; install libopenblas0-pthread, which takes its place");
     openblas_set_num_threads(1);
     if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
   });

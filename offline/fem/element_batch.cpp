@@ -114,7 +114,7 @@ PALPATE_INLINE void add_stiffness(const typename ElementBatch<kNodes>::Point& po
     static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here};     \
   };
 PALPATE_KERNELS(Portable, )
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
 PALPATE_KERNELS(Avx2, __attribute__((target("avx2"))))
 #endif
 
@@ -127,7 +127,7 @@ const BatchKernels<kNodes>& portable_batch_kernels() {
 
 template <int kNodes>
 const BatchKernels<kNodes>& batch_kernels() {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
   static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
   if (has_avx2) return Avx2<kNodes>::kKernels;
 #endif

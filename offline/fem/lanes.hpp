@@ -8,7 +8,7 @@ namespace palpate {
 constexpr int kLanes = 4;
 
 // A vector of the compiler's in a struct that keeps its alignment, which the bare type changes with the
-// instruction set of the function it stands in. Every operation is inlined, so that it takes that set too.
+// instruction set of the function it stands in. Arithmetic is always inlined, so that it takes that set too.
 struct alignas(kLanes * sizeof(double)) Lanes {
   using Vector = double __attribute__((vector_size(kLanes * sizeof(double))));
   Vector values;

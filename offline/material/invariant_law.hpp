@@ -96,7 +96,7 @@ inline DyadicTangent dyadic_tangent(const InvariantLaw& law, double I1, double J
   const double second = 4.0 * isochoric.second * volume_scale * volume_scale;
   DyadicTangent terms;
   terms.identity = 2.0 * first;
-  terms.transposed = 2.0 / 3.0 * first * I1 - volumetric.first * J;
+  terms.transposed = terms.identity * (I1 / 3.0) - volumetric.first * J;  // equal at rest, to the last digit
   terms.ff = second;
   terms.fh = -4.0 / 3.0 * first - second * I1 / 3.0;
   terms.hh = 4.0 / 9.0 * first * I1 + second * I1 * I1 / 9.0 + J * (volumetric.second * J + volumetric.first);

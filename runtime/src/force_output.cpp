@@ -70,6 +70,8 @@ void reset_output(ForceOutput& output) {
   output = {};
   output.gain = 1.0;
   output.quiet = true;
+  output.is_model = true;
+  output.kept = 1.0;
 }
 
 uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool switched, bool stale,
@@ -81,6 +83,8 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
   if (finite && as_it_is && !has_limits(config)) {
     output.blended = output.limited = output.out = given;
     output.quiet = is_zero(given);
+    output.is_model = true;
+    output.kept = 1.0;
     return 0;
   }
   const Wrench& model = finite ? given : output.blended;
@@ -88,6 +92,8 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
     output.blend_left = config.blend_seconds;
   }
+  for (double& component : output.difference.v) component *= output.kept;
+  output.kept = 1.0;
   output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
   Wrench wanted = model;
   if (output.blend_left > 0) {
@@ -97,7 +103,11 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
       wanted.v[i] += weight * output.difference.v[i];
       differs = differs || output.difference.v[i] != 0;
     }
-    if (differs) flags |= PAL_FLAG_BLENDING;
+    if (differs) {
+      flags |= PAL_FLAG_BLENDING;
+    } else {
+      output.blend_left = 0;
+    }
   }
   output.blended = wanted;
 
@@ -111,6 +121,7 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
 
   if (limit(config, dt, wanted, output.limited)) flags |= PAL_FLAG_LIMITED;
   for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wanted.v[i];
+  output.is_model = flags == 0;
   output.quiet =
       output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.limited);
   return flags;

@@ -1,12 +1,14 @@
 // What becomes of a tool's force between the model and the device, so that the device neither kicks nor runs
 // away:
 //
-//   model's force -> blend over switches -> limits -> fade out when input is stale -> force
+//   model's force, reduced where it must be (passivity.hpp)
+//     -> blend over switches -> limits -> fade out when input is stale -> force
 //
 // Blend: when what answers changes at a time t0, the force goes on from where it was,
 //   F(t) = F_model(t) + w((t - t0) / T) (F(t0 - dt) - F_model(t0)),   w(0) = 1, w(1) = 0, w' = 0 at both,
 // which is continuous; w is the cubic 1 - t^2 (3 - 2 t). Where switches follow one another each of them
-// closes a part of the gap: a blend begins at its second frame.
+// closes a part of the gap: a blend begins at its second frame. A blend that gives a tool energy which nobody
+// has put in is cut: by half in each such frame, or wholly where that is much.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -23,6 +25,8 @@ struct ForceOutput {
   Wrench difference;  // that is being faded out
   double blend_left;  // s
   double gain;        // 1; 0 for a tool whose input is stale
+  bool is_model;      // `out` is the model's force as it was given
+  double kept;        // of the difference, in the next frame: 1, or less where it drives the tool
   bool quiet;         // nothing comes out, and nothing would for a force of zero and fresh input
   Wrench limited;     // of the last frame, before it was faded
   Wrench out;         // of the last frame

@@ -80,8 +80,9 @@ void evaluate_linear(const double* displacements, LinearState& state, double* fo
 // `matrix`, symmetric and positive definite, are overwritten. Multiply-adds: n^3 / 6.
 void factor_for_calibration(double* matrix, uint32_t n);
 
-// u of the nodes of `count` panels from `first` on, added to sum[96 count]. The field's weights are f times the
-// length scale. All panels of one held node after one another: the columns of many would be as many streams.
+// u of the nodes of `count` panels from `first` on, added to sum[96 count]. The field's weights are f times
+// the length scale. All panels of one held node after one another: the columns of many would be as many
+// streams.
 void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                       AddColumns add_columns, float* sum);
 

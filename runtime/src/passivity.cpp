@@ -8,13 +8,16 @@
 namespace palpate {
 namespace {
 
-// Of the peak: the energy that a cycle may create; more than the account is wrong by over frames with a
-// blend.
+// Of the peak: the energy that a cycle may create before forces are reduced.
 constexpr double kTolerance = 0.003;
-// `part` goes most of its way while this part of W comes or goes.
+// `part` goes all its way while this part of W comes or goes, or half of E / W if that is more. The force
+// then changes no faster with the displacement than that of a tissue some times as stiff, which a device can
+// render.
 constexpr double kChange = 0.03;
 // Nearer to 1 it is 1.
 constexpr double kWhole = 1e-4;
+// Tissue with less than this part of the peak is at rest.
+constexpr double kRest = 1e-4;
 
 // The turn from one unit quaternion to another as a vector, for turns of a frame: twice the vector part of
 // now * conjugate(before).
@@ -29,31 +32,36 @@ void turn_between(const double before[4], const double now[4], double out[3]) {
   }
 }
 
-// What the forces last given out to the tools did on their way to where they are now.
-double work_of(const ToolStates& states) {
+// Of the force that came out last, on the tool's way from the frame before.
+double work_of(const ToolState& tool) {
+  if (tool.output.quiet) return 0.0;
+  const double* wrench = tool.output.out.v;
+  double turn[3];
+  turn_between(tool.before.orientation, tool.pose.orientation, turn);
   double work = 0;
-  for (uint32_t t = 0; t < states.num_tools; ++t) {
-    const ToolState& tool = states.tools[t];
-    if (tool.output.quiet) continue;
-    const double* wrench = tool.output.blended.v;
-    double turn[3];
-    turn_between(tool.before.orientation, tool.pose.orientation, turn);
-    for (int i = 0; i < 3; ++i)
-      work += wrench[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench[3 + i] * turn[i];
-  }
+  for (int i = 0; i < 3; ++i)
+    work += wrench[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench[3 + i] * turn[i];
   return work;
 }
 
-bool is_blending(const ToolStates& states) {
-  for (uint32_t t = 0; t < states.num_tools; ++t) {
-    if (states.tools[t].output.blend_left > 0) return true;
-  }
-  return false;
+double work_of_all(const pal_session& session) {
+  double work = 0;
+  for (uint32_t t = 0; t < session.config.max_tools; ++t) work += work_of(session.tools.tools[t]);
+  return work;
 }
 
-// What contacts that were taken hold of under strain bring with them: the energy that goes where they alone go
-// back to rest, sum f . d - sum d . K d / 2 over them as for linear forces. All of it, if there are no others.
-double strain_brought(pal_session& session) {
+// Whether what comes out is what the models say.
+bool feels_the_models(const pal_session& session) {
+  for (uint32_t t = 0; t < session.config.max_tools; ++t) {
+    if (!session.tools.tools[t].output.is_model) return false;
+  }
+  return true;
+}
+
+// What contacts that were taken hold of under strain bring with them, once: the energy that goes where they
+// alone go back to rest, sum f . d - sum d . K d / 2 over them as for linear forces. All of it, if there are
+// no others.
+double take_strain_brought(pal_session& session) {
   ToolStates& states = session.tools;
   const auto brings = [&](uint32_t c) {
     return states.contacts[c].strain == Strain::brought && states.answered_of[c] != kNotAnswered;
@@ -88,38 +96,59 @@ double strain_brought(pal_session& session) {
 void reset_passivity(Passivity& passivity) {
   passivity = {};
   passivity.part = 1.0;
+  passivity.one_set = true;
 }
 
-bool keep_account(pal_session& session) {
+void begin_account(pal_session& session) {
   ToolStates& states = session.tools;
   Passivity& passivity = states.passivity;
-  const bool blending = is_blending(states);
-  if (states.num_contacts == 0 && !states.changed && !blending) {
+  const bool felt = feels_the_models(session);
+  if (states.num_contacts == 0 && !states.changed && felt) {
     reset_passivity(passivity);
-    return false;
+    return;
   }
-  const double stored = states.num_answered > 0 ? session.stored_energy : 0.0;
+  const double stored = session.stored_energy;
   const double larger = stored > passivity.stored ? stored : passivity.stored;
-  const bool one_set = !states.changed && !blending;
+  passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
-  const double gained = one_set ? stored - passivity.stored : work_of(states);
-  const double step = one_set ? passivity.part * gained : gained + strain_brought(session);
-  if (!isfinite(stored) || !isfinite(step)) return passivity.part < 1.0;  // of a damaged pack
-  passivity.stored = stored;
-  passivity.account += step;
-  if (passivity.account > passivity.peak) passivity.peak = passivity.account;
-  const double covered = passivity.account + kTolerance * passivity.peak;
-  if (covered < 0) {
-    for (uint32_t t = 0; t < states.num_tools; ++t) states.tools[t].output.blend_left = 0;
+  const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
+  const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);
+  if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought)) {  // of a damaged pack
+    passivity.expected = passivity.work = 0;
+    return;
   }
-  if (covered >= stored && passivity.part == 1.0) return false;
+  passivity.account += brought;
+  passivity.stored = stored;
+  passivity.work = gained;
+  passivity.expected = passivity.one_set ? passivity.part * gained : gained;
+  const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
+  for (uint32_t t = 0; covered < 0 && t < session.config.max_tools; ++t) {
+    if (work_of(states.tools[t]) < 0)
+      states.tools[t].output.kept = covered < -kTolerance * passivity.peak ? 0.0 : 0.5;
+  }
+  if (covered >= stored && passivity.part == 1.0) return;
   const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
   const double target = gained > 0 ? 1.0 : ratio;
-  const double whole = kChange * larger;  // what moves it all the way
+  const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
   const double pace = fabs(gained) < whole ? fabs(gained) / whole : 1.0;
   passivity.part += pace * (target - passivity.part);
   if (target == 1.0 && passivity.part > 1.0 - kWhole) passivity.part = 1.0;
-  return passivity.part < 1.0;
+}
+
+void end_account(pal_session& session) {
+  Passivity& passivity = session.tools.passivity;
+  double step = passivity.expected;
+  if (!passivity.one_set) step = 0.5 * (passivity.work + work_of_all(session));
+  if (!isfinite(step)) return;
+  passivity.account += step;
+  if (passivity.account > passivity.peak) passivity.peak = passivity.account;
+  // What was overdrawn all the same is forgotten: one bad pose must not silence what follows.
+  const double floor = -kTolerance * passivity.peak;
+  if (passivity.account < floor) passivity.account = floor;
+  if (passivity.one_set && passivity.stored <= kRest * passivity.peak) {
+    passivity.account = passivity.peak = passivity.stored;
+    passivity.part = 1.0;
+  }
 }
 
 }  // namespace palpate

@@ -6,13 +6,16 @@
 // in against the softer one and comes out along the stiffer one is given the difference. So does a blend
 // whose rest pushes a tool along.
 //
-// The session keeps an account E of the work that the tools have done since they last held nothing:
-//   E += part (W - W_before)       while one set answers (exact: no rule of quadrature)
-//   E += sum of F . dx + T . dt    over frames in which it changes or a blend goes on, F and T as last given out
-// The models' forces are multiplied by `part`: 1 while E covers W. Where it does not, because of a switch,
-// part goes towards E / W on the way out, which then ends at E = 0, and back towards 1 on the way in, which
-// adds what is missing. It moves with the energy and not with time, so that the force stays a function of
-// where the tool is: a tremor changes nothing.
+// The session keeps an account E of the work that all its tools have done since they last held nothing, or
+// the tissue was last at rest:
+//   E += part (W - W_before)       while one set answers and tools feel its forces: exact where frames are short
+//                                  and displacements not clamped
+//   E += sum of F . dx + T . dt    by the trapezoidal rule over frames in which what answers changes, blends,
+//                                  is limited or fades: F and T are what comes out
+// The models' forces are multiplied by `part`, which is 1 until E no longer covers W. From then on it goes
+// towards E / W while the tools are on their way out, so that they end at E = 0, and towards 1 while they are
+// on their way in. It moves with the energy that comes or goes, not with time: tools that stand still feel a
+// constant force, and one that turns round feels the other factor only after some way.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002, with the energy known instead of
 // observed where one model answers, and a factor on the force in place of a damper.
@@ -23,16 +26,21 @@
 namespace palpate {
 
 struct Passivity {
-  double account;  // E: J, or the model's units of energy, as what follows
-  double peak;     // the most that E was
-  double stored;   // W of the last frame
-  double part;
+  double account;   // E: J, or the model's units of energy, as what follows
+  double peak;      // the most that E was
+  double stored;    // W of the last frame
+  double part;      // of the models' forces
+  double expected;  // of this frame: what the account gains if forces stay as they were
+  double work;      // of this frame, by the forces of the last one
+  bool one_set;     // this frame is booked by W
 };
 
 void reset_passivity(Passivity& passivity);
 
-// Takes a frame into the account once its contacts are answered. Ends blends that would overdraw it. Returns
-// whether forces are reduced.
-bool keep_account(pal_session& session);
+// Finds `part` for a frame whose contacts have been answered, and what of blends is cut.
+void begin_account(pal_session& session);
+
+// Books the frame by what has come out.
+void end_account(pal_session& session);
 
 }  // namespace palpate

@@ -28,12 +28,12 @@ double length(const double d[3]) {
   constexpr double kLeast = 1e-140;  // their squares are exact enough
   constexpr double kMost = 1e140;
   const double largest = largest_component(d);
+  if (largest > kLeast && largest < kMost) return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   if (largest == 0) return 0;
-  const double scale = largest > kLeast && largest < kMost ? 1.0 : largest;
-  const double x = scale == 1.0 ? d[0] : d[0] / scale;
-  const double y = scale == 1.0 ? d[1] : d[1] / scale;
-  const double z = scale == 1.0 ? d[2] : d[2] / scale;
-  return scale * sqrt(x * x + y * y + z * z);
+  const double x = d[0] / largest;
+  const double y = d[1] / largest;
+  const double z = d[2] / largest;
+  return largest * sqrt(x * x + y * y + z * z);
 }
 
 // Turns a contact's displacement into model units, shortening an absurd one.
@@ -192,6 +192,8 @@ void answer_contacts(pal_session& session, pal_model model, const pal_contact* c
     answer_polynomial(session, contacts[0], results);
   } else if (model == PAL_MODEL_LINEAR) {
     answer_linear(session, contacts, count, results);
+  } else {
+    session.stored_energy = 0;
   }
   publish(session.snapshots);
 }

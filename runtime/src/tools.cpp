@@ -187,10 +187,11 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
     HeldContact& contact = session.tools.contacts[c];
     double d[3];
     movement_of(session, contact, last, d);
-    if (contact.strain == Strain::unknown) {
+    if (contact.strain == Strain::unknown && session.tools.tools[contact.tool].has_pose) {
       const double least = kLeastStrain * session.pack->max_displacement * session.pack->metres;
-      contact.strain =
-          d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least ? Strain::brought : Strain::none;
+      const bool is_strained = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
+      contact.strain = is_strained ? Strain::brought : Strain::none;
+      if (is_strained) session.tools.held_changed = true;  // as where the tool was seen late
     }
     session.tools.inputs[c].site = contact.site;
     rotate_back(session.tools.organ, d, session.tools.inputs[c].displacement);
@@ -304,7 +305,6 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
   states.organ = rotation_of(config.organ.orientation);
-  states.num_tools = config.max_tools;
 }
 
 void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_result* results) {
@@ -327,7 +327,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   }
   fill_inputs(session, last);
   answer_or_stand_in(session);
-  const bool reduced = keep_account(session);
+  begin_account(session);
 
   pal_tool_result local[kMostTools];
   const uint32_t num_results = results == nullptr                     ? 0
@@ -348,13 +348,14 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     ToolState& state = states.tools[tool];
     pal_tool_result& result = all[tool];
     result.flags |= own_flags[tool];
-    if (reduced) reduce(states.passivity.part, wrenches[tool], result);
+    if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
     const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
     result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
     memcpy(result.force, state.output.out.v, sizeof result.force);
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }
+  end_account(session);
   count_frame(all, config.max_tools, states.changed, session.counters);
   record_haptic_frame(session, input, all);
   if (in_place) return;

@@ -21,7 +21,8 @@ namespace palpate {
 inline constexpr uint32_t kMostTools = 16;
 inline constexpr uint32_t kNotAnswered = UINT32_MAX;
 
-// Whether a contact was displaced when it was taken hold of; that it was, until some model has answered it.
+// Whether a contact was displaced when it was taken hold of. `brought` becomes `none` once the account has
+// its energy.
 enum class Strain : uint8_t { unknown, none, brought };
 
 struct HeldContact {
@@ -50,7 +51,6 @@ struct ToolState {
 
 struct ToolStates {
   Rotation organ;  // of pal_session_config::organ
-  uint32_t num_tools;
   uint32_t num_contacts;
   HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
   ToolState* tools;             // [max_tools]

@@ -191,6 +191,92 @@ TEST_F(Passivity, AFadingForceDoesNotDriveAFastTool) {
   }
 }
 
+// Nothing is switched: however short, a tap comes out as it went in.
+TEST_F(Passivity, TapsAreWhole) {
+  for (const int frames : {3, 10, 40}) {
+    ToolSession tools(pack_.get(), config_);
+    Work work(tools);
+    for (int tap = 0; tap < 3; ++tap) {
+      hold_where_it_is(tools, 0, 6, at({0, 0, 0}));
+      for (int frame = 0; frame <= 2 * frames; ++frame)
+        work.frame({at({0, 0, -0.04 * (frames - std::abs(frame - frames)) / frames})});
+      let_go(tools, 0);
+      work.frame({at({0, 0, 0})});
+    }
+    EXPECT_EQ(work.reduced(), 0) << frames << " frames";
+  }
+}
+
+// One absurd pose in a blend, or when none is: later cycles neither lose their force nor get it for nothing.
+TEST_F(Passivity, OneBadPoseIsForgotten) {
+  for (const int bad : {5, 150}) {
+    ToolSession tools(pack_.get(), config_);
+    Work work(tools);
+    tools.hold(0, pal_default_hold(6));
+    for (int cycle = 0; cycle < 3; ++cycle) {
+      const int reduced = work.reduced();
+      for (int frame = 0; frame <= 400; ++frame) {
+        if (frame == 3) tools.fix({1, 2, 7});
+        if (frame == 203) tools.fix({});
+        const double depth = 0.5 - 0.5 * std::cos(2 * M_PI * frame / 400);
+        const bool is_bad = cycle == 0 && frame == bad;
+        work.frame({is_bad ? at({7, -9, 10}) : at(-depth * Eigen::Vector3d(0, 0, 0.04))});
+        if (cycle == 0 && frame == bad + 1) work.restart();
+      }
+      if (cycle > 0) {
+        EXPECT_EQ(work.reduced(), reduced) << "this detour is on the harmless side";
+      }
+    }
+  }
+}
+
+// What is lost in one cycle is not there for the next one.
+TEST_F(Passivity, CyclesWithoutLettingGoMakeNoEnergy) {
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  tools.hold(0, pal_default_hold(6));
+  double worst = 0;
+  for (int cycle = 0; cycle < 6; ++cycle) {
+    work.restart();
+    for (int frame = 0; frame <= 600; ++frame) {
+      // Even cycles come out along the softer model, odd ones along the stiffer one.
+      if (frame == (cycle % 2 == 0 ? 0 : 300)) tools.fix({1, 2, 7});
+      if (frame == (cycle % 2 == 0 ? 300 : 0)) tools.fix({});
+      const double depth = 0.5 - 0.5 * std::cos(2 * M_PI * frame / 600);
+      work.frame({at({0, 0, -0.045 * depth})});
+    }
+    worst = std::min(worst, work.done() / work.peak());
+  }
+  EXPECT_GE(worst, -kAllowed);
+}
+
+// The input is lost while the hand goes in: it has felt nothing, and gets nothing.
+TEST_F(Passivity, ForcesThatWereNotFeltArePutInByNobody) {
+  config_.stale_seconds = 0.01;
+  config_.ramp_seconds = 0.01;
+  ToolSession tools(pack_.get(), config_);
+  Work work(tools);
+  tools.hold(0, pal_default_hold(6));
+  for (int frame = 0; frame < 50; ++frame) work.frame({at({0, 0, -0.01 * frame / 49})});
+  const double peak = work.peak();
+  for (int frame = 0; frame < 100; ++frame) {
+    tools.frame({});  // and the hand goes on to 0.04
+  }
+  double given = 0;
+  Eigen::Vector3d force_before = force_of(tools.last()[0]);
+  double depth_before = 0.04;
+  for (int frame = 0; frame <= 400; ++frame) {
+    const double depth = 0.04 * (1 - std::max(0, frame - 100) / 300.0);
+    const Eigen::Vector3d force = force_of(tools.frame({at({0, 0, -depth})})[0]);
+    given += 0.5 * (force + force_before)[2] * (depth_before - depth);
+    force_before = force;
+    depth_before = depth;
+  }
+  const Eigen::Vector3d whole(
+      OwnedSession(pack_.get(), PAL_MODEL_AUTO, 4, 4).touch({{6, {0, 0, -0.04}}})[0].force);
+  EXPECT_LT(std::abs(given), peak + 0.1 * 0.5 * 0.04 * whole.norm());
+}
+
 // What is missing after a switch is put back by who goes in.
 TEST_F(Passivity, ForcesAreTheModelsAgainDeeperIn) {
   ToolSession tools(pack_.get(), config_);

@@ -137,8 +137,8 @@ enum {
   /* The model gave no finite force, as that of a damaged pack that was not verified may: the last one is
    * given. */
   PAL_FLAG_NOT_FINITE = 1 << 11,
-  /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would now get out more energy
-   * than they have put in: the force is less than the model's, on their way out, so that they do not. */
+  /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
+   * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12
 };
 
@@ -418,11 +418,17 @@ typedef struct pal_tool_result {
   uint32_t flags;        /* PAL_FLAG_... of its contacts and its own */
 } pal_tool_result;
 
-/* Forces of all tools. Input that makes no sense is replaced by the last that did, and flagged: with valid
- * pointers and sizes a frame always answers. `results`: num_results entries, may be NULL; while the frame
- * runs they are in the making, so hand copies to other threads. Cost: that of pal_contact_frame for the
- * contacts held, 0.1 us, and 0.02 us for each contact; 1 to 2 us for each tool that looks for something to
- * touch, more where much is equally near. Real-time safe: yes, as pal_contact_frame. */
+/* Forces of all tools. The tools of a session together get no more energy out of the tissue than they have
+ * put in since they last held nothing or it was at rest (but for 0.3 % of the most that they had put in):
+ * where a switch would give them more, the forces of all are multiplied by one factor, which falls while they
+ * are on their way out and rises to 1 while they are on their way in, and a blend that drives a tool ends
+ * within a few frames. Contacts that are taken hold of under strain bring its energy with them; those that
+ * budget_seconds delays do not. Error estimates are those of the whole force. Input that makes no sense is
+ * replaced by the last that did, and flagged: with valid pointers and sizes a frame always answers.
+ * `results`: num_results entries, may be NULL; while the frame runs they are in the making, so hand copies to
+ * other threads. Cost: that of pal_contact_frame for the contacts held, 0.1 us, and 0.02 us for each contact;
+ * 1 to 2 us for each tool that looks for something to touch, more where much is equally near. Real-time safe:
+ * yes, as pal_contact_frame. */
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* input,
                                           pal_tool_result* results) PAL_NOEXCEPT;
 
