@@ -95,25 +95,26 @@ PALPATE_INLINE void add_stiffness(const typename ElementBatch<kNodes>::Point& po
 }
 
 // The same source once for the instructions that every processor has, and once for 256 bits.
-#define PALPATE_KERNELS(name, attribute)                                                                    \
-  template <int kNodes>                                                                                     \
-  struct name {                                                                                             \
-    using Point = typename ElementBatch<kNodes>::Point;                                                     \
-    attribute static void deform_here(const Point& point, const NodalLanes<kNodes>& displacement,           \
-                                      KinematicsLanes& kinematics) {                                        \
-      deform<kNodes>(point, displacement, kinematics);                                                      \
-    }                                                                                                       \
-    attribute static void add_force_here(const Point& point, const KinematicsLanes& kinematics,             \
-                                         const DyadicLanes& terms, NodalLanes<kNodes>& force) {             \
-      add_force<kNodes>(point, kinematics, terms, force);                                                   \
-    }                                                                                                       \
-    attribute static void add_stiffness_here(const Point& point, const KinematicsLanes& kinematics,         \
-                                             const DyadicLanes& terms, StiffnessLanes<kNodes>& stiffness) { \
-      add_stiffness<kNodes>(point, kinematics, terms, stiffness);                                           \
-    }                                                                                                       \
-    static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here};     \
+#define PALPATE_KERNELS(name, ...)                                                                      \
+  template <int kNodes>                                                                                 \
+  struct name {                                                                                         \
+    using Point = typename ElementBatch<kNodes>::Point;                                                 \
+    __VA_ARGS__ static void deform_here(const Point& point, const NodalLanes<kNodes>& displacement,     \
+                                        KinematicsLanes& kinematics) {                                  \
+      deform<kNodes>(point, displacement, kinematics);                                                  \
+    }                                                                                                   \
+    __VA_ARGS__ static void add_force_here(const Point& point, const KinematicsLanes& kinematics,       \
+                                           const DyadicLanes& terms, NodalLanes<kNodes>& force) {       \
+      add_force<kNodes>(point, kinematics, terms, force);                                               \
+    }                                                                                                   \
+    __VA_ARGS__ static void add_stiffness_here(const Point& point, const KinematicsLanes& kinematics,   \
+                                               const DyadicLanes& terms,                                \
+                                               StiffnessLanes<kNodes>& stiffness) {                     \
+      add_stiffness<kNodes>(point, kinematics, terms, stiffness);                                       \
+    }                                                                                                   \
+    static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here}; \
   };
-PALPATE_KERNELS(Portable, )
+PALPATE_KERNELS(Portable)
 #if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
 PALPATE_KERNELS(Avx2, __attribute__((target("avx2"))))
 #endif

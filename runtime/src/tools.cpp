@@ -313,7 +313,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
   if (input.dt >= 0) states.dt = input.dt <= kLongestFrame ? input.dt : kLongestFrame;
 
-  uint32_t own_flags[kMostTools];
+  uint32_t own_flags[kMostTools] = {};
   for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
     const bool read = read_input(input, tool, states.dt, states.tools[tool]);
     own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;

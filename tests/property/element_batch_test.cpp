@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <random>
 
 #include "offline/material/invariant_law.hpp"
@@ -112,7 +114,8 @@ void expect_the_same_bits() {
   const Answer<kNodes> best(batch_kernels<kNodes>(), scene);
   const Answer<kNodes> portable(portable_batch_kernels<kNodes>(), scene);
   static_assert(sizeof best == sizeof best.kinematics + sizeof best.force + sizeof best.stiffness);
-  EXPECT_EQ(std::memcmp(&best, &portable, sizeof best), 0);
+  using Bits = std::array<std::uint64_t, sizeof best / sizeof(std::uint64_t)>;
+  EXPECT_EQ(std::bit_cast<Bits>(best), std::bit_cast<Bits>(portable));
 }
 
 TEST(ElementBatch, HasTheSameBitsWithEveryInstructionSet) {
