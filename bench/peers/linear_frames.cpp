@@ -83,6 +83,7 @@ struct Organ {
   std::vector<int> spread(int count) const {
     const std::vector<int> top = test::nodes_on_plane(model, 2, 1.0);
     std::vector<int> nodes;
+    nodes.reserve(static_cast<size_t>(count));
     for (int i = 0; i < count; ++i)
       nodes.push_back(top[(static_cast<size_t>(i) * 2 + 1) * top.size() / (2 * static_cast<size_t>(count))]);
     std::sort(nodes.begin(), nodes.end());
@@ -194,7 +195,7 @@ void add_rows(int cells, int num_contacts, study::StudyTable& table) {
       measure(
           held, exact,
           [&](const Eigen::VectorXd& d) {
-            const Eigen::VectorXd force = runtime.forces(d);
+            Eigen::VectorXd force = runtime.forces(d);
             runtime.show();
             return force;
           },
