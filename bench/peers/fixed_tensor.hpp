@@ -23,8 +23,6 @@ class FixedTensor {
     return displacement_;
   }
 
-  std::size_t bytes() const { return static_cast<std::size_t>(tensor_.size()) * sizeof(float); }
-
  private:
   Eigen::MatrixXf tensor_;
   Eigen::VectorXf displacement_;

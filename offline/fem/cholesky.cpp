@@ -119,6 +119,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
 
 CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::make_shared<FrontTree>()) {
   if (pattern.rows() == 0) return;  // CHOLMOD takes no matrix without rows
+  claim_threads();
   Workspace workspace;
   const std::vector<int> first_of = merge_alike(pattern);
   const SparseLower merged = quotient(pattern, first_of);
@@ -132,7 +133,6 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
     // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
-    claim_threads();
     if (cholmod_metis(&blocks, nullptr, 0, 0, block_order.data(), &workspace.common) != 0) {
       for (const int block : block_order) {
         for (int equation = first_of[static_cast<size_t>(block)];

@@ -15,7 +15,7 @@ namespace palpate::test {
 namespace {
 
 constexpr double kFrame = 0.001;
-// What the contract allows a cycle to create, as part of the largest energy stored in it.
+// What a cycle may create, as part of the largest energy stored in it.
 constexpr double kAllowed = 0.01;
 
 class Passivity : public ::testing::Test {
