@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "tests/support/runtime_session.hpp"
@@ -605,75 +604,6 @@ TEST_F(ToolForce, LimitsThatAreNoneAreRefused) {
   config = config_;
   config.organ.orientation[0] = 0.5;
   EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
-}
-
-// ---- energy
-
-// The work that the tools do on the tissue over a scene that ends as it began is what it takes from them;
-// below zero it has given them energy.
-double work_over(ToolSession& tools, int frames, const std::function<std::vector<pal_pose>(int)>& poses,
-                 const std::function<void(int)>& events, double& peak) {
-  double work = 0;
-  std::vector<pal_pose> before;
-  std::vector<Eigen::Vector3d> forces(4, Eigen::Vector3d::Zero());
-  for (int frame = 0; frame <= frames; ++frame) {
-    events(frame);
-    const std::vector<pal_pose> now = poses(frame);
-    const auto results = tools.frame(now);
-    for (size_t tool = 0; tool < now.size(); ++tool) {
-      const Eigen::Vector3d force = force_of(results[tool]);
-      if (frame > 0) {
-        const Eigen::Vector3d step =
-            Eigen::Vector3d(now[tool].position) - Eigen::Vector3d(before[tool].position);
-        work += 0.5 * (force + forces[tool]).dot(step);
-      }
-      forces[tool] = force;
-    }
-    peak = std::max(peak, work);
-    before = now;
-  }
-  return work;
-}
-
-TEST_F(ToolForce, AClosedPathMakesNoEnergy) {
-  ToolSession tools(pack_.get(), config_);
-  tools.hold(0, pal_default_hold(6));
-  double peak = 0;
-  const double work = work_over(
-      tools, 4000,
-      [](int frame) {
-        const double t = 2 * M_PI * frame / 4000;
-        return std::vector<pal_pose>{
-            at(0.04 * std::sin(t / 2) * Eigen::Vector3d(std::cos(3 * t), std::sin(2 * t), -1))};
-      },
-      [](int) {}, peak);
-  EXPECT_GT(peak, 0);
-  EXPECT_LE(std::abs(work), 1e-4 * peak) << "the trapezoidal rule over 4000 steps";
-}
-
-// Each cycle: push, a second tool grasps nearby (polynomial -> linear), both move, the second lets go, back.
-TEST_F(ToolForce, SwitchesMakeLittleEnergy) {
-  config_.blend_seconds = kBlend;
-  ToolSession tools(pack_.get(), config_);
-  tools.hold(0, pal_default_hold(6));
-  double peak = 0;
-  const double work = work_over(
-      tools, 1000,
-      [](int frame) {
-        const double t = M_PI * frame / 1000;
-        return std::vector<pal_pose>{at({0, 0, -0.04 * std::sin(t)}), at({0.01 * std::sin(2 * t), 0, 0})};
-      },
-      [&](int frame) {
-        if (frame == 300) {
-          pal_hold hold = pal_default_hold(7);
-          hold.unstrained = at({0.01 * std::sin(0.6 * M_PI), 0, 0});
-          tools.hold(1, hold);
-        }
-        if (frame == 700) require(pal_tool_release(tools.get(), 1), "release");
-      },
-      peak);
-  EXPECT_GT(peak, 0);
-  EXPECT_GE(work, -0.01 * peak) << "the energy created in a cycle";
 }
 
 }  // namespace
