@@ -15,7 +15,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 2;
+inline constexpr uint32_t kFormatVersion = 3;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -52,6 +52,12 @@ inline constexpr uint32_t kMostBvhDepth = 48;  // edges from the root to a leaf:
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
+}
+
+// Place of block (i, j), i >= j, among the blocks of a symmetric matrix of which the lower half is stored by
+// rows.
+constexpr uint64_t lower_block(uint64_t i, uint64_t j) {
+  return i * (i + 1) / 2 + j;
 }
 
 constexpr uint32_t num_panels(uint32_t num_nodes) {

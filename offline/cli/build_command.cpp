@@ -72,7 +72,7 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
     surveys.push_back(
         {name,
          survey_errors(samples, content.scene.max_displacement, [&](size_t site, const Eigen::Vector3d& d) {
-           const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}};
+           const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}, 0, {}};
            const pal_contact_result result = session.contact_frame({&contact, 1}).front();
            return Answer{session.visual_frame(), Eigen::Vector3d(result.force)};
          })});

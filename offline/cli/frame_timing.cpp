@@ -20,7 +20,7 @@ std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site
       d = Eigen::Vector3d(unit(generator), unit(generator), unit(generator));
     } while (d.norm() > 1);
     d *= info.max_displacement;
-    contacts.push_back({site, {d[0], d[1], d[2]}});
+    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}});
   }
   return contacts;
 }

@@ -57,8 +57,19 @@ std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
   return {values.begin(), values.end()};
 }
 
-uint32_t field_stride(const ContactSites& sites) {
-  return pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size())) * pack::kPanelRows;
+size_t num_panels(const ContactSites& sites) {
+  return pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size()));
+}
+
+// The rows of one panel, column after column; zeros where the matrix has ended.
+template <typename Columns>
+void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<float>& out) {
+  for (Eigen::Index column = 0; column < columns.cols(); ++column) {
+    for (size_t i = 0; i < pack::kPanelRows; ++i) {
+      const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
+      out.push_back(row < columns.rows() ? static_cast<float>(columns(row, column)) : 0.0f);
+    }
+  }
 }
 
 GeometrySegments add_geometry(const Model& model, const ContactSites& sites, SegmentStore& store) {
@@ -92,19 +103,29 @@ SiteSegments add_sites(const ContactSites& sites, Directions directions, Segment
           store.add(members), store.add(normals)};
 }
 
-LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
-  const std::vector<double> contact(linear.contact_compliance.data(),
-                                    linear.contact_compliance.data() + linear.contact_compliance.size());
-  const size_t stride = field_stride(sites);
-  const auto rows = static_cast<size_t>(linear.field_compliance.rows());
-  std::vector<float> field(stride * static_cast<size_t>(linear.field_compliance.cols()), 0.0f);
-  for (Eigen::Index j = 0; j < linear.field_compliance.cols(); ++j) {
-    std::transform(linear.field_compliance.col(j).begin(),
-                   linear.field_compliance.col(j).begin() + static_cast<std::ptrdiff_t>(rows),
-                   field.begin() + static_cast<std::ptrdiff_t>(stride * static_cast<size_t>(j)),
-                   [](double value) { return static_cast<float>(value); });
+// The lower half, 3 x 3 blocks row by row.
+std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
+  std::vector<double> blocks;
+  const Eigen::Index num_nodes = symmetric.rows() / 3;
+  blocks.reserve(9 * pack::lower_block(static_cast<uint64_t>(num_nodes), 0));
+  for (Eigen::Index i = 0; i < num_nodes; ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      for (Eigen::Index entry = 0; entry < 9; ++entry)
+        blocks.push_back(symmetric(3 * i + entry / 3, 3 * j + entry % 3));
+    }
   }
-  return {store.add(contact), store.add(field)};
+  return blocks;
+}
+
+LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
+  const size_t panels = num_panels(sites);
+  std::vector<float> field;
+  field.reserve(panels * pack::kPanelRows * static_cast<size_t>(linear.field_compliance.cols()));
+  for (Eigen::Index node = 0; node < linear.field_compliance.cols() / 3; ++node) {
+    for (size_t panel = 0; panel < panels; ++panel)
+      append_panel(linear.field_compliance.middleCols<3>(3 * node), panel, field);
+  }
+  return {store.add(lower_blocks(linear.contact_compliance)), store.add(field)};
 }
 
 PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
@@ -112,19 +133,12 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
   std::vector<double> radii;
   std::vector<double> energy;
   std::vector<float> field;
-  const size_t panels = pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size()));
+  const size_t panels = num_panels(sites);
   for (const SiteResult& result : results) {
     const SitePolynomial& polynomial = result.polynomial;
     radii.push_back(polynomial.radius);
     energy.insert(energy.end(), polynomial.energy.begin(), polynomial.energy.end());
-    for (size_t panel = 0; panel < panels; ++panel) {
-      for (Eigen::Index term = 0; term < polynomial.field.cols(); ++term) {
-        for (size_t i = 0; i < pack::kPanelRows; ++i) {
-          const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
-          field.push_back(row < polynomial.field.rows() ? polynomial.field(row, term) : 0.0f);
-        }
-      }
-    }
+    for (size_t panel = 0; panel < panels; ++panel) append_panel(polynomial.field, panel, field);
   }
   return {store.add(radii), store.add(energy), store.add(field)};
 }
@@ -212,8 +226,7 @@ AlignedBytes write_pack(const PackContent& content) {
     if (content.linear != nullptr) {
       const pack::Segment contact_compliance = at(linear.contact_compliance);
       const pack::Segment field_compliance = at(linear.field_compliance);
-      linear_table =
-          pack::CreateLinearDd(builder, &contact_compliance, &field_compliance, field_stride(content.sites));
+      linear_table = pack::CreateLinearDd(builder, &contact_compliance, &field_compliance);
     }
     flatbuffers::Offset<pack::PolynomialDd> polynomial_table;
     if (content.polynomials != nullptr) {
@@ -281,7 +294,8 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
       sizeof(PackedNormal);
   double bytes =
       40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * static_cast<double>(sites);
-  if (linear) bytes += contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
+  if (linear)
+    bytes += 0.5 * contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
   if (polynomial)
     bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *
              sizeof(float);

@@ -11,13 +11,15 @@
 //
 // A node held by two contacts follows their mean: its rows of E hold 1/2 for each. X and S change only with
 // the set of held nodes; a frame with the same set is two small products.
+//
+// Along each axis a contact is given its displacement or its force. With P the axes of given force and D the
+// others, S_PP d_P = F_P - S_PD d_D, and F = S d as before.
 #pragma once
 
 #include <palpate/palpate.h>
 
 #include "runtime/src/arena.hpp"
-#include "runtime/src/field_kernel.hpp"
-#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/held_inverse.hpp"
 
 namespace palpate {
 
@@ -29,8 +31,7 @@ struct LinearSet {
   uint32_t fixed_version;  // of the session's fixed nodes
   uint32_t flags;          // PAL_FLAG_OVERLAPPING, PAL_FLAG_ILL_CONDITIONED
   uint32_t* sites;         // [max_contacts]
-  uint32_t* held;          // [max_held] contact nodes, first the fixed ones
-  double* share;           // [max_held] 1 / number of contacts that hold the node; 0 = fixed
+  uint32_t* held;          // [max_held] contact nodes
   double* unit_forces;     // X: [3 max_contacts][3 max_held], a row for each column of E
   double* stiffness;       // S: [3 max_contacts][3 max_contacts]
 };
@@ -44,12 +45,17 @@ struct LinearState {
   LinearSet next;
   double* nodal_force;  // f of the last frame: [3 max_held]
   // Making the next one ready
-  enum class Phase : uint32_t { gather, factor, solve, sum } phase;
-  uint32_t index;        // of the row or column at which the phase is
-  uint32_t attempt;      // 0, then with more and more regularisation
-  double mean_diagonal;  // of the compliance, from attempt 1 on
-  uint32_t* slot_of;     // [num_contact_nodes] position in `next.held` + 1; 0 = not held
-  double* factor;        // [3 max_held][3 max_held] upper triangle U, A = U^T U, rows of 3 num_held
+  enum class Phase : uint32_t { remove, add, correct, unit_forces, stiffness } phase;
+  uint32_t index;   // of the node, column or row at which the phase is
+  bool began_anew;  // the inverse was wrong, and is made again from nothing
+  uint32_t num_wanted;
+  uint32_t* wanted;     // [max_held] contact nodes that the next set holds
+  double* share;        // [max_held] 1 / number of contacts that hold them; 0 = fixed
+  uint32_t* wanted_of;  // [num_contact_nodes] place in `wanted` + 1; 0 = not wanted
+  HeldInverse inverse;  // of the set that was made ready last, or is on its way to the next
+  // Contacts with given forces
+  double* given_factor;  // [3 max_contacts][3 max_contacts]
+  uint32_t* given_axes;  // [3 max_contacts] of given force, ascending
 };
 
 // Takes the arrays of a state that serves these capacities.
@@ -64,26 +70,19 @@ bool is_for(const LinearSet& set, const pal_contact* contacts, uint32_t count, u
 void begin_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const uint32_t* fixed,
                   uint32_t num_fixed, uint32_t fixed_version, LinearState& state);
 
-// Goes on with it for about so many multiply-adds, one row or column (n^2 at most) beyond them, n = 3 x the
-// nodes held. Once it is ready it answers, and true is returned. Cost in all: n^3 / 6 + 3 c n^2 for c
-// contacts, four times that where A is ill-conditioned.
+// Goes on with it for about so many multiply-adds, one node (6 n^2 at most) beyond them, n = 3 x the nodes
+// held. Once it is ready it answers, and true is returned. Cost in all: 6 n^2 for each node that comes and 3
+// n^2 for each that goes, at most that of all to come, 2 n^3 / 3; then n^2 for the sums, and every fourth
+// time 9 n^2 to set rounding right.
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state);
 
 // The next set, if it is ready, answers, and the one that did is next.
 void swap_sets(LinearState& state);
 
-// Forces [count][3] in model units for displacements in model units [count][3], and f for the field, from the
-// set that answers.
-void evaluate_linear(const double* displacements, LinearState& state, double* forces);
-
-// The inner loops of making a set ready, on a matrix of their own: what calibration times. `n` rows of
-// `matrix`, symmetric and positive definite, are overwritten. Multiply-adds: n^3 / 6.
-void factor_for_calibration(double* matrix, uint32_t n);
-
-// u of the nodes of `count` panels from `first` on, added to sum[96 count]. The field's weights are f times
-// the length scale. All panels of one held node after one another: the columns of many would be as many
-// streams.
-void add_linear_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                      AddColumns add_columns, float* sum);
+// Bits 0 to 2 of given_axes[c]: along which axes the force of contact c is given, given_forces[3 c + axis].
+// Their displacements are filled in, and all forces [count][3], and f for the field; model units, from the
+// set that answers. Flags of what is doubtful about the displacements.
+uint32_t evaluate_linear(const uint32_t* given_axes, const double* given_forces, double* displacements,
+                         LinearState& state, double* forces);
 
 }  // namespace palpate

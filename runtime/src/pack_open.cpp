@@ -156,43 +156,52 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
 }
 
 // A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj. That much is checked for every
-// pair; linear_dd.cpp then makes sure of a factor for any such matrix.
-bool is_compliance(const double* matrix, uint64_t n) {
+// pair; held_inverse.cpp then makes sure of an inverse for any such matrix.
+bool is_compliance(const double* blocks, uint64_t num_nodes) {
   constexpr double kRounding = 1e-9;
-  constexpr uint64_t kBlock = 8;  // columns of a cache line: the transposed entries are read line by line
-  for (uint64_t first = 0; first < n; first += kBlock) {
-    const uint64_t end = first + kBlock < n ? first + kBlock : n;
-    for (uint64_t j = 0; j < end; ++j) {
-      for (uint64_t i = j > first ? j : first; i < end; ++i) {
-        const double entry = matrix[i * n + j];
-        const double bound = matrix[i * n + i] * matrix[j * n + j] * (1.0 + kRounding);
-        if (entry != matrix[j * n + i] || !(entry * entry <= bound)) return false;
+  const auto diagonal = [&](uint64_t node, uint64_t axis) {
+    return blocks[9 * pack::lower_block(node, node) + 4 * axis];
+  };
+  bool is = true;
+  for (uint64_t i = 0; i < num_nodes; ++i) {
+    const double* block = blocks + 9 * pack::lower_block(i, 0);
+    for (uint64_t j = 0; j <= i; ++j, block += 9) {
+      for (uint64_t a = 0; a < 3; ++a) {
+        for (uint64_t b = 0; b < 3; ++b) {
+          const double entry = block[3 * a + b];
+          const double bound = diagonal(i, a) * diagonal(j, b) * (1.0 + kRounding);
+          is = is && entry * entry <= bound && (i != j || entry == block[3 * b + a]);
+        }
       }
     }
+    if (!is) return false;
   }
   return true;
 }
 
 bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
-  const uint64_t contact_dofs = uint64_t{3} * pack.num_contact_nodes;
-  pack.field_stride = linear.field_stride();
-  if (pack.field_stride != pack::num_panels(pack.num_nodes) * pack::kPanelRows) return false;
-  pack.contact_compliance =
-      array_of<double>(pack, linear.contact_compliance(), first_offset, contact_dofs * contact_dofs);
+  const uint64_t num_contact_nodes = pack.num_contact_nodes;
+  const uint64_t column = uint64_t{pack::num_panels(pack.num_nodes)} * 3 * pack::kPanelRows;
+  pack.contact_compliance = array_of<double>(pack, linear.contact_compliance(), first_offset,
+                                             9 * pack::lower_block(num_contact_nodes, 0));
   pack.field_compliance =
-      array_of<float>(pack, linear.field_compliance(), first_offset, contact_dofs * pack.field_stride);
+      array_of<float>(pack, linear.field_compliance(), first_offset, num_contact_nodes * column);
   if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
   if (trusted) return true;
   const double smallest = pack.max_displacement * pack.metres / kLargestPush;
-  for (uint64_t dof = 0; dof < contact_dofs; ++dof) {
-    const double diagonal = pack.contact_compliance[dof * contact_dofs + dof];
-    if (!(diagonal >= smallest && diagonal <= kLargestPush) ||
-        !all_within(pack.field_compliance + dof * pack.field_stride, pack.field_stride,
-                    static_cast<float>(kLargestAmplification * diagonal))) {
-      return false;
+  for (uint64_t node = 0; node < num_contact_nodes; ++node) {
+    const double* block = pack.contact_compliance + 9 * pack::lower_block(node, node);
+    double largest = 0;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const double diagonal = block[4 * axis];
+      if (!(diagonal >= smallest && diagonal <= kLargestPush)) return false;
+      if (diagonal > largest) largest = diagonal;
     }
+    if (!all_within(pack.field_compliance + node * column, column,
+                    static_cast<float>(kLargestAmplification * largest)))
+      return false;
   }
-  return is_compliance(pack.contact_compliance, contact_dofs);
+  return is_compliance(pack.contact_compliance, num_contact_nodes);
 }
 
 bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, bool trusted,

@@ -54,7 +54,6 @@ struct pal_pack {
   // LinearDd; contact_compliance is null without the model
   const double* contact_compliance;
   const float* field_compliance;
-  uint32_t field_stride;
 
   // PolynomialDd; radii is null without the model
   uint32_t degree;

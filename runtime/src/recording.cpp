@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
-constexpr uint32_t kRecordingVersion = 1;
+constexpr uint32_t kRecordingVersion = 2;
 constexpr uint32_t kFirstReplayBytes = 88;
 static_assert(kFirstReplayBytes == sizeof(pal_replay));
 
@@ -44,8 +44,10 @@ struct CallSubject {
 
 // Inputs without the gaps that a compiler leaves in a struct: what is in those is nobody's.
 struct RecordedContact {
-  uint64_t site;
+  uint32_t site;
+  uint32_t force_axes;
   double displacement[3];
+  double force[3];
 };
 struct RecordedHold {
   uint32_t law;
@@ -159,9 +161,11 @@ pal_status replay_contacts(pal_session& session, CallReader& reader, uint32_t co
   if (count > pack::kMostContacts) return PAL_STATUS_CORRUPT_RECORDING;
   for (uint32_t c = 0; c < count; ++c) {
     RecordedContact contact;
-    if (!reader.take(&contact, 1) || contact.site > UINT32_MAX) return PAL_STATUS_CORRUPT_RECORDING;
-    contacts[c].site = static_cast<uint32_t>(contact.site);
+    if (!reader.take(&contact, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+    contacts[c].site = contact.site;
+    contacts[c].force_axes = contact.force_axes;
     memcpy(contacts[c].displacement, contact.displacement, sizeof contact.displacement);
+    memcpy(contacts[c].force, contact.force, sizeof contact.force);
   }
   if (!reader.has_answer(count)) return PAL_STATUS_CORRUPT_RECORDING;
   if (const pal_status status = pal_contact_frame(&session, contacts, count, results);
@@ -282,8 +286,9 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
                     sizeof subject + sizeof answer + count * (sizeof(RecordedContact) + kForceBytes));
   writer.put(&subject, sizeof subject);
   for (uint32_t c = 0; c < count; ++c) {
-    RecordedContact contact = {contacts[c].site, {}};
+    RecordedContact contact = {contacts[c].site, contacts[c].force_axes, {}, {}};
     memcpy(contact.displacement, contacts[c].displacement, sizeof contact.displacement);
+    memcpy(contact.force, contacts[c].force, sizeof contact.force);
     writer.put(&contact, sizeof contact);
   }
   writer.put(&answer, sizeof answer);

@@ -36,7 +36,7 @@ double length(const double d[3]) {
   return largest * sqrt(x * x + y * y + z * z);
 }
 
-// Turns a contact's displacement into model units, shortening an absurd one.
+// Turns a displacement that is given into model units, shortening an absurd one.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
   double scale = 1.0;
@@ -70,11 +70,65 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   }
 }
 
+// Turns given forces into model units, cutting those that would move their contact alone by an absurd
+// displacement.
+uint32_t take_forces(const pal_session& session, const pal_contact& contact, uint32_t index, double* out) {
+  const LinearSet& set = session.linear.answering;
+  const size_t size = size_t{3} * set.num_contacts;
+  uint32_t flags = 0;
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    if ((contact.force_axes >> axis & 1) == 0) continue;
+    const size_t row = size_t{3} * index + axis;
+    const double limit =
+        kAbsurdDisplacement * session.pack->max_displacement * set.stiffness[row * size + row];
+    const double force = contact.force[axis] / session.pack->newtons;
+    out[axis] = force > limit ? limit : force < -limit ? -limit : force;
+    if (fabs(force) > limit) flags = PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+  }
+  return flags;
+}
+
+// Displacements that given forces have made absurd: all of the answer is scaled with them.
+uint32_t shorten_answer(const pal_pack& pack, uint32_t count, double* displacements, LinearState& linear,
+                        double* forces) {
+  const double limit = kAbsurdDisplacement * pack.max_displacement;
+  double largest = 0;
+  for (uint32_t i = 0; i < 3 * count; ++i) {
+    const double size = fabs(displacements[i]);
+    if (!(size <= largest)) largest = size;
+  }
+  if (largest <= limit) return 0;
+  const double part = isfinite(largest) ? limit / largest : 0.0;
+  for (uint32_t i = 0; i < 3 * count; ++i) {
+    displacements[i] = part > 0 ? part * displacements[i] : 0.0;
+    forces[i] = part > 0 ? part * forces[i] : 0.0;
+  }
+  for (uint32_t i = 0; i < 3 * linear.answering.num_held; ++i)
+    linear.nodal_force[i] = part > 0 ? part * linear.nodal_force[i] : 0.0;
+  return PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+}
+
+// Displacements as given; where a force is given, also along that axis.
+uint32_t evaluate_given(pal_session& session, const pal_contact* contacts, uint32_t count) {
+  uint32_t any_axes = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    session.given_axes[c] = contacts[c].force_axes;
+    any_axes |= contacts[c].force_axes;
+    if (contacts[c].force_axes != 0)
+      session.input_flags[c] |= take_forces(session, contacts[c], c, session.given_forces + size_t{3} * c);
+  }
+  LinearState& linear = session.linear;
+  const uint32_t flags = evaluate_linear(session.given_axes, session.given_forces, session.displacements,
+                                         linear, session.forces);
+  if (any_axes == 0) return flags;
+  return flags | shorten_answer(*session.pack, count, session.displacements, linear, session.forces);
+}
+
 void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
                    pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   LinearState& linear = session.linear;
-  evaluate_linear(session.displacements, linear, session.forces);
+  const uint32_t flags = evaluate_given(session, contacts, count) | linear.answering.flags;
   double work = 0;  // W = f . d / 2
   for (uint32_t i = 0; i < 3 * count; ++i) work += session.forces[i] * session.displacements[i];
   session.stored_energy = 0.5 * work * pack.newtons * pack.metres;
@@ -91,7 +145,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     pal_contact_result& result = results[c];
     result = {};
     result.model = PAL_MODEL_LINEAR;
-    result.flags = linear.answering.flags | session.input_flags[c];
+    result.flags = flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
@@ -100,6 +154,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
+      result.displacement[i] = d[i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j) {
         result.stiffness[i][j] = linear.answering.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] *
                                  (pack.newtons / pack.metres);
@@ -124,14 +179,15 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
   for (int i = 0; i < 3; ++i) {
     result.force[i] = answer.force[i] * pack.newtons;
+    result.displacement[i] = d[i] * pack.metres;
     for (int j = 0; j < 3; ++j)
       result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
   }
 }
 
-bool polynomial_answers(const pal_session& session, uint32_t num_contacts) {
-  return session.config.model != PAL_MODEL_LINEAR && session.pack->radii != nullptr && num_contacts == 1 &&
-         session.num_fixed == 0;
+bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
+  return !forces_given && session.config.model != PAL_MODEL_LINEAR && session.pack->radii != nullptr &&
+         num_contacts == 1 && session.num_fixed == 0;
 }
 
 // Whether one of the two sets is ready for these contacts; it then answers.
@@ -145,14 +201,14 @@ bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t 
 
 }  // namespace
 
-bool can_answer(const pal_session& session, uint32_t num_contacts) {
-  return num_contacts == 0 || polynomial_answers(session, num_contacts) ||
+bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given) {
+  return num_contacts == 0 || polynomial_answers(session, num_contacts, forces_given) ||
          (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
 }
 
-pal_model model_for(const pal_session& session, uint32_t count) {
+pal_model model_for(const pal_session& session, uint32_t count, bool forces_given) {
   if (count == 0) return PAL_MODEL_AUTO;
-  return polynomial_answers(session, count) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_LINEAR;
+  return polynomial_answers(session, count, forces_given) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_LINEAR;
 }
 
 void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count) {

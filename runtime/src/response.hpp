@@ -6,11 +6,12 @@
 
 namespace palpate {
 
-// Whether some model of the session can answer so many contacts with its fixed nodes.
-bool can_answer(const pal_session& session, uint32_t num_contacts);
+// Whether some model of the session can answer so many contacts with its fixed nodes. `forces_given`: along
+// some axis, instead of the displacement.
+bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given = false);
 
 // The model that answers these contacts, which some model can; PAL_MODEL_AUTO for no contacts.
-pal_model model_for(const pal_session& session, uint32_t count);
+pal_model model_for(const pal_session& session, uint32_t count, bool forces_given = false);
 
 // Makes linear_dd ready for these contacts, whatever it takes.
 void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count);

@@ -7,6 +7,7 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/calibration.hpp"
+#include "runtime/src/compliance.hpp"
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
@@ -33,6 +34,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
+  arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
+  arrays.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.linear;
   if (pack.contact_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
@@ -116,7 +119,7 @@ void fill_panels(const pal_session& session, const FieldState& field, uint32_t f
                  float* sum) {
   memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
   if (field.model == PAL_MODEL_LINEAR) {
-    add_linear_field(*session.pack, field, first, count, session.add_columns, sum);
+    add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
     add_polynomial_field(*session.pack, field, first, count, session.add_columns, sum);
   }
@@ -175,6 +178,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.pack = pack;
   made.config = complete;
   made.add_columns = palpate::choose_add_columns();
+  made.linear.inverse.kernel = palpate::choose_inverse_kernel();
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   palpate::reset_passivity(made.tools.passivity);
@@ -225,17 +229,23 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   if (session == nullptr || (contacts == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
   if (count > session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
   const palpate::FloatingPointMode mode;
+  bool forces_given = false;
   for (uint32_t c = 0; c < count; ++c) {
-    if (contacts[c].site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
-    for (const double component : contacts[c].displacement) {
-      if (!isfinite(component)) return PAL_STATUS_NOT_FINITE;
+    const pal_contact& contact = contacts[c];
+    if (contact.site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
+    if (contact.force_axes > palpate::kAllAxes) return PAL_STATUS_BAD_ARGUMENT;
+    forces_given = forces_given || contact.force_axes != 0;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const bool by_force = (contact.force_axes >> axis & 1) != 0;
+      if (!isfinite(by_force ? contact.force[axis] : contact.displacement[axis]))
+        return PAL_STATUS_NOT_FINITE;
     }
   }
-  if (!palpate::can_answer(*session, count)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  if (!palpate::can_answer(*session, count, forces_given)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
-  const pal_model model = palpate::model_for(*session, count);
+  const pal_model model = palpate::model_for(*session, count, forces_given);
   if (model == PAL_MODEL_LINEAR) palpate::make_linear_ready(*session, contacts, count);
   palpate::answer_contacts(*session, model, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);

@@ -12,6 +12,7 @@
 namespace palpate {
 
 inline constexpr uint32_t kMostFixed = 1024;
+inline constexpr uint32_t kAllAxes = 7;             // of pal_contact::force_axes
 inline constexpr uint32_t kFirstConfigBytes = 168;  // of pal_session_config in the first release
 
 }  // namespace palpate
@@ -29,6 +30,8 @@ struct pal_session {
   double* forces;          // [max_contacts][3] model units
   double stored_energy;    // of the last answer: J, or the model's units of energy
   uint32_t* input_flags;   // [max_contacts] what was done to the displacement before any model saw it
+  uint32_t* given_axes;    // [max_contacts] pal_contact::force_axes
+  double* given_forces;    // [max_contacts][3] model units
   palpate::LinearState linear;
   bool linear_begun;    // linear.next is being made ready
   uint64_t operations;  // multiply-adds that a haptic frame may spend on that

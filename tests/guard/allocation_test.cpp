@@ -99,7 +99,10 @@ TEST_F(Allocation, CounterCounts) {
 TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
-  EXPECT_GT(counted([&] { session.touch({{0, {0, 0, -0.01}}}); }), 0);  // `touch` returns a std::vector
+  EXPECT_GT(counted([&] {
+              session.touch({{0, {0, 0, -0.01}, 0, {}}});
+            }),
+            0);  // `touch` returns a std::vector
 }
 
 TEST_F(Allocation, NoneFromInitToTheLastFrame) {
@@ -126,7 +129,8 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
         const uint32_t count = (frame / 5) % 5;
         pal_contact contacts[4];
         for (uint32_t c = 0; c < count; ++c) {
-          contacts[c] = {(frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}};
+          contacts[c] = {
+              (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}, 0, {}};
         }
         answered += pal_contact_frame(session, contacts, count, results) == PAL_STATUS_OK;
         answered += pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK;

@@ -68,7 +68,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
       const uint32_t count = frame < 5 ? 1 : frame % kContacts + 1;
       pal_contact contacts[kContacts];
       for (uint32_t c = 0; c < count; ++c)
-        contacts[c] = {(5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}};
+        contacts[c] = {(5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}, 0, {}};
       pal_contact_result results[kContacts] = {};
       if (pal_contact_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
       for (uint32_t c = 0; c < count; ++c) finite = finite && all_finite(results[c]);
@@ -248,20 +248,22 @@ TEST_F(Contradiction, Sites) {
 }
 
 // A compliance is symmetric and positive definite, so |a_ij| <= sqrt(a_ii a_jj); anything else would feed a
-// device energy, or factor to nonsense.
+// device energy, or have a nonsensical inverse.
 TEST_F(Contradiction, LinearCompliance) {
   const pack::LinearDd& linear = *tables().linear_dd();
-  const size_t n = size_t{3} * tables().sites()->num_contact_nodes();
   const auto changed = [&](auto&& change) {
     return status_with<double>(linear.contact_compliance(), change);
   };
+  const size_t own = 9 * pack::lower_block(1, 1);  // of contact node 1
+  const size_t other = 9 * pack::lower_block(1, 0);
   EXPECT_EQ(changed([](double*) {}), PAL_STATUS_OK);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 0; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = -a[3 * n + 3]; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 1e-300; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 3] = 1e300; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 5] += 1e-3 * a[0]; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(changed([&](double* a) { a[3 * n + 5] = a[5 * n + 3] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own] = 0; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own] = -a[own]; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own] = 1e-300; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own] = 1e300; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own + 2] += 1e-3 * a[0]; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[own + 2] = a[own + 6] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(changed([&](double* a) { a[other + 5] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with<float>(linear.field_compliance(), [](float* c) { c[9] = 1e38f; }),
             PAL_STATUS_CORRUPT_CONTENT);
 }

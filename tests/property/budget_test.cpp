@@ -83,14 +83,14 @@ TEST_F(Budget, WhatIsLetGoStaysWhereItWasUntilTheRestIsReady) {
   unbounded_.hold(0, pal_default_hold(0));
   unbounded_.hold(1, pal_default_hold(3));
   const std::vector<pal_tool_result> two = unbounded_.frame(poses_);
-  for (; frames < 1000 && !same_bits(small_.frame(poses_)[0], two[0]); ++frames) {
+  for (; frames < 1000 && is_preparing(small_.frame(poses_)[0]); ++frames) {
     EXPECT_EQ(force_of(small_.last()[0]), force_of(three[0]));
     EXPECT_EQ(force_of(small_.last()[1]), force_of(three[1]));
     EXPECT_EQ(force_of(small_.last()[2]).norm(), 0) << "it holds nothing any more";
-    EXPECT_TRUE(is_preparing(small_.last()[0]));
   }
   EXPECT_GE(frames, 3);
   EXPECT_LT(frames, 1000);
+  for (size_t tool = 0; tool < 2; ++tool) EXPECT_TRUE(are_alike(small_.last()[tool], two[tool]));
 }
 
 TEST_F(Budget, FixedNodesComeInWhenReadyToo) {
@@ -101,12 +101,12 @@ TEST_F(Budget, FixedNodesComeInWhenReadyToo) {
   unbounded_.fix({1, 2, 9});
   const pal_tool_result after = unbounded_.frame(poses_)[0];
   int frames = 0;
-  for (; frames < 1000 && !same_bits(small_.frame(poses_)[0], after); ++frames) {
+  for (; frames < 1000 && is_preparing(small_.frame(poses_)[0]); ++frames) {
     EXPECT_EQ(force_of(small_.last()[0]), force_of(before));
-    EXPECT_TRUE(is_preparing(small_.last()[0]));
   }
   EXPECT_GE(frames, 2);
   EXPECT_LT(frames, 1000);
+  EXPECT_TRUE(are_alike(small_.last()[0], after));
 }
 
 // A third tool that grasps and lets go all the time: what was begun is finished, and answers.
@@ -139,7 +139,9 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
   EXPECT_GT(before.norm(), 0);
   EXPECT_LE((after - before).norm(), 0.15 * before.norm());
   EXPECT_TRUE(tools.last()[0].flags & PAL_FLAG_BLENDING);
-  for (int frame = 0; frame < 12; ++frame) tools.frame(poses_);
+  // The other two are answered anew once the third is ready, and once more without the first: each switch
+  // fades for 10 ms.
+  for (int frame = 0; frame < 24; ++frame) tools.frame(poses_);
   EXPECT_EQ(force_of(tools.last()[0]).norm(), 0);
 }
 
@@ -147,7 +149,7 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
 TEST_F(Budget, ContactFramesBetweenDoNotStarveTools) {
   small_.hold(0, pal_default_hold(4));
   small_.hold(1, pal_default_hold(5));
-  const std::vector<pal_contact> others = {{1, {0, 0, -0.01}}, {8, {0, 0, -0.01}}};
+  const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}}, {8, {0, 0, -0.01}, 0, {}}};
   int answered = 0;
   for (int frame = 0; frame < 200; ++frame) {
     small_.touch(others);
@@ -166,17 +168,16 @@ TEST_F(Budget, InterruptionsDelayButDoNotMislead) {
   for (int frame = 0; frame < 300; ++frame) {
     for (const pal_tool_result& result : small_.frame(poses_)) EXPECT_TRUE(force_of(result).allFinite());
     if (frame % 100 == 7) {
-      const std::vector<pal_contact> others = {{1, {0, 0, -0.01}}, {8, {0, 0, -0.01}}};
+      const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}}, {8, {0, 0, -0.01}, 0, {}}};
       OwnedSession alone(pack_.get(), PAL_MODEL_AUTO, 4, 4);
       const auto expected = alone.touch(others);
       const auto answer = small_.touch(others);
-      EXPECT_EQ(std::memcmp(answer.data(), expected.data(), 2 * sizeof answer[0]), 0);
+      for (size_t c = 0; c < 2; ++c) EXPECT_TRUE(are_alike(answer[c], expected[c]));
     }
   }
   for (uint32_t tool = 0; tool < 3; ++tool) unbounded_.hold(tool, pal_default_hold(tool == 2 ? 9 : 4 + tool));
   const auto expected = unbounded_.frame(poses_);
-  for (size_t tool = 0; tool < 3; ++tool)
-    EXPECT_EQ(force_of(small_.last()[tool]), force_of(expected[tool])) << tool;
+  for (size_t tool = 0; tool < 3; ++tool) EXPECT_TRUE(are_alike(small_.last()[tool], expected[tool])) << tool;
 }
 
 TEST_F(Budget, ReplaysToTheSameBits) {
@@ -243,7 +244,7 @@ TEST_F(Budget, InitFindsOutWhatAnOperationTakes) {
   };
   EXPECT_GT(measured(steady_clock, nullptr), 1e-11);
   EXPECT_LT(measured(steady_clock, nullptr), 1e-6);
-  EXPECT_EQ(measured(stopped_clock, nullptr), 1e-11);
+  EXPECT_EQ(measured(stopped_clock, nullptr), 1e-12);
   FakeClock slow = {1000000};
   FakeClock slower = {2000000};
   const double once = measured(FakeClock::read, &slow);

@@ -25,7 +25,8 @@ using Contacts = std::vector<std::pair<size_t, Eigen::Vector3d>>;
 
 std::vector<pal_contact> as_runtime(const Contacts& contacts) {
   std::vector<pal_contact> list;
-  for (const auto& [site, d] : contacts) list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}});
+  for (const auto& [site, d] : contacts)
+    list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}, 0, {}});
   return list;
 }
 
@@ -142,7 +143,7 @@ TEST_F(RuntimeLinearDd, FixedWhileRunningIsFixedInTheModel) {
     uint32_t site = 0;
     ASSERT_EQ(pal_pack_find_site(pack.get(), label, &site), PAL_STATUS_OK);
     const Eigen::Vector3d d = any_displacement();
-    const auto expected = offline.touch({{site, {d[0], d[1], d[2]}}}).front();
+    const auto expected = offline.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
     const auto result = session_.touch(as_runtime({{small_.site_at(label), d}})).front();
     EXPECT_LE((force_of(result) - force_of(expected)).norm(), kForceTolerance * force_of(expected).norm());
     EXPECT_LE((stiffness_of(result) - stiffness_of(expected)).norm(),
@@ -224,12 +225,12 @@ TEST_F(RuntimeLinearDd, ReleasedTissueIsAtRest) {
   EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
   // Held without being moved: at rest too.
-  const auto results = session_.touch({{2, {0, 0, 0}}});
+  const auto results = session_.touch({{2, {0, 0, 0}, 0, {}}});
   EXPECT_EQ(force_of(results[0]).norm(), 0);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
 }
 
-// What was held or fixed before leaves no trace.
+// What was held or fixed before leaves no trace but rounding.
 TEST_F(RuntimeLinearDd, AnswerDoesNotDependOnThePast) {
   const std::vector<pal_contact> contacts = as_runtime({{2, any_displacement()}, {7, any_displacement()}});
   OwnedSession fresh(pack_.get(), PAL_MODEL_LINEAR, 4, 8);
@@ -238,8 +239,9 @@ TEST_F(RuntimeLinearDd, AnswerDoesNotDependOnThePast) {
   session_.touch(as_runtime({{5, any_displacement()}, {6, any_displacement()}, {1, any_displacement()}}));
   session_.fix({});
   const auto results = session_.touch(contacts);
-  for (size_t c = 0; c < 2; ++c) EXPECT_EQ(force_of(results[c]), force_of(expected[c]));
-  EXPECT_EQ(session_.field(), fresh.field());
+  for (size_t c = 0; c < 2; ++c) EXPECT_TRUE(are_alike(results[c], expected[c]));
+  EXPECT_LE((as_vector(session_.field()) - as_vector(fresh.field())).norm(),
+            kFieldTolerance * as_vector(fresh.field()).norm());
 }
 
 TEST_F(RuntimeLinearDd, OneSiteHeldTwiceFollowsTheMean) {

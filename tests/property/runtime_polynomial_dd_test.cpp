@@ -61,7 +61,7 @@ class RuntimePolynomialDd : public ::testing::Test {
   }
 
   pal_contact_result touch(uint32_t site, const Eigen::Vector3d& d) {
-    return session_.touch({{site, {d[0], d[1], d[2]}}}).front();
+    return session_.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
   }
   Eigen::Vector3d force(uint32_t site, const Eigen::Vector3d& d) {
     return Eigen::Vector3d(touch(site, d).force);
@@ -187,7 +187,7 @@ TEST_F(RuntimePolynomialDd, TheEdgeItselfIsInside) {
     for (int i = 0; i < 20; ++i) {
       const Eigen::Vector3d d = radius(site) * any_direction();
       EXPECT_EQ(touch(site, d).flags, 0U);
-      const auto result = session.touch({{site, {1e-3 * d[0], 1e-3 * d[1], 1e-3 * d[2]}}}).front();
+      const auto result = session.touch({{site, {1e-3 * d[0], 1e-3 * d[1], 1e-3 * d[2]}, 0, {}}}).front();
       EXPECT_EQ(result.flags, 0U);
     }
   }
@@ -197,7 +197,7 @@ TEST_F(RuntimePolynomialDd, LinearPartIsTheExactLinearStiffness) {
   OwnedSession linear(pack_.get(), PAL_MODEL_LINEAR, 1, 0);
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Matrix3d S = stiffness_of(touch(site, Eigen::Vector3d::Zero()));
-    const Eigen::Matrix3d expected = stiffness_of(linear.touch({{site, {0, 0, 0}}}).front());
+    const Eigen::Matrix3d expected = stiffness_of(linear.touch({{site, {0, 0, 0}, 0, {}}}).front());
     EXPECT_LE((S - expected).norm(), 1e-9 * expected.norm());  // two float64 factorisations
     EXPECT_EQ(force(site, Eigen::Vector3d::Zero()).norm(), 0);
   }
@@ -317,7 +317,7 @@ TEST_F(RuntimePolynomialDd, WithoutLinearDdSeveralContactsAreRefused) {
   const AlignedBytes bytes = small_.write_polynomial_only();
   const OpenPack pack(bytes);
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 2, 2);
-  const pal_contact contacts[2] = {{0, {0, 0, -0.01}}, {5, {0, 0, -0.01}}};
+  const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}}, {5, {0, 0, -0.01}, 0, {}}};
   const uint32_t node = 0;
   EXPECT_EQ(pal_contact_frame(session.get(), contacts, 2, nullptr), PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(pal_session_set_fixed(session.get(), &node, 1), PAL_STATUS_MODEL_CANNOT_ANSWER);
@@ -358,7 +358,7 @@ TEST_F(InwardPolynomialDd, InsideItIsThePlainPolynomial) {
     const auto result = touch(site, d);
     EXPECT_EQ(result.flags, 0U);
     EXPECT_EQ(result.displacement_error, small_.surveys[1].table.bins.back().displacement.p95);
-    const auto expected = session.touch({{site, {d[0], d[1], d[2]}}}).front();
+    const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
     EXPECT_EQ(Eigen::Vector3d(result.force), Eigen::Vector3d(expected.force));
     EXPECT_EQ(session_.field(), session.field());
   }
@@ -373,7 +373,7 @@ TEST_F(InwardPolynomialDd, BehindTheSurfaceItSaysSo) {
       EXPECT_EQ(result.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
       EXPECT_EQ(result.displacement_error, 1);
       EXPECT_EQ(result.force_error, 1);
-      const auto other = linear.touch({{site, {d[0], d[1], d[2]}}}).front();
+      const auto other = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
       EXPECT_EQ(other.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
       EXPECT_EQ(other.displacement_error, 1);
     }
@@ -385,7 +385,7 @@ TEST_F(InwardPolynomialDd, DeepBehindTheSurfaceItIsTheExactLinearAnswer) {
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Vector3d d = tilted(site, -0.6, 0.9);
     const Eigen::Vector3d f = force(site, d);
-    const auto expected = linear.touch({{site, {d[0], d[1], d[2]}}}).front();
+    const auto expected = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
     EXPECT_LE((f - Eigen::Vector3d(expected.force)).norm(), 1e-9 * f.norm());  // two float64 factorisations
     const std::vector<float> field = session_.field();
     const std::vector<float> linear_field = linear.field();

@@ -94,6 +94,16 @@ inline bool all_finite(const std::vector<float>& values) {
   return true;
 }
 
+// Whether two answers of linear_dd differ by no more than the order of their sums makes them, which is that in
+// which nodes came and went.
+template <typename Result>
+bool are_alike(const Result& a, const Result& b) {
+  constexpr double kRounding = 1e-10;
+  const Eigen::Vector3d force(b.force);
+  return a.flags == b.flags && a.model == b.model &&
+         (Eigen::Vector3d(a.force) - force).norm() <= kRounding * force.norm();
+}
+
 // Every number of a result.
 inline bool all_finite(const pal_contact_result& result) {
   bool finite = std::isfinite(result.displacement_error) && std::isfinite(result.force_error);

@@ -111,14 +111,15 @@ enum {
    * first order expansion at the boundary; out of a surface where only inward displacements were sampled, the
    * nonlinear part fades out. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
-  /* Displacement beyond four times that (linear_dd: a million times the scene's largest): the answer is for
-   * the shortened one. */
+  /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
+   * force): the answer is for the shortened one. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear model cannot answer several contacts or fixed nodes; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
   /* Two contacts hold the same node: it follows their mean. */
   PAL_FLAG_OVERLAPPING = 1 << 3,
-  /* Contact nodes so close that the compliance is singular to rounding; regularised. */
+  /* Contact nodes so close that the compliance is singular to rounding: a spring of a billionth of a node's
+   * own compliance was added to it, or a stiffer one. Or a given force on a contact that cannot move. */
   PAL_FLAG_ILL_CONDITIONED = 1 << 4,
   /* Of tools. The pose was not finite, beyond 1e100 or no rotation, or dt or the age absurd: the last good
    * one was used instead. */
@@ -259,14 +260,14 @@ typedef struct pal_session_config {
   double max_torque;      /* N m */
   double max_force_rate;  /* N/s */
   double max_torque_rate; /* N m/s */
-  /* Other contacts or fixed nodes need another factor of linear_dd. A haptic frame spends this time on it
-   * (s), and at most n^2 multiply-adds more, n = 3 x the nodes held and fixed; until it is ready, over as
+  /* Other contacts or fixed nodes need another inverse of linear_dd. A haptic frame spends this time on it
+   * (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed; until it is ready, over as
    * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
    * are PAL_FLAG_PREPARING. What was begun is finished first, so that contacts which change all the time are
    * answered too. Contact frames for contacts of their own take its place. 0: it is made ready at once,
    * however long that takes. */
   double budget_seconds;
-  /* What budget_seconds is divided by: the time of one multiply-add of such a factor. 0: pal_session_init
+  /* What budget_seconds is divided by: the time of one multiply-add of such an inverse. 0: pal_session_init
    * finds out, with `clock`, and pal_session_get_config tells. Frames never read a clock: the same session
    * answers the same. */
   double seconds_per_operation;
@@ -296,22 +297,26 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 /* Fixes exactly these contact nodes from the next frame on, or as soon as budget_seconds lets (zero
  * displacement), in addition to the model's own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs.
  * (20), (21). A node that a contact holds at the same time follows the fixing. Cost: the next haptic frame
- * factors anew. Real-time safe: yes. */
+ * takes them in. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
 /* ------------------------------------------------------------ contacts -- */
 
-/* The patch of a site, held and moved as one. */
+/* The patch of a site, held and moved as one: along each axis of the organ frame its displacement is given,
+ * or the force on it. Of the other of the two numbers nothing is read. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
-  double displacement[3]; /* of the patch from rest, organ frame: m, or length unit */
+  double displacement[3]; /* of the patch from rest: m, or length unit */
+  uint32_t force_axes;    /* bit 0, 1, 2: the force is given along x, y, z; 0: the displacement is */
+  double force[3];        /* that the tool applies to the tissue: N, or force unit */
 } pal_contact;
 
 typedef struct pal_contact_result {
   double force[3]; /* that the tool must apply to the tissue: N, or force unit. A device plays its negative */
-  /* d force / d displacement of this contact, the others held; symmetric. Of the shortened displacement where
-   * the answer is PAL_FLAG_CLAMPED. */
+  double displacement[3]; /* of the patch: as given, or what the given force makes of it */
+  /* d force / d displacement of this contact, all others held where they are; symmetric. Of the shortened
+   * displacement where the answer is PAL_FLAG_CLAMPED. */
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
@@ -322,11 +327,13 @@ typedef struct pal_contact_result {
 } pal_contact_result;
 
 /* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
- * history, no blending, no limits. What tools hold is not among them and comes back with the next haptic
+ * history but in the rounding, no blending, no limits. What tools hold is not among them and comes back with the next haptic
  * frame (under a budget: as soon as it is ready again). `results`: count entries, may be NULL. Cost in
  * multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3 about 700;
- * linear_dd with the contacts of the frame before 3 c (3 c + n), with a new set n^3 / 6 + 3 c n^2 more, four
- * times that where it is ill-conditioned. Real-time safe: yes, for the n that the budget allows. */
+ * linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 for g axes of given force; where
+ * the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone and up to 10 n^2
+ * for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd alone. Real-time
+ * safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 

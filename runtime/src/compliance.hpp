@@ -1,0 +1,21 @@
+// The compliance that a pack holds: displacement of a packed node per unit force at a contact node, blocks of
+// K^-1 at rest, Zhong et al. 2005 eqs. (16)-(19).
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/field_kernel.hpp"
+#include "runtime/src/field_snapshot.hpp"
+
+namespace palpate {
+
+// A_ij, 3 x 3 by rows: displacement of contact node i per unit force at contact node j; A_ji is its
+// transpose, to the bit. What is fetched from memory: two lines.
+void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
+
+// Displacements of the nodes of `count` panels from `first` on by the nodal forces of `field`, added to
+// sum[96 count]. Cost: reads 1,152 bytes for each panel and held node.
+void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                          AddColumns add_columns, float* sum);
+
+}  // namespace palpate
