@@ -13,28 +13,40 @@
 namespace palpate {
 namespace {
 
-// "7=0,0,-5" -> label 7, displacement (0, 0, -5).
-std::pair<int, Eigen::Vector3d> parse_contact(const std::string& text) {
+struct ParsedContact {
+  int label = 0;
+  pal_contact contact = {};  // without its site
+};
+
+// "7=0,0,-5": node 7 is moved by (0, 0, -5); "7=0,0,f-300": along z the force on it is -300 instead.
+ParsedContact parse_contact(const std::string& text) {
   const auto refuse = [&]() -> std::runtime_error {
     return std::runtime_error(
-        fmt::format("--contact {}: expected NODE=dx,dy,dz, for example 7=0,0,-5", text));
+        fmt::format("--contact {}: expected NODE=dx,dy,dz, for example 7=0,0,-5, or with a force in place of "
+                    "a displacement 7=0,0,f-300",
+                    text));
   };
-  int label = 0;
-  Eigen::Vector3d displacement;
+  ParsedContact parsed;
   const char* place = text.data();
   const char* const end = text.data() + text.size();
-  std::from_chars_result result = std::from_chars(place, end, label);
+  std::from_chars_result result = std::from_chars(place, end, parsed.label);
   if (result.ec != std::errc()) throw refuse();
   place = result.ptr;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
     if (place == end || *place++ != (axis == 0 ? '=' : ',')) throw refuse();
+    const bool by_force = place != end && *place == 'f';
+    if (by_force) {
+      ++place;
+      parsed.contact.force_axes |= 1u << axis;
+    }
     if (place != end && *place == '+') ++place;
-    result = std::from_chars(place, end, displacement[axis]);
-    if (result.ec != std::errc() || !std::isfinite(displacement[axis])) throw refuse();
+    double& number = by_force ? parsed.contact.force[axis] : parsed.contact.displacement[axis];
+    result = std::from_chars(place, end, number);
+    if (result.ec != std::errc() || !std::isfinite(number)) throw refuse();
     place = result.ptr;
   }
   if (place != end) throw refuse();
-  return {label, displacement};
+  return parsed;
 }
 
 }  // namespace
@@ -43,7 +55,8 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
   command
       .add_option(
           "--contact", arguments.contacts,
-          "Move the patch of the site at NODE (label in the model file) by (dx,dy,dz); may be repeated")
+          "Move the patch of the site at NODE (label in the model file) by (dx,dy,dz); a component written "
+          "fN is a force of N on it instead (answered by the linear model); may be repeated")
       ->type_name("NODE=dx,dy,dz")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -67,15 +80,15 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     throw std::runtime_error(fmt::format("--contact is given {} times; the runtime holds at most {} contacts",
                                          arguments.contacts.size(), pack::kMostContacts));
   }
+  bool forces_given = false;
   for (const std::string& text : arguments.contacts) {
-    const auto [label, displacement] = parse_contact(text);
-    pal_contact contact = {};
+    auto [label, contact] = parse_contact(text);
     if (opened.pack().find_site(label, contact.site) != PAL_STATUS_OK) {
       throw std::runtime_error(
           fmt::format("--contact {}: node {} is not a contact site of this pack; `palpate info` lists them",
                       text, label));
     }
-    for (int axis = 0; axis < 3; ++axis) contact.displacement[axis] = displacement[axis];
+    forces_given = forces_given || contact.force_axes != 0;
     answer.labels.push_back(label);
     answer.contacts.push_back(contact);
   }
@@ -94,13 +107,15 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
                           : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
                                                             : PAL_MODEL_AUTO;
   const auto count = static_cast<std::uint32_t>(answer.contacts.size());
-  if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty())) {
-    throw std::runtime_error("--model polynomial answers one contact and no --fix; use auto or linear");
+  if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty() || forces_given)) {
+    throw std::runtime_error(
+        "--model polynomial answers one contact that is moved, and no --fix; use auto or linear");
   }
   const pal_pack_info info = opened.info();
-  if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty())) {
+  if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty() || forces_given)) {
     throw std::runtime_error(
-        "this pack has no linear model, which --model linear, --fix and several contacts need; build it with "
+        "this pack has no linear model, which --model linear, --fix, forces and several contacts need; build "
+        "it with "
         "[models] "
         "linear = true");
   }
@@ -109,6 +124,12 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
   session.fix(fixed);
   answer.results = session.contact_frame(answer.contacts);
+  for (size_t c = 0; c < answer.contacts.size(); ++c) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if ((answer.contacts[c].force_axes >> axis & 1) != 0)
+        answer.contacts[c].displacement[axis] = answer.results[c].displacement[axis];
+    }
+  }
   answer.field = session.visual_frame();
   return answer;
 }

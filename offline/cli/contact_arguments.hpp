@@ -23,7 +23,7 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments);
 // The answer of the runtime to them, from rest, in model units.
 struct ContactAnswer {
   std::vector<int> labels;            // of the site of each contact
-  std::vector<pal_contact> contacts;  // model units
+  std::vector<pal_contact> contacts;  // model units; with the displacements that given forces have made
   std::vector<pal_contact_result> results;
   Eigen::VectorXd field;  // 3 packed nodes
 };

@@ -111,6 +111,10 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
         "{:.3g} %, force {:.3g} %",
         answer.labels[c], model_name(result.model), force[0], force[1], force[2], force_unit, force.norm(),
         100 * result.displacement_error, 100 * result.force_error);
+    if (answer.contacts[c].force_axes != 0) {
+      const double* d = answer.contacts[c].displacement;
+      fmt::print("; moved by ({:.6g}, {:.6g}, {:.6g}){}", d[0], d[1], d[2], length);
+    }
     if (result.flags != 0) fmt::print("; {}", fmt::join(flag_names(result.flags), ", "));
     fmt::print("\n");
   }

@@ -120,11 +120,13 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
   std::vector<pal_contact> scaled(contacts.begin(), contacts.end());
   for (pal_contact& contact : scaled) {
     for (double& component : contact.displacement) component *= info.metres_per_length_unit;
+    for (double& component : contact.force) component *= info.newtons_per_force_unit;
   }
   std::vector<pal_contact_result> results(contacts.size());
   require_ok(session_.contact_frame(scaled, results), "frame");
   for (pal_contact_result& result : results) {
     for (double& component : result.force) component /= info.newtons_per_force_unit;
+    for (double& component : result.displacement) component /= info.metres_per_length_unit;
     for (auto& row : result.stiffness) {
       for (double& entry : row) entry *= info.metres_per_length_unit / info.newtons_per_force_unit;
     }

@@ -96,6 +96,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     for (pal_contact& contact : contacts) {
       contact.site = index(info_.num_sites);
       for (double& component : contact.displacement) component = number();
+      contact.force_axes = any(3) == 0 ? any(9) : 0;
+      for (double& component : contact.force) component = number();
     }
     pal_contact_result results[5];
     std::memset(static_cast<void*>(results), kCanary, sizeof results);

@@ -234,6 +234,18 @@ TEST_F(Eval, FixHoldsANodeAtZero) {
   EXPECT_NE(json["contacts"][0]["force"], free["contacts"][0]["force"]);
 }
 
+TEST_F(Eval, AForceInPlaceOfADisplacement) {
+  const nlohmann::json pushed = answer({"--contact", "23=0.001,0,f-0.02"})["contacts"][0];
+  EXPECT_EQ(pushed["model"], "linear");
+  EXPECT_NEAR(pushed["force"][2].get<double>(), -0.02, 1e-12);
+  EXPECT_EQ(pushed["displacement"][0], 0.001);
+  char moved[60];
+  std::snprintf(moved, sizeof moved, "23=0.001,0,%.17g", pushed["displacement"][2].get<double>());
+  const nlohmann::json again = answer({"--contact", moved, "--model", "linear"})["contacts"][0];
+  EXPECT_LT(distance(vector_of(again["force"]), vector_of(pushed["force"])), 1e-12);
+  EXPECT_NE(eval({"--contact", "23=0,0,f-0.02"}).out.find("moved by (0, 0, -"), std::string::npos);
+}
+
 TEST_F(Eval, NoContactIsRest) {
   EXPECT_EQ(answer({}), nlohmann::json::parse(R"({"contacts": [], "flags": []})"));
   EXPECT_NE(eval({}).out.find("at rest"), std::string::npos);
@@ -258,11 +270,14 @@ TEST_F(Eval, BeyondWhatWasSampledIsFlagged) {
 }
 
 TEST_F(Eval, MalformedContactsAreRefusedWithAnExample) {
-  for (const char* contact :
-       {"23", "23=", "23=0,0", "23=0,0,0,0", "=0,0,1", "x=0,0,1", "23=a,b,c", "23=0,0,nan", "23=0,0,inf",
-        "23=0,0,1e999", "2.5=0,0,1", "99999999999=0,0,1", "23=0, 0, 1", "23=0;0;1"}) {
-    EXPECT_EQ(refusal({"--contact", contact}),
-              "--contact " + std::string(contact) + ": expected NODE=dx,dy,dz, for example 7=0,0,-5");
+  for (const char* contact : {"23", "23=", "23=0,0", "23=0,0,0,0", "=0,0,1", "x=0,0,1", "23=a,b,c",
+                              "23=0,0,nan", "23=0,0,inf", "23=0,0,1e999", "23=0,0,f", "23=0,0,fnan",
+                              "2.5=0,0,1", "99999999999=0,0,1", "23=0, 0, 1", "23=0;0;1"}) {
+    EXPECT_EQ(
+        refusal({"--contact", contact}),
+        "--contact " + std::string(contact) +
+            ": expected NODE=dx,dy,dz, for example 7=0,0,-5, or with a force in place of a displacement "
+            "7=0,0,f-300");
   }
 }
 

@@ -19,8 +19,8 @@ inline void require(pal_status status, const char* what) {
 // A pack opened on bytes that must outlive it.
 class OpenPack {
  public:
-  explicit OpenPack(const AlignedBytes& bytes) {
-    require(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "open");
+  explicit OpenPack(const AlignedBytes& bytes, pal_verify verify = PAL_VERIFY_ONCE) {
+    require(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size(), verify), "open");
   }
   const Pack& face() const { return pack_; }
   const pal_pack* get() const { return pack_.get(); }
