@@ -66,6 +66,10 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   std::vector<SurveySample> samples;
   for (const SiteResult& result : results)
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
+  // The visual frame shows displacements from the mesh.
+  Eigen::VectorXd at_rest =
+      Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(content.sites.packed_nodes.size()));
+  if (!content.rest->is_mesh()) at_rest = packed_rows(content.sites, content.rest->displacement);
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
     ModelUnitSession session(opened, model, 1, 0);
@@ -74,7 +78,7 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
          survey_errors(samples, content.scene.max_displacement, [&](size_t site, const Eigen::Vector3d& d) {
            const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}, 0, {}};
            const pal_contact_result result = session.contact_frame({&contact, 1}).front();
-           return Answer{session.visual_frame(), Eigen::Vector3d(result.force)};
+           return Answer{session.visual_frame() - at_rest, Eigen::Vector3d(result.force)};
          })});
   };
   if (content.linear != nullptr) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
@@ -112,18 +116,22 @@ int run_build(const BuildArguments& arguments) {
   const Assembly assembly(model, model.fixed_dofs());
   if (!arguments.json) print_plan(model, scene, sites, assembly, plan);
 
+  const RestState rest = find_rest(assembly, scene);
   LinearDd linear;
   {
     ProgressBar bar("linear_dd", static_cast<int>(3 * sites.contact_nodes.size()));
-    linear = compute_linear_dd(assembly, sites, [&](int done, int) { bar.show(done); });
+    linear = compute_linear_dd(
+        assembly, sites, [&](int done, int) { bar.show(done); }, rest);
   }
   std::vector<SiteResult> results;
   {
     ProgressBar bar("sampling sites", static_cast<int>(sites.sites.size()));
-    results = sample_sites(assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); });
+    results = sample_sites(
+        assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest);
   }
 
   PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, std::move(descriptions), {}};
+  content.rest = &rest;
   if (scene.linear) content.linear = &linear;
   if (scene.polynomial) content.polynomials = &results;
   content.surveys = survey_models(content, results);

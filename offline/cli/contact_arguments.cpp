@@ -18,6 +18,23 @@ struct ParsedContact {
   pal_contact contact = {};  // without its site
 };
 
+// "0,0,-9810".
+Eigen::Vector3d parse_gravity(const std::string& text) {
+  Eigen::Vector3d acceleration;
+  const char* place = text.data();
+  const char* const end = text.data() + text.size();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::from_chars_result result = {place, std::errc::invalid_argument};
+    if (axis == 0 || (place != end && *place++ == ','))
+      result = std::from_chars(place, end, acceleration[axis]);
+    if (result.ec != std::errc() || !std::isfinite(acceleration[axis]) || (axis == 2 && result.ptr != end)) {
+      throw std::runtime_error(fmt::format("--gravity {}: expected gx,gy,gz, for example 0,0,-9810", text));
+    }
+    place = result.ptr;
+  }
+  return acceleration;
+}
+
 // "7=0,0,-5": node 7 is moved by (0, 0, -5); "7=0,0,f-300": along z the force on it is -300 instead.
 ParsedContact parse_contact(const std::string& text) {
   const auto refuse = [&]() -> std::runtime_error {
@@ -66,6 +83,11 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       ->type_name("NODE")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option(
+          "--gravity", arguments.gravity,
+          "Acceleration in place of the scene's, which must let it turn (answered by the linear model)")
+      ->type_name("gx,gy,gz");
   command
       .add_option("--model", arguments.model,
                   "auto, linear or polynomial; default auto: polynomial where it can answer, else linear")
@@ -123,6 +145,16 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
   session.fix(fixed);
+  if (!arguments.gravity.empty()) {
+    const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
+    if (info.gravity_may_turn == 0) {
+      throw std::runtime_error(
+          "--gravity: the gravity of this pack may not turn; build it with [gravity] may_turn = true");
+    }
+    if (model == PAL_MODEL_POLYNOMIAL)
+      throw std::runtime_error("--model polynomial answers the scene's gravity alone; use auto or linear");
+    session.set_gravity(acceleration);
+  }
   answer.results = session.contact_frame(answer.contacts);
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
     for (unsigned axis = 0; axis < 3; ++axis) {

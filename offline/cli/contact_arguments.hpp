@@ -14,10 +14,11 @@ namespace palpate {
 struct ContactArguments {
   std::vector<std::string> contacts;
   std::vector<int> fixed;
+  std::string gravity;
   std::string model = "auto";
 };
 
-// Adds --contact, --fix and --model.
+// Adds --contact, --fix, --gravity and --model.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
 // The answer of the runtime to them, from rest, in model units.

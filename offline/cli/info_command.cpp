@@ -78,6 +78,14 @@ std::string site_labels(const OpenedPack& opened) {
   return text;
 }
 
+// Null where the organ rests as its mesh.
+nlohmann::json gravity_json(const OpenedPack& opened) {
+  const pack::Gravity* gravity = opened.tables().gravity();
+  if (gravity == nullptr) return nullptr;
+  return {{"acceleration", opened.segment<double>(*gravity->acceleration())},
+          {"may_turn", opened.info().gravity_may_turn != 0}};
+}
+
 int run_info(const InfoArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   const pack::Pack& tables = opened.tables();
@@ -104,6 +112,7 @@ int run_info(const InfoArguments& arguments) {
                           {"arena_bytes", default_arena_bytes(opened)},
                           {"inputs", inputs},
                           {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
+                          {"gravity", gravity_json(opened)},
                           {"model_nodes", geometry.num_model_nodes()},
                           {"model_elements", geometry.num_model_elements()},
                           {"packed_nodes", geometry.num_nodes()},
@@ -131,6 +140,11 @@ int run_info(const InfoArguments& arguments) {
   } else {
     fmt::print("  units          {} and {} in the model; the runtime speaks m and N\n", opened.length_unit(),
                opened.force_unit());
+  }
+  if (info.has_gravity != 0) {
+    const std::span<const double> g = opened.segment<double>(*tables.gravity()->acceleration());
+    fmt::print("  gravity        ({:.6g}, {:.6g}, {:.6g}){}\n", g[0], g[1], g[2],
+               info.gravity_may_turn != 0 ? ", may turn" : "");
   }
   fmt::print("  organ          {} nodes, {} elements; {} nodes and {} triangles shown; h = {:.4g}{}\n",
              geometry.num_model_nodes(), geometry.num_model_elements(), geometry.num_nodes(),

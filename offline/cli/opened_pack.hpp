@@ -48,6 +48,8 @@ class ModelUnitSession {
                    std::uint32_t max_fixed);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
+  // The pack lets it turn, and not only polynomials answer.
+  void set_gravity(const Eigen::Vector3d& acceleration);
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);

@@ -49,6 +49,9 @@ struct LinearSegments {
 struct PolynomialSegments {
   pack::Segment radii, energy, field;
 };
+struct GravitySegments {
+  pack::Segment acceleration, rest_positions, field_per_gravity, contact_per_gravity;
+};
 struct SurfaceSegments {
   pack::Segment primitives, nodes, primitive_normals, site_normals;
 };
@@ -143,6 +146,46 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
   return {store.add(radii), store.add(energy), store.add(field)};
 }
 
+std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
+  std::vector<double> numbers;
+  for (const auto& row : matrix.rowwise()) numbers.insert(numbers.end(), row.begin(), row.end());
+  return numbers;
+}
+
+GravitySegments add_gravity(const PackContent& content, SegmentStore& store) {
+  const RestState& rest = *content.rest;
+  GravitySegments segments;
+  segments.acceleration = store.add(by_rows(*content.scene.gravity));
+  std::vector<double> positions = by_rows(packed_rows(content.sites, rest.displacement));
+  for (size_t i = 0; i < positions.size(); ++i) {
+    const auto node = static_cast<size_t>(content.sites.packed_nodes[i / 3]);
+    positions[i] += content.model.positions[node][static_cast<Eigen::Index>(i % 3)];
+  }
+  segments.rest_positions = store.add(positions);
+  if (rest.per_gravity.size() == 0) return segments;
+  const Eigen::MatrixXd per_gravity = packed_rows(content.sites, rest.per_gravity);
+  std::vector<float> field;
+  for (size_t panel = 0; panel < num_panels(content.sites); ++panel) append_panel(per_gravity, panel, field);
+  segments.field_per_gravity = store.add(field);
+  std::vector<double> contact;
+  for (const int node : content.sites.contact_nodes) {
+    const std::vector<double> rows = by_rows(per_gravity.middleRows<3>(3 * node));
+    contact.insert(contact.end(), rows.begin(), rows.end());
+  }
+  segments.contact_per_gravity = store.add(contact);
+  return segments;
+}
+
+// The organ's surface where a tool finds it.
+Model at_rest(const PackContent& content) {
+  Model model = content.model;
+  if (content.rest != nullptr && !content.rest->is_mesh()) {
+    for (int node = 0; node < model.num_nodes(); ++node)
+      model.positions[static_cast<size_t>(node)] += content.rest->displacement.segment<3>(3 * node);
+  }
+  return model;
+}
+
 flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::FlatBufferBuilder& builder) {
   return pack::CreateErrorBin(builder, bin.from, bin.to, static_cast<uint32_t>(bin.samples),
                               bin.displacement.median, bin.displacement.p95, bin.displacement.max,
@@ -183,7 +226,10 @@ AlignedBytes write_pack(const PackContent& content) {
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, store);
-  const SurfaceBvh bvh = build_surface_bvh(content.model, extract_surface(content.model), content.sites);
+  const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
+  GravitySegments gravity;
+  if (has_gravity) gravity = add_gravity(content, store);
+  const SurfaceBvh bvh = build_surface_bvh(at_rest(content), extract_surface(content.model), content.sites);
   const SurfaceSegments surface = {store.add(bvh.primitives), store.add(bvh.nodes),
                                    store.add(bvh.primitive_normals), store.add(bvh.site_normals)};
 
@@ -243,6 +289,17 @@ AlignedBytes write_pack(const PackContent& content) {
     const auto surface_table = pack::CreateSurfaceBvh(builder, static_cast<uint32_t>(bvh.primitives.size()),
                                                       &primitives, static_cast<uint32_t>(bvh.nodes.size()),
                                                       &nodes, &primitive_normals, &site_normals);
+    flatbuffers::Offset<pack::Gravity> gravity_table;
+    if (has_gravity) {
+      const pack::Segment acceleration = at(gravity.acceleration);
+      const pack::Segment rest_positions = at(gravity.rest_positions);
+      const pack::Segment field_per_gravity = at(gravity.field_per_gravity);
+      const pack::Segment contact_per_gravity = at(gravity.contact_per_gravity);
+      const bool may_turn = content.scene.gravity_may_turn;
+      gravity_table = pack::CreateGravity(builder, &acceleration, &rest_positions,
+                                          may_turn ? &field_per_gravity : nullptr,
+                                          may_turn ? &contact_per_gravity : nullptr);
+    }
     std::vector<flatbuffers::Offset<pack::ErrorSurvey>> surveys;
     for (const ModelSurvey& survey : content.surveys) {
       std::vector<flatbuffers::Offset<pack::ErrorBin>> bins;
@@ -257,7 +314,8 @@ AlignedBytes write_pack(const PackContent& content) {
     }
     pack::FinishPackBuffer(
         builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
-                                        linear_table, polynomial_table, &surveys, &costs, surface_table));
+                                        linear_table, polynomial_table, &surveys, &costs, surface_table,
+                                        gravity_table));
   };
   flatbuffers::FlatBufferBuilder sizing;
   write_tables(0, sizing);

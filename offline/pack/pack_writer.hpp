@@ -38,6 +38,7 @@ struct PackContent {
   int degree = 0;  // of `polynomials`
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
+  const RestState* rest = nullptr;  // null, or that of the mesh: no gravity
 };
 
 // Bytes on a 64-byte boundary, so that a pack in memory can be opened in place.

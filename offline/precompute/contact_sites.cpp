@@ -66,4 +66,11 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
   return result;
 }
 
+Eigen::MatrixXd packed_rows(const ContactSites& sites, const Eigen::MatrixXd& all) {
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(sites.packed_nodes.size()), all.cols());
+  for (size_t i = 0; i < sites.packed_nodes.size(); ++i)
+    rows.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = all.middleRows<3>(3 * sites.packed_nodes[i]);
+  return rows;
+}
+
 }  // namespace palpate

@@ -31,6 +31,9 @@ struct ContactSites {
   }
 };
 
+// The rows of packed nodes, of all dofs' rows.
+Eigen::MatrixXd packed_rows(const ContactSites& sites, const Eigen::MatrixXd& all);
+
 // A patch is the surface nodes within tip_radius of the site along the surface, without the fixed ones.
 ContactSites find_contact_sites(const Scene& scene, const Model& model);
 

@@ -7,13 +7,13 @@
 namespace palpate {
 
 LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
-                           const std::function<void(int, int)>& progress) {
+                           const std::function<void(int, int)>& progress, const RestState& rest) {
   constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
   StaticSolver solver(assembly);
-  if (!solver.factorize_at(LoadCase::rest(assembly.model()), Eigen::VectorXd::Zero(assembly.num_dofs()),
-                           false)) {
+  const Model& model = assembly.model();
+  if (!solver.factorize_at(rest.load_case(model), rest.displacement_of(model), false)) {
     throw std::runtime_error(
-        assembly.model().file +
+        model.file +
         ": the stiffness at rest is not positive definite; hold every part with *BOUNDARY, and join "
         "parts face to face");
   }

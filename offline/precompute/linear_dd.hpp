@@ -1,6 +1,7 @@
 // linear_dd (EPFE): the blocks of the inverse stiffness at rest that a pack carries.
 //
-// Source: Zhong et al. 2005 eqs. (16)-(19). K is the tangent at rest with the fixed nodes taken out; of K^-1
+// Source: Zhong et al. 2005 eqs. (16)-(19). K is the tangent at rest, under gravity if there is any, with the
+// fixed nodes taken out; of K^-1
 // only the columns of the contact nodes are formed, by blocked back-solves with one sparse factor, and of
 // those only the rows of packed nodes are kept.
 #pragma once
@@ -10,6 +11,7 @@
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
+#include "offline/precompute/rest_state.hpp"
 
 namespace palpate {
 
@@ -21,7 +23,8 @@ struct LinearDd {
 // Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done, total
 // columns.
 LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
-                           const std::function<void(int, int)>& progress = {});
+                           const std::function<void(int, int)>& progress = {},
+                           const RestState& rest = RestState());
 
 // The exact linear answer of one site: field 3 packed nodes x 3 and stiffness 3 x 3 per unit tool
 // displacement.

@@ -100,8 +100,9 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
   return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
 }
 
-SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site)
-    : solver_(&solver), site_(&site) {
+SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
+                         const RestState& rest_state)
+    : solver_(&solver), site_(&site), rest_(&rest_state) {
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();
@@ -111,7 +112,7 @@ SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const 
   solver.forget_factor();
   Anchor rest;
   rest.displacement.setZero();
-  rest.u.setZero(num_dofs);
+  rest.u = rest_->displacement_of(solver.assembly().model());
   if (!solver.tangent_response(load_for(rest.displacement), rest.u, patch_motion_, rest.tangent)) {
     throw std::runtime_error(
         solver.assembly().model().file + ": the organ at rest has no stable answer to a push at node " +
@@ -121,11 +122,12 @@ SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const 
 }
 
 LoadCase SiteSampler::load_for(const Eigen::Vector3d& displacement) const {
-  LoadCase load = LoadCase::rest(solver_->assembly().model());
+  LoadCase load = rest_->load_case(solver_->assembly().model());
   for (const int node : site_->patch_nodes) {
     for (int axis = 0; axis < 3; ++axis) {
-      load.held[static_cast<size_t>(3 * node + axis)] = 1;
-      load.displacement[3 * node + axis] = displacement[axis];
+      const int dof = 3 * node + axis;
+      load.held[static_cast<size_t>(dof)] = 1;
+      load.displacement[dof] = displacement[axis] + (rest_->is_mesh() ? 0.0 : rest_->displacement[dof]);
     }
   }
   return load;
@@ -137,7 +139,7 @@ void SiteSampler::count(const SolveReport& report) {
 }
 
 bool SiteSampler::ramp_from_rest(const LoadCase& load, const SolverSettings& settings, Eigen::VectorXd& u) {
-  u.setZero(patch_motion_.rows());
+  u = anchors_.front().u;
   const SolveReport report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, settings);
   count(report);
   return report.converged;
@@ -146,8 +148,13 @@ bool SiteSampler::ramp_from_rest(const LoadCase& load, const SolverSettings& set
 void SiteSampler::read_sample(const Eigen::VectorXd& u, Sample& sample) const {
   Eigen::VectorXd internal;
   sample.min_jacobian = solver_->assembly().internal_force(u, internal, &sample.energy).min_jacobian;
-  sample.force = patch_motion_.transpose() * internal;
   sample.field = u(packed_dofs_);
+  if (!rest_->is_mesh()) {
+    internal -= rest_->force;
+    sample.energy -= rest_->force.dot(u) + rest_->energy;
+    sample.field -= rest_->displacement(packed_dofs_);
+  }
+  sample.force = patch_motion_.transpose() * internal;
 }
 
 bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
@@ -181,7 +188,7 @@ bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int incre
   const SolverSettings settings;
   const Anchor& rest = anchors_.front();
   Eigen::VectorXd before = rest.u;
-  Eigen::VectorXd u = rest.tangent * (displacement / increments);
+  Eigen::VectorXd u = rest.u + rest.tangent * (displacement / increments);
   bool converged = true;
   for (int i = 1; i <= increments && converged; ++i) {
     if (i > 1) {

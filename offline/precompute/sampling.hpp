@@ -12,6 +12,7 @@
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
+#include "offline/precompute/rest_state.hpp"
 
 namespace palpate {
 
@@ -26,12 +27,12 @@ std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uin
 // A rotation whose third column is `axis`: turns the half-ball z >= 0 to the half-ball about it.
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 
-// The organ's answer to one tool displacement, from the full nonlinear solve.
+// The organ's answer to one tool displacement, from the full nonlinear solve; all from rest.
 struct Sample {
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // d, of the patch
   Eigen::VectorXd field;                                   // u at the packed nodes: 3 packed nodes
   Eigen::MatrixXd field_tangent;                    // du/dd: 3 packed nodes x 3; empty for a survey sample
-  double energy = 0;                                // stored
+  double energy = 0;                                // stored, less what gravity gave
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  // that the tool applies, = d energy / d d
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // d force / d d
   double min_jacobian = 1;
@@ -47,7 +48,9 @@ struct SolveCounts {
 // Solves the tool displacements of one site one after the other.
 class SiteSampler {
  public:
-  SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site);
+  // Keeps references to all of them.
+  SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
+              const RestState& rest);
 
   // From the nearest displacement solved before, and where that fails along the straight path from rest. The
   // sample also gets its tangent, and serves as a neighbour from then on. False when no equilibrium was
@@ -73,6 +76,7 @@ class SiteSampler {
 
   StaticSolver* solver_;
   const ContactSite* site_;
+  const RestState* rest_;
   Eigen::MatrixXd patch_motion_;  // all dofs x 3: the patch moves as one
   std::vector<Eigen::Index> packed_dofs_;
   std::vector<Anchor> anchors_;  // the first is rest

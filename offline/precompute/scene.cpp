@@ -57,6 +57,30 @@ void read_contact(const SceneTable& contact, Scene& scene) {
   scene.max_contacts = contact.integer("max_contacts", 1, pack::kMostContacts).value_or(scene.max_contacts);
 }
 
+void read_gravity(const SceneTable& gravity, Scene& scene) {
+  gravity.allow({"acceleration", "may_turn"});
+  const std::optional<std::array<double, 3>> acceleration = gravity.vector("acceleration");
+  if (!acceleration) {
+    gravity.fail("acceleration",
+                 "gravity.acceleration is missing; add acceleration = [gx, gy, gz] in the model's units");
+  }
+  scene.gravity = Eigen::Vector3d(acceleration->data());
+  const double size = scene.gravity->norm();
+  if (!(size >= 1e-15 && size <= 1e15)) {
+    gravity.fail("acceleration", "gravity.acceleration is zero, or outside 1e-15 to 1e15; correct it");
+  }
+  scene.gravity_may_turn = gravity.boolean("may_turn").value_or(false);
+}
+
+void check_densities(const SceneTable& gravity, const Model& model) {
+  for (const Tetrahedron& element : model.elements) {
+    const Material& material = model.materials[static_cast<std::size_t>(element.material)];
+    if (material.density > 0) continue;
+    gravity.fail("acceleration", "gravity pulls at mass, and material " + printable(material.name) + " of " +
+                                     model.file + " has none; add *DENSITY to it");
+  }
+}
+
 void read_models(const SceneTable& models, Scene& scene) {
   models.allow({"linear", "polynomial", "zone"});
   scene.linear = models.boolean_or_auto("linear").value_or(true);
@@ -68,6 +92,9 @@ void read_models(const SceneTable& models, Scene& scene) {
     models.fail("linear",
                 "models.linear and models.polynomial are both false: nothing is left to answer with; "
                 "carry one of them");
+  }
+  if (scene.gravity_may_turn && !scene.linear) {
+    models.fail("linear", "gravity.may_turn needs the linear model; remove models.linear = false");
   }
 }
 
@@ -219,8 +246,7 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
   scene.file = file;
-  if (top.has("gravity")) top.fail("gravity", "[gravity] is not supported by this version; remove it");
-  top.allow({"model", "units", "contact", "output", "accuracy", "budget", "models"});
+  top.allow({"model", "units", "contact", "output", "accuracy", "budget", "gravity", "models"});
 
   // Everything that the scene alone decides comes before the model, which may take longer to read.
   read_units(top.table("units"), scene);
@@ -237,9 +263,12 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   const SceneTable budget = top.table("budget");
   budget.allow({"frame_us"});
   scene.frame_budget_us = budget.number_above_zero("frame_us").value_or(scene.frame_budget_us);
+  const SceneTable gravity = top.table("gravity");
+  if (top.has("gravity")) read_gravity(gravity, scene);
   read_models(top.table("models"), scene);
 
   loaded.model = read_model(top, scene);
+  if (scene.gravity) check_densities(gravity, loaded.model);
   const Body body(loaded.model);
   scene.sites = read_sites(contact, body);
   scene.output_nodes = read_output_nodes(output, scene, body);

@@ -1,7 +1,9 @@
 // The scene file: which part of an organ a tool may touch, how far, and how well it must be answered.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +30,10 @@ struct Scene {
   std::vector<int> output_nodes;  // node indices the scene shows, sorted; always holds every node of a patch
   double accuracy_target = 0.01;  // of the survey's p95 displacement error
   double frame_budget_us = 100;
-  bool linear = true;      // carry linear_dd
-  bool polynomial = true;  // carry polynomial_dd
+  std::optional<Eigen::Vector3d> gravity;  // acceleration, length unit / time unit^2
+  bool gravity_may_turn = false;           // the device may tilt the organ
+  bool linear = true;                      // carry linear_dd
+  bool polynomial = true;                  // carry polynomial_dd
 };
 
 // A scene and the model it names, both checked against each other.

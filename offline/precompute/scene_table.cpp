@@ -32,6 +32,14 @@ std::string shown(const toml::node& node) {
   return printable(text.str());
 }
 
+// The node's number, if it is one and finite.
+std::optional<double> as_finite(const toml::node& node) {
+  double value = std::numeric_limits<double>::infinity();
+  if (const auto* integer = node.as_integer()) value = static_cast<double>(integer->get());
+  if (const auto* number = node.as_floating_point()) value = number->get();
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
 }  // namespace
 
 toml::table parse_toml(const std::string& file) {
@@ -75,15 +83,8 @@ std::optional<std::string> SceneTable::string(std::string_view key) const {
 std::optional<double> SceneTable::finite_number(std::string_view key, const std::string& expected) const {
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
-  double value = 0;
-  if (const auto* integer = node->as_integer()) {
-    value = static_cast<double>(integer->get());
-  } else if (const auto* number = node->as_floating_point()) {
-    value = number->get();
-  } else {
-    fail_type(key, expected);
-  }
-  if (!std::isfinite(value)) fail_type(key, expected);
+  const std::optional<double> value = as_finite(*node);
+  if (!value) fail_type(key, expected);
   return value;
 }
 
@@ -111,6 +112,13 @@ std::optional<int> SceneTable::integer(std::string_view key, int least, int most
   return static_cast<int>(integer->get());
 }
 
+std::optional<bool> SceneTable::boolean(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  if (!node->is_boolean()) fail_type(key, "true or false");
+  return node->as_boolean()->get();
+}
+
 std::optional<bool> SceneTable::boolean_or_auto(std::string_view key) const {
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
@@ -132,6 +140,21 @@ std::optional<std::vector<int>> SceneTable::integers(std::string_view key, const
                        path(key) + " must be " + expected + ", and " + shown(item) + " is none; correct it");
     }
     values.push_back(static_cast<int>(integer->get()));
+  }
+  return values;
+}
+
+std::optional<std::array<double, 3>> SceneTable::vector(std::string_view key) const {
+  const char* expected = "an array of three numbers";
+  const toml::node* node = find(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::array* array = node->as_array();
+  if (array == nullptr || array->size() != 3) fail_type(key, expected);
+  std::array<double, 3> values = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::optional<double> value = as_finite(*array->get(i));
+    if (!value) fail_type(key, expected);
+    values[i] = *value;
   }
   return values;
 }

@@ -3,6 +3,7 @@
 
 #include <toml++/toml.h>
 
+#include <array>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -34,8 +35,10 @@ class SceneTable {
   std::optional<double> number_above_zero(std::string_view key) const;
   std::optional<double> number_from_zero(std::string_view key) const;
   std::optional<int> integer(std::string_view key, int least, int most) const;
+  std::optional<bool> boolean(std::string_view key) const;
   std::optional<bool> boolean_or_auto(std::string_view key) const;  // nullopt for "auto" too
   std::optional<std::vector<int>> integers(std::string_view key, const char* expected) const;
+  std::optional<std::array<double, 3>> vector(std::string_view key) const;
 
   // The string as an index in `choices`; InputError names them.
   std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& choices) const;

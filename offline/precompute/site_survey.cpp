@@ -19,12 +19,12 @@ constexpr double kSmallestBall = 0.25;  // of the scene's largest displacement
 
 SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
                        const LinearDd& linear, const SamplingPlan& plan,
-                       const std::vector<Eigen::Vector3d>& sample_points) {
+                       const std::vector<Eigen::Vector3d>& sample_points, const RestState& rest) {
   const ContactSite& site = sites.sites[index];
   const bool half = scene.directions == Directions::inward;
   const Eigen::Matrix3d frame = half ? frame_about(site.inward) : Eigen::Matrix3d::Identity();
   const int label = solver.assembly().model().labels[static_cast<size_t>(site.node)];
-  SiteSampler sampler(solver, sites, site);
+  SiteSampler sampler(solver, sites, site, rest);
   SiteResult result;
   double radius = scene.max_displacement;
 
@@ -71,7 +71,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
 
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
-                                     const std::function<void(int, int)>& progress) {
+                                     const std::function<void(int, int)>& progress, const RestState& rest) {
   // Chosen for one degree more than is fitted, so that what the fit leaves out does not pass for what it
   // holds.
   const std::vector<Eigen::Vector3d> sample_points =
@@ -91,7 +91,7 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
     for (size_t site = next++; site < sites.sites.size(); site = next++) {
       try {
         if (!solver) solver.emplace(assembly);
-        results[site] = sample_site(*solver, scene, sites, site, linear, plan, sample_points);
+        results[site] = sample_site(*solver, scene, sites, site, linear, plan, sample_points, rest);
         const std::lock_guard lock(report);
         ++done;
         if (progress) progress(done, static_cast<int>(sites.sites.size()));

@@ -29,6 +29,7 @@ struct SiteResult {
 // `progress` gets sites done, total, never from two threads at once.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
-                                     const std::function<void(int, int)>& progress = {});
+                                     const std::function<void(int, int)>& progress = {},
+                                     const RestState& rest = RestState());
 
 }  // namespace palpate

@@ -20,19 +20,23 @@ void add_columns_scalar(const float* columns, size_t stride, const float* weight
 #ifdef PALPATE_X86
 
 // 96 rows are 12 registers of 8 floats: enough independent sums to hide the latency of a fused multiply-add
-// (4 cycles, 2 a cycle), and few enough that none spills.
+// (4 cycles, 2 a cycle), and few enough that none spills; but only where the loops over them are unrolled,
+// which GCC does not find out by itself: an array that is indexed lives in memory.
 __attribute__((target("avx2,fma"))) void add_columns_avx2(const float* columns, size_t stride,
                                                           const float* weights, uint32_t count, float* sum) {
   constexpr uint32_t kRegisters = pack::kPanelRows / 8;
   __m256 sums[kRegisters];
+#pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = _mm256_loadu_ps(sum + 8 * r);
   for (uint32_t j = 0; j < count; ++j) {
     const float* column = columns + j * stride;
     const __m256 weight = _mm256_broadcast_ss(weights + j);
+#pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) {
       sums[r] = _mm256_fmadd_ps(weight, _mm256_load_ps(column + 8 * r), sums[r]);
     }
   }
+#pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) _mm256_storeu_ps(sum + 8 * r, sums[r]);
 }
 
@@ -41,14 +45,17 @@ __attribute__((target("avx512f"))) void add_columns_avx512(const float* columns,
                                                            const float* weights, uint32_t count, float* sum) {
   constexpr uint32_t kRegisters = pack::kPanelRows / 16;
   __m512 sums[kRegisters];
+#pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = _mm512_loadu_ps(sum + 16 * r);
   for (uint32_t j = 0; j < count; ++j) {
     const float* column = columns + j * stride;
     const __m512 weight = _mm512_set1_ps(weights[j]);
+#pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) {
       sums[r] = _mm512_fmadd_ps(weight, _mm512_load_ps(column + 16 * r), sums[r]);
     }
   }
+#pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) _mm512_storeu_ps(sum + 16 * r, sums[r]);
 }
 #endif

@@ -34,35 +34,44 @@ void sum_unit_forces(const pal_pack& pack, uint32_t column, LinearState& state) 
   LinearSet& set = state.next;
   const uint32_t n = 3 * set.num_held;
   double* forces = set.unit_forces + size_t{column} * n;
-  memset(forces, 0, n * sizeof *forces);
   const uint32_t site = set.sites[column / 3];
-  for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+  const uint32_t first = pack.patch_starts[site];
+  for (uint32_t p = first; p < pack.patch_starts[site + 1]; ++p) {
     const uint32_t node = pack.patch_nodes[p];
     const double share = state.share[state.wanted_of[node] - 1];
     const double* row = inverse_row(state.inverse, state.inverse.slot_of[node] - 1, column % 3);
-    for (uint32_t i = 0; i < n; ++i) forces[i] += share * row[i];
+    if (p == first) {
+      for (uint32_t i = 0; i < n; ++i) forces[i] = share * row[i];
+    } else {
+      for (uint32_t i = 0; i < n; ++i) forces[i] += share * row[i];
+    }
   }
 }
 
-// Row of S = E^T X, up to its diagonal; symmetric but for rounding, of which the mean of both is taken.
-void sum_stiffness(const pal_pack& pack, uint32_t row, LinearState& state) {
+// Columns of S = X^T E that belong to one contact. S is symmetric but for rounding, of which the mean of both
+// halves is taken as soon as they are known.
+void sum_stiffness(const pal_pack& pack, uint32_t contact, LinearState& state) {
   LinearSet& set = state.next;
   const uint32_t n = 3 * set.num_held;
   const uint32_t size = 3 * set.num_contacts;
-  const auto entry = [&](uint32_t i, uint32_t j) {
-    const uint32_t site = set.sites[i / 3];
-    const double* forces = set.unit_forces + size_t{j} * n;
-    double sum = 0;
-    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      const uint32_t node = pack.patch_nodes[p];
-      const uint32_t slot = state.inverse.slot_of[node] - 1;
-      sum += state.share[state.wanted_of[node] - 1] * forces[3 * slot + i % 3];
+  const uint32_t site = set.sites[contact];
+  double* columns = set.stiffness + size_t{3} * contact;
+  for (uint32_t row = 0; row < size; ++row) memset(columns + size_t{row} * size, 0, 3 * sizeof *columns);
+  for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+    const uint32_t node = pack.patch_nodes[p];
+    const double share = state.share[state.wanted_of[node] - 1];
+    const double* forces = set.unit_forces + size_t{3} * (state.inverse.slot_of[node] - 1);
+    for (uint32_t row = 0; row < size; ++row) {
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        columns[size_t{row} * size + axis] += share * forces[size_t{row} * n + axis];
     }
-    return sum;
-  };
-  for (uint32_t column = 0; column <= row; ++column) {
-    set.stiffness[size_t{row} * size + column] = set.stiffness[size_t{column} * size + row] =
-        row == column ? entry(row, row) : 0.5 * (entry(row, column) + entry(column, row));
+  }
+  for (uint32_t column = 3 * contact; column < 3 * contact + 3; ++column) {
+    for (uint32_t row = 0; row < column; ++row) {
+      double& upper = set.stiffness[size_t{row} * size + column];
+      double& lower = set.stiffness[size_t{column} * size + row];
+      upper = lower = 0.5 * (upper + lower);
+    }
   }
 }
 
@@ -106,29 +115,84 @@ void solve_given(const double* factor, uint32_t count, double* x) {
   }
 }
 
+// What comes of the other axes and of gravity: F_P - S_PD d_D + Q t.
+double force_left(const LinearSet& set, const LinearFrame& frame, uint32_t row) {
+  const uint32_t size = 3 * set.num_contacts;
+  double sum = frame.given_forces[row];
+  for (uint32_t j = 0; j < size; ++j) sum -= set.stiffness[size_t{row} * size + j] * frame.displacements[j];
+  if (frame.gravity_turn != nullptr) {
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      sum += set.gravity_contact[axis * size + row] * frame.gravity_turn[axis];
+  }
+  return sum;
+}
+
 // Fills in the displacements along the axes of given force.
-uint32_t solve_for_displacements(const uint32_t* given_axes, const double* given_forces,
-                                 double* displacements, LinearState& state, double* forces) {
+void solve_for_displacements(LinearState& state, LinearFrame& frame) {
   const LinearSet& set = state.answering;
   const uint32_t size = 3 * set.num_contacts;
   uint32_t count = 0;
   for (uint32_t i = 0; i < size; ++i) {
-    if ((given_axes[i / 3] >> (i % 3) & 1) == 0) continue;
+    if ((frame.given_axes[i / 3] >> (i % 3) & 1) == 0) continue;
     state.given_axes[count++] = i;
-    displacements[i] = 0;
+    frame.displacements[i] = 0;
   }
-  if (count == 0) return 0;
-  double* x = forces;  // which are not known yet
-  for (uint32_t k = 0; k < count; ++k) {
-    const uint32_t row = state.given_axes[k];
-    double sum = given_forces[row];
-    for (uint32_t j = 0; j < size; ++j) sum -= set.stiffness[size_t{row} * size + j] * displacements[j];
-    x[k] = sum;
-  }
-  const bool is_whole = factor_given(set, state.given_axes, count, state.given_factor);
+  if (count == 0) return;
+  double* x = frame.forces;  // which are not known yet
+  for (uint32_t k = 0; k < count; ++k) x[k] = force_left(set, frame, state.given_axes[k]);
+  if (!factor_given(set, state.given_axes, count, state.given_factor)) frame.flags = PAL_FLAG_ILL_CONDITIONED;
   solve_given(state.given_factor, count, x);
-  for (uint32_t k = 0; k < count; ++k) displacements[state.given_axes[k]] = x[k];
-  return is_whole ? 0 : PAL_FLAG_ILL_CONDITIONED;
+  for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
+}
+
+// Y = M G_H, Q = E^T Y = X^T G_H and Z = G_H^T Y.
+void sum_gravity(const pal_pack& pack, LinearState& state) {
+  LinearSet& set = state.next;
+  HeldInverse& inverse = state.inverse;
+  const uint32_t n = 3 * set.num_held;
+  const uint32_t size = 3 * set.num_contacts;
+  const size_t stride = inverse.stride;
+  for (uint32_t slot = 0; slot < set.num_held; ++slot) {
+    const double* rows = pack.contact_per_gravity + size_t{9} * inverse.nodes[slot];
+    for (uint32_t entry = 0; entry < 9; ++entry)
+      inverse.columns[(entry % 3) * stride + 3 * slot + entry / 3] = rows[entry];
+  }
+  inverse.kernel.multiply(inverse.matrix, stride, set.num_held, inverse.columns, inverse.products);
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    const double* forces = inverse.products + axis * stride;
+    memcpy(set.gravity_forces + size_t{axis} * n, forces, n * sizeof *forces);
+    for (uint32_t column = 0; column < size; ++column) {
+      double sum = 0;
+      for (uint32_t i = 0; i < n; ++i)
+        sum += set.unit_forces[size_t{column} * n + i] * inverse.columns[axis * stride + i];
+      set.gravity_contact[size_t{axis} * size + column] = sum;
+    }
+    for (uint32_t other = 0; other < 3; ++other) {
+      double sum = 0;
+      for (uint32_t i = 0; i < n; ++i) sum += forces[i] * inverse.columns[other * stride + i];
+      set.gravity_own[3 * axis + other] = sum;
+    }
+  }
+}
+
+// Takes -Y t into f and -Q t into F; what they add to 2 W.
+double add_gravity(LinearState& state, LinearFrame& frame) {
+  const LinearSet& set = state.answering;
+  const uint32_t size = 3 * set.num_contacts;
+  const uint32_t n = 3 * set.num_held;
+  const double* turn = frame.gravity_turn;
+  double twice = 0;
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] -= turn[axis] * set.gravity_forces[axis * n + i];
+    for (uint32_t i = 0; i < size; ++i) {
+      const double force = turn[axis] * set.gravity_contact[axis * size + i];
+      frame.forces[i] -= force;
+      twice -= 2 * frame.displacements[i] * force;
+    }
+    for (uint32_t other = 0; other < 3; ++other)
+      twice += turn[axis] * set.gravity_own[3 * axis + other] * turn[other];
+  }
+  return twice;
 }
 
 }  // namespace
@@ -147,6 +211,10 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
     set->held = arena.take<uint32_t>(state.max_held);
     set->unit_forces = arena.take<double>(axes * dofs);
     set->stiffness = arena.take<double>(axes * axes);
+    if (pack.contact_per_gravity != nullptr) {
+      set->gravity_forces = arena.take<double>(3 * dofs);
+      set->gravity_contact = arena.take<double>(3 * axes);
+    }
   }
   state.nodal_force = arena.take<double>(dofs);
   state.wanted = arena.take<uint32_t>(state.max_held);
@@ -256,38 +324,42 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
         }
         break;
       case Phase::stiffness:
-        if (state.index < size) {
+        if (state.index < set.num_contacts) {
           sum_stiffness(pack, state.index++, state);
-          spent += uint64_t{2} * state.index * pack.max_patch_nodes;
+          spent += uint64_t{3} * size * pack.max_patch_nodes;
         } else {
-          set.ready = true;
-          swap_sets(state);
-          return true;
+          go_to(Phase::gravity);
         }
         break;
+      case Phase::gravity:
+        if (pack.contact_per_gravity != nullptr) sum_gravity(pack, state);
+        set.ready = true;
+        swap_sets(state);
+        return true;
     }
   }
   return false;
 }
 
-uint32_t evaluate_linear(const uint32_t* given_axes, const double* given_forces, double* displacements,
-                         LinearState& state, double* forces) {
+void evaluate_linear(LinearState& state, LinearFrame& frame) {
   const LinearSet& set = state.answering;
   const uint32_t size = 3 * set.num_contacts;
   const uint32_t n = 3 * set.num_held;
-  const uint32_t flags = solve_for_displacements(given_axes, given_forces, displacements, state, forces);
-  for (uint32_t row = 0; row < size; ++row) {
-    double sum = 0;
-    for (uint32_t column = 0; column < size; ++column)
-      sum += set.stiffness[size_t{row} * size + column] * displacements[column];
-    forces[row] = sum;
-  }
+  frame.flags = 0;
+  solve_for_displacements(state, frame);
+  memset(frame.forces, 0, size * sizeof *frame.forces);
   memset(state.nodal_force, 0, n * sizeof *state.nodal_force);
-  for (uint32_t column = 0; column < size; ++column) {
+  for (uint32_t column = 0; column < size; ++column) {  // S is symmetric: its columns are its rows
+    const double d = frame.displacements[column];
+    const double* stiffness = set.stiffness + size_t{column} * size;
+    for (uint32_t i = 0; i < size; ++i) frame.forces[i] += d * stiffness[i];
     const double* unit = set.unit_forces + size_t{column} * n;
-    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] += displacements[column] * unit[i];
+    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] += d * unit[i];
   }
-  return flags;
+  double twice = 0;
+  for (uint32_t i = 0; i < size; ++i) twice += frame.forces[i] * frame.displacements[i];
+  if (frame.gravity_turn != nullptr) twice += add_gravity(state, frame);
+  frame.energy = 0.5 * twice;
 }
 
 }  // namespace palpate

@@ -34,6 +34,10 @@ struct LinearSet {
   uint32_t* held;          // [max_held] contact nodes
   double* unit_forces;     // X: [3 max_contacts][3 max_held], a row for each column of E
   double* stiffness;       // S: [3 max_contacts][3 max_contacts]
+  // Where gravity may turn (gravity.hpp)
+  double* gravity_forces;   // Y: [3][3 max_held], a row for each axis of gravity
+  double* gravity_contact;  // Q: [3][3 max_contacts]
+  double gravity_own[9];    // Z
 };
 
 // One set answers while another is made ready, if need be over several frames.
@@ -45,7 +49,7 @@ struct LinearState {
   LinearSet next;
   double* nodal_force;  // f of the last frame: [3 max_held]
   // Making the next one ready
-  enum class Phase : uint32_t { remove, add, correct, unit_forces, stiffness } phase;
+  enum class Phase : uint32_t { remove, add, correct, unit_forces, stiffness, gravity } phase;
   uint32_t index;   // of the node, column or row at which the phase is
   bool began_anew;  // the inverse was wrong, and is made again from nothing
   uint32_t num_wanted;
@@ -79,10 +83,18 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
 // The next set, if it is ready, answers, and the one that did is next.
 void swap_sets(LinearState& state);
 
-// Bits 0 to 2 of given_axes[c]: along which axes the force of contact c is given, given_forces[3 c + axis].
-// Their displacements are filled in, and all forces [count][3], and f for the field; model units, from the
-// set that answers. Flags of what is doubtful about the displacements.
-uint32_t evaluate_linear(const uint32_t* given_axes, const double* given_forces, double* displacements,
-                         LinearState& state, double* forces);
+// What a frame asks of the set that answers, and its answer; model units.
+struct LinearFrame {
+  const uint32_t* given_axes;  // [count] bits 0 to 2: along which axes the force of a contact is given
+  const double* given_forces;  // [count][3] read there
+  const double* gravity_turn;  // [3] null: it has not turned
+  double* displacements;       // [count][3] filled in where forces are given
+  double* forces;              // [count][3]
+  double energy;               // W
+  uint32_t flags;              // of what is doubtful about the displacements
+};
+
+// Also leaves f for the field in `state`.
+void evaluate_linear(LinearState& state, LinearFrame& frame);
 
 }  // namespace palpate

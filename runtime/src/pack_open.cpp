@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <errno.h>
+#include <math.h>
 
 #include <palpate/palpate.h>
 
@@ -88,6 +89,7 @@ bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pa
   pack.mean_surface_edge = geometry.mean_surface_edge();
   pack.labels = array_of<int32_t>(pack, geometry.labels(), first_offset, pack.num_nodes);
   pack.positions = array_of<double>(pack, geometry.positions(), first_offset, uint64_t{3} * pack.num_nodes);
+  pack.rest_positions = pack.positions;
   pack.triangles =
       array_of<uint32_t>(pack, geometry.triangles(), first_offset, uint64_t{3} * pack.num_triangles);
   if (pack.num_nodes == 0 || pack.num_nodes > kMostNodes || pack.labels == nullptr ||
@@ -247,6 +249,30 @@ bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pa
          are_unit_vectors(pack.site_normals, pack.num_sites, kNormalRounding) && is_surface_tree(pack);
 }
 
+bool read_gravity(const pack::Gravity& gravity, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  const uint64_t dofs = uint64_t{3} * pack.num_nodes;
+  const double* acceleration = array_of<double>(pack, gravity.acceleration(), first_offset, 3);
+  pack.rest_positions = array_of<double>(pack, gravity.rest_positions(), first_offset, dofs);
+  if (acceleration == nullptr || pack.rest_positions == nullptr) return false;
+  if (!all_within(acceleration, 3, kLargestScale) || !all_within(pack.rest_positions, dofs, kLargestScale))
+    return false;
+  pack.has_gravity = true;
+  memcpy(pack.acceleration, acceleration, sizeof pack.acceleration);
+  const double square = acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1] +
+                        acceleration[2] * acceleration[2];
+  if (!is_scale(square)) return false;
+  if (gravity.field_per_gravity() == nullptr && gravity.contact_per_gravity() == nullptr) return true;
+  const uint64_t rows = uint64_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows;
+  const uint64_t contacts = uint64_t{9} * pack.num_contact_nodes;
+  pack.field_per_gravity = array_of<float>(pack, gravity.field_per_gravity(), first_offset, 3 * rows);
+  pack.contact_per_gravity = array_of<double>(pack, gravity.contact_per_gravity(), first_offset, contacts);
+  if (pack.field_per_gravity == nullptr || pack.contact_per_gravity == nullptr) return false;
+  // As much more of gravity as a session may ask for moves no node further than lengths may be.
+  const double limit = kLargestScale / sqrt(square);
+  return trusted || (all_within(pack.field_per_gravity, 3 * rows, static_cast<float>(limit)) &&
+                     all_within(pack.contact_per_gravity, contacts, limit));
+}
+
 bool is_error(double value) {
   return value >= 0 && value <= kLargestEnergy;
 }
@@ -312,9 +338,12 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
       !read_polynomial(*tables.polynomial_dd(), first_offset, trusted, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
+  if (tables.gravity() != nullptr && !read_gravity(*tables.gravity(), first_offset, trusted, pack))
+    return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))
     return PAL_STATUS_CORRUPT_CONTENT;
-  if (pack.contact_compliance == nullptr && pack.radii == nullptr) return PAL_STATUS_CORRUPT_CONTENT;
+  if (pack.contact_compliance == nullptr && (pack.radii == nullptr || pack.contact_per_gravity != nullptr))
+    return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 
   if (!trusted && pack::checksum_of(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;

@@ -10,8 +10,8 @@
 
 namespace {
 
-constexpr uint32_t kFirstInfoBytes = 88;
-constexpr uint32_t kFirstGeometryBytes = 40;
+constexpr uint32_t kFirstInfoBytes = 120;
+constexpr uint32_t kFirstGeometryBytes = 48;
 
 // Position of `node_label` among count entries whose labels rise with the entry, or count.
 template <typename LabelOf>
@@ -49,6 +49,9 @@ extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* inf
   all.max_displacement = pack->max_displacement * pack->metres;
   all.tip_radius = pack->tip_radius * pack->metres;
   all.mean_surface_edge = pack->mean_surface_edge * pack->metres;
+  all.has_gravity = pack->has_gravity;
+  all.gravity_may_turn = pack->contact_per_gravity != nullptr;
+  for (int i = 0; i < 3; ++i) all.gravity[i] = pack->acceleration[i] * pack->metres;
   return palpate::write_sized(all, kFirstInfoBytes, *info);
 }
 
@@ -60,6 +63,7 @@ extern "C" pal_status pal_pack_get_geometry(const pal_pack* pack, pal_geometry* 
   all.labels = pack->labels;
   all.positions = pack->positions;
   all.triangles = pack->triangles;
+  all.rest_positions = pack->rest_positions;
   return palpate::write_sized(all, kFirstGeometryBytes, *geometry);
 }
 

@@ -69,6 +69,13 @@ struct pal_pack {
   const float* primitive_normals;  // [num_primitives][4][3] unit: face, edges opposite corners 0, 1, 2
   const float* site_normals;       // [num_sites][3] unit
 
+  // Gravity; the last two are null where it may not turn
+  bool has_gravity;
+  double acceleration[3];
+  const double* rest_positions;       // [num_nodes][3] without it, `positions`
+  const float* field_per_gravity;     // [panels][3][96]
+  const double* contact_per_gravity;  // [num_contact_nodes][3][3]
+
   // Units: factors from model units to those of the API
   bool has_units;
   double metres;

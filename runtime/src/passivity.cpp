@@ -46,13 +46,13 @@ double work_of(const ToolState& tool) {
 
 double work_of_all(const pal_session& session) {
   double work = 0;
-  for (uint32_t t = 0; t < session.config.max_tools; ++t) work += work_of(session.tools.tools[t]);
+  for (uint32_t t = 0; t < session.tools.num_used; ++t) work += work_of(session.tools.tools[t]);
   return work;
 }
 
 // Whether what comes out is what the models say.
 bool feels_the_models(const pal_session& session) {
-  for (uint32_t t = 0; t < session.config.max_tools; ++t) {
+  for (uint32_t t = 0; t < session.tools.num_used; ++t) {
     if (!session.tools.tools[t].output.is_model) return false;
   }
   return true;
@@ -105,9 +105,15 @@ void begin_account(pal_session& session) {
   const bool felt = feels_the_models(session);
   if (states.num_contacts == 0 && !states.changed && felt) {
     reset_passivity(passivity);
+    session.gravity_changed = false;
     return;
   }
   const double stored = session.stored_energy;
+  if (session.gravity_changed) {  // its energy, not the tools'
+    passivity.account += stored - passivity.stored;
+    passivity.stored = stored;
+    session.gravity_changed = false;
+  }
   const double larger = stored > passivity.stored ? stored : passivity.stored;
   passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
@@ -122,7 +128,7 @@ void begin_account(pal_session& session) {
   passivity.work = gained;
   passivity.expected = passivity.one_set ? passivity.part * gained : gained;
   const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
-  for (uint32_t t = 0; covered < 0 && t < session.config.max_tools; ++t) {
+  for (uint32_t t = 0; covered < 0 && t < session.tools.num_used; ++t) {
     if (work_of(states.tools[t]) < 0)
       states.tools[t].output.kept = covered < -kTolerance * passivity.peak ? 0.0 : 0.5;
   }

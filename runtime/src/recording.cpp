@@ -29,6 +29,7 @@ enum class Call : uint32_t {
   set_touch = 4,
   contact_frame = 5,
   haptic_frame = 6,
+  set_gravity = 7,
 };
 
 struct CallHeader {
@@ -39,7 +40,7 @@ struct CallHeader {
 // Of the input of a call: what it counts, or the tool that it is about.
 struct CallSubject {
   uint32_t subject;
-  uint32_t has_more;  // ages of a haptic frame, the settings of a touch
+  uint32_t has_more;  // ages of a haptic frame, the settings of a touch, an acceleration
 };
 
 // Inputs without the gaps that a compiler leaves in a struct: what is in those is nobody's.
@@ -226,6 +227,11 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
     }
     case Call::contact_frame:
       return replay_contacts(session, reader, subject.subject, replay);
+    case Call::set_gravity: {
+      double acceleration[3];
+      if (subject.has_more != 0 && !reader.take(acceleration, 3)) return PAL_STATUS_CORRUPT_RECORDING;
+      return pal_session_set_gravity(&session, subject.has_more != 0 ? acceleration : nullptr);
+    }
     case Call::haptic_frame:
       return replay_tools(session, reader, subject, replay);
   }
@@ -275,6 +281,14 @@ void record_touch(pal_session& session, uint32_t tool, const pal_touch* touch) {
   CallWriter writer(session.recorder, Call::set_touch, sizeof subject + bytes);
   writer.put(&subject, sizeof subject);
   writer.put(touch, bytes);
+}
+
+void record_gravity(pal_session& session, const double* acceleration) {
+  const CallSubject subject = {0, acceleration != nullptr};
+  const size_t bytes = acceleration != nullptr ? 3 * sizeof *acceleration : 0;
+  CallWriter writer(session.recorder, Call::set_gravity, sizeof subject + bytes);
+  writer.put(&subject, sizeof subject);
+  writer.put(acceleration, bytes);
 }
 
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,

@@ -89,27 +89,33 @@ uint32_t take_forces(const pal_session& session, const pal_contact& contact, uin
 }
 
 // Displacements that given forces have made absurd: all of the answer is scaled with them.
-uint32_t shorten_answer(const pal_pack& pack, uint32_t count, double* displacements, LinearState& linear,
-                        double* forces) {
+void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, LinearFrame& frame) {
   const double limit = kAbsurdDisplacement * pack.max_displacement;
   double largest = 0;
   for (uint32_t i = 0; i < 3 * count; ++i) {
-    const double size = fabs(displacements[i]);
+    const double size = fabs(frame.displacements[i]);
     if (!(size <= largest)) largest = size;
   }
-  if (largest <= limit) return 0;
+  if (largest <= limit) return;
   const double part = isfinite(largest) ? limit / largest : 0.0;
+  const auto shorten = [&](double& number) { number = part > 0 ? part * number : 0.0; };
   for (uint32_t i = 0; i < 3 * count; ++i) {
-    displacements[i] = part > 0 ? part * displacements[i] : 0.0;
-    forces[i] = part > 0 ? part * forces[i] : 0.0;
+    shorten(frame.displacements[i]);
+    shorten(frame.forces[i]);
   }
-  for (uint32_t i = 0; i < 3 * linear.answering.num_held; ++i)
-    linear.nodal_force[i] = part > 0 ? part * linear.nodal_force[i] : 0.0;
-  return PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+  for (uint32_t i = 0; i < 3 * linear.answering.num_held; ++i) shorten(linear.nodal_force[i]);
+  shorten(frame.energy);
+  shorten(frame.energy);
+  frame.flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
 }
 
-// Displacements as given; where a force is given, also along that axis.
-uint32_t evaluate_given(pal_session& session, const pal_contact* contacts, uint32_t count) {
+LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, uint32_t count) {
+  LinearFrame frame = {};
+  frame.given_axes = session.given_axes;
+  frame.given_forces = session.given_forces;
+  frame.gravity_turn = session.gravity_turned ? session.gravity_turn : nullptr;
+  frame.displacements = session.displacements;
+  frame.forces = session.forces;
   uint32_t any_axes = 0;
   for (uint32_t c = 0; c < count; ++c) {
     session.given_axes[c] = contacts[c].force_axes;
@@ -117,21 +123,18 @@ uint32_t evaluate_given(pal_session& session, const pal_contact* contacts, uint3
     if (contacts[c].force_axes != 0)
       session.input_flags[c] |= take_forces(session, contacts[c], c, session.given_forces + size_t{3} * c);
   }
-  LinearState& linear = session.linear;
-  const uint32_t flags = evaluate_linear(session.given_axes, session.given_forces, session.displacements,
-                                         linear, session.forces);
-  if (any_axes == 0) return flags;
-  return flags | shorten_answer(*session.pack, count, session.displacements, linear, session.forces);
+  evaluate_linear(session.linear, frame);
+  if (any_axes != 0) shorten_answer(*session.pack, count, session.linear, frame);
+  return frame;
 }
 
 void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t count,
                    pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   LinearState& linear = session.linear;
-  const uint32_t flags = evaluate_given(session, contacts, count) | linear.answering.flags;
-  double work = 0;  // W = f . d / 2
-  for (uint32_t i = 0; i < 3 * count; ++i) work += session.forces[i] * session.displacements[i];
-  session.stored_energy = 0.5 * work * pack.newtons * pack.metres;
+  const LinearFrame frame = evaluate_given(session, contacts, count);
+  const uint32_t flags = frame.flags | linear.answering.flags;
+  session.stored_energy = frame.energy * pack.newtons * pack.metres;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.num_held = linear.answering.num_held;
   memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
@@ -139,7 +142,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
   }
   if (results == nullptr) return;
-  const bool surveyed = count == 1 && session.num_fixed == 0;
+  const bool surveyed =
+      count == 1 && session.num_fixed == 0 && contacts[0].force_axes == 0 && !session.gravity_turned;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -186,8 +190,8 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
-  return !forces_given && session.config.model != PAL_MODEL_LINEAR && session.pack->radii != nullptr &&
-         num_contacts == 1 && session.num_fixed == 0;
+  return !forces_given && !session.gravity_turned && session.config.model != PAL_MODEL_LINEAR &&
+         session.pack->radii != nullptr && num_contacts == 1 && session.num_fixed == 0;
 }
 
 // Whether one of the two sets is ready for these contacts; it then answers.
@@ -244,6 +248,9 @@ void answer_contacts(pal_session& session, pal_model model, const pal_contact* c
   }
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.model = model;
+  field.gravity_turned = session.gravity_turned;
+  for (int i = 0; i < 3; ++i)
+    field.gravity_turn[i] = static_cast<float>(session.gravity_turn[i] * session.pack->metres);
   if (model == PAL_MODEL_POLYNOMIAL) {
     answer_polynomial(session, contacts[0], results);
   } else if (model == PAL_MODEL_LINEAR) {

@@ -9,6 +9,7 @@
 #include "runtime/src/calibration.hpp"
 #include "runtime/src/compliance.hpp"
 #include "runtime/src/floating_point_mode.hpp"
+#include "runtime/src/gravity.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/pose.hpp"
@@ -117,7 +118,7 @@ constexpr uint32_t kPanelsAtOnce = 32;
 // Displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
                  float* sum) {
-  memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
+  fill_rest(session, field.gravity_turned ? field.gravity_turn : nullptr, first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
     add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {

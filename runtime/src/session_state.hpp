@@ -28,6 +28,9 @@ struct pal_session {
   uint32_t* requested;     // [max_requested] packed nodes, ascending
   double* displacements;   // [max_contacts][3] model units
   double* forces;          // [max_contacts][3] model units
+  double gravity_turn[3];  // what gravity has become, less the scene's: model units, organ frame
+  bool gravity_turned;     // it is not zero
+  bool gravity_changed;    // since the last haptic frame
   double stored_energy;    // of the last answer: J, or the model's units of energy
   uint32_t* input_flags;   // [max_contacts] what was done to the displacement before any model saw it
   uint32_t* given_axes;    // [max_contacts] pal_contact::force_axes

@@ -132,7 +132,7 @@ void find_nearest_on(const double corners[3][3], Nearest& nearest) {
 }
 
 const double* site_position(const pal_pack& pack, uint32_t site) {
-  return pack.positions + size_t{3} * pack.site_nodes[site];
+  return pack.rest_positions + size_t{3} * pack.site_nodes[site];
 }
 
 Nearest nearest_on_primitive(const pal_pack& pack, const double position[3], uint32_t primitive) {

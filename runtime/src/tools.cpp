@@ -28,7 +28,7 @@ constexpr double kLeastStrain = 1e-6;
 // The place of a site at rest, world.
 void site_position(const pal_session& session, uint32_t site, double out[3]) {
   const pal_pack& pack = *session.pack;
-  const double* position = pack.positions + size_t{3} * pack.site_nodes[site];
+  const double* position = pack.rest_positions + size_t{3} * pack.site_nodes[site];
   const double in_metres[3] = {position[0] * pack.metres, position[1] * pack.metres,
                                position[2] * pack.metres};
   rotate(session.tools.organ, in_metres, out);
@@ -313,14 +313,15 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
   if (input.dt >= 0) states.dt = input.dt <= kLongestFrame ? input.dt : kLongestFrame;
 
+  if (input.num_tools > 0) use_tool(states, input.num_tools - 1);
   uint32_t own_flags[kMostTools] = {};
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     const bool read = read_input(input, tool, states.dt, states.tools[tool]);
     own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
   }
   ToolRotation last = {{}, kMostTools};
   let_go_of_what_came_out(session, last);
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     if (!state.touches || !state.has_pose || holds_anything(session, tool)) continue;
     if (!try_to_touch(session, tool, state)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
@@ -339,12 +340,12 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   pal_tool_result* all = in_place ? results : local;
   Wrench wrenches[kMostTools];
   memset(static_cast<void*>(all), 0, config.max_tools * sizeof *all);
-  memset(static_cast<void*>(wrenches), 0, config.max_tools * sizeof *wrenches);
+  memset(static_cast<void*>(wrenches), 0, states.num_used * sizeof *wrenches);
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     const uint32_t tool = states.contacts[c].tool;
     add_contact(session, c, rotation_for(session, tool, last), wrenches[tool], all[tool]);
   }
-  for (uint32_t tool = 0; tool < config.max_tools; ++tool) {
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     pal_tool_result& result = all[tool];
     result.flags |= own_flags[tool];
@@ -356,7 +357,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }
   end_account(session);
-  count_frame(all, config.max_tools, states.changed, session.counters);
+  count_frame(all, states.num_used, states.changed, session.counters);
   record_haptic_frame(session, input, all);
   if (in_place) return;
   unsigned char* to = reinterpret_cast<unsigned char*>(results);
@@ -383,6 +384,7 @@ extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const p
   if (session->pack->site_normals != nullptr) {
     for (uint32_t i = 0; i < 3; ++i) normal[i] = session->pack->site_normals[size_t{3} * site + i];
   }
+  palpate::use_tool(session->tools, tool);
   palpate::take_hold(*session, tool, site, hold.law, hold.unstrained, normal);
   session->used = true;
   palpate::record_hold(*session, tool, hold);
@@ -422,6 +424,7 @@ extern "C" pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
   for (const double number : {touch.tip[0], touch.tip[1], touch.tip[2], touch.distance}) {
     if (!(fabs(number) <= palpate::kMostPosition)) return PAL_STATUS_NOT_FINITE;
   }
+  palpate::use_tool(session->tools, tool);
   state.touch = touch;
   state.touches = true;
   session->used = true;

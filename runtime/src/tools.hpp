@@ -54,6 +54,7 @@ struct ToolStates {
   uint32_t num_contacts;
   HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
   ToolState* tools;             // [max_tools]
+  uint32_t num_used;            // of them: those behind were never seen, and cost a frame nothing
   pal_contact* inputs;          // [max_contacts] of the frame at hand
   pal_contact_result* results;  // [max_contacts] of pal_contact_frame for who wants none
   uint64_t next_id;
@@ -76,6 +77,11 @@ struct ToolStates {
   double dt;          // of the last frame in which it made sense
   Passivity passivity;
 };
+
+// A tool is about to be used.
+inline void use_tool(ToolStates& states, uint32_t tool) {
+  if (states.num_used <= tool) states.num_used = tool + 1;
+}
 
 // A tool that was never seen and holds nothing.
 void reset_tool(ToolState& state);

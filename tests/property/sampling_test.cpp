@@ -111,6 +111,7 @@ struct SamplingSite : ::testing::Test {
   StaticSolver solver{assembly};
   const ContactSite& site = block.sites.sites[4];  // of nine: in the middle
   LinearDd linear = compute_linear_dd(assembly, block.sites);
+  const RestState rest;
 
   static Sample solved(SiteSampler& sampler, const Eigen::Vector3d& d) {
     Sample sample;
@@ -122,7 +123,7 @@ struct SamplingSite : ::testing::Test {
 
 // The path from rest and the neighbours lead to the one equilibrium that there is.
 TEST_F(SamplingSite, FromRestAndFromANeighbourItIsTheSame) {
-  SiteSampler sampler(solver, block.sites, site);
+  SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
   solved(sampler, 0.8 * d);
   const Sample expected = solved(sampler, d);
@@ -137,7 +138,7 @@ TEST_F(SamplingSite, FromRestAndFromANeighbourItIsTheSame) {
 }
 
 TEST_F(SamplingSite, PatchMovesAsOne) {
-  SiteSampler sampler(solver, block.sites, site);
+  SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
   const Sample sample = solved(sampler, d);
   ASSERT_GE(site.patch.size(), 5U);
@@ -157,7 +158,7 @@ TEST_F(SamplingSite, PatchMovesAsOne) {
 }
 
 TEST_F(SamplingSite, SmallDisplacementsAreLinear) {
-  SiteSampler sampler(solver, block.sites, site);
+  SiteSampler sampler(solver, block.sites, site, rest);
   const SiteLinearResponse response = linear_response(linear, site);
   const Eigen::Vector3d direction = Eigen::Vector3d(1, -2, -3).normalized();
   std::array<double, 3> field_errors{};
@@ -179,7 +180,7 @@ TEST_F(SamplingSite, SmallDisplacementsAreLinear) {
 }
 
 TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
-  SiteSampler sampler(solver, block.sites, site);
+  SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.04, 0.03, -0.11);
   const Sample middle = solved(sampler, d);
   // Central differences with two steps, taken to step zero (Richardson): what is left is of fourth order.
@@ -214,9 +215,9 @@ TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
 
 TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
   const Eigen::Vector3d d(0.05, 0.0, -0.1);
-  SiteSampler alone(solver, block.sites, site);
+  SiteSampler alone(solver, block.sites, site, rest);
   const Sample expected = solved(alone, d);
-  SiteSampler after(solver, block.sites, site);
+  SiteSampler after(solver, block.sites, site, rest);
   for (const Eigen::Vector3d& other : {Eigen::Vector3d(0, 0.1, 0), Eigen::Vector3d(0.06, 0.02, -0.08)})
     solved(after, other);
   const Sample sample = solved(after, d);
@@ -225,7 +226,7 @@ TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
   EXPECT_LE((sample.force - expected.force).norm(), 1e-8 * expected.force.norm());
 
   // A sampler that begins anew gives the same bits, whatever its solver did.
-  SiteSampler again(solver, block.sites, site);
+  SiteSampler again(solver, block.sites, site, rest);
   const Sample repeated = solved(again, d);
   EXPECT_EQ(repeated.field, expected.field);
   EXPECT_EQ(repeated.force, expected.force);
@@ -301,7 +302,8 @@ struct SamplingLimit : ::testing::Test {
 TEST_F(SamplingLimit, AnImpossiblePushIsNoSample) {
   const Assembly assembly(block.model, block.model.fixed_dofs());
   StaticSolver solver(assembly);
-  SiteSampler sampler(solver, block.sites, block.sites.sites.front());
+  const RestState rest;
+  SiteSampler sampler(solver, block.sites, block.sites.sites.front(), rest);
   Sample sample;
   EXPECT_TRUE(sampler.solve({0, 0, -0.2}, sample));
   EXPECT_FALSE(sampler.solve({0, 0, -0.6}, sample));

@@ -241,7 +241,20 @@ INSTANTIATE_TEST_SUITE_P(
                  "or max_contacts"},
         BadScene{"\n[ouput]\nnodes = \"all\"\n", "scene.toml:6: ouput is not known; did you mean output?"},
         BadScene{"[gravity]\ng = 9.81\n",
-                 "scene.toml:5: [gravity] is not supported by this version; remove it"},
+                 "scene.toml:6: gravity.g is not known; write acceleration or may_turn"},
+        BadScene{
+            "[gravity]\nmay_turn = true\n",
+            "scene.toml:5: gravity.acceleration is missing; add acceleration = [gx, gy, gz] in the model's "
+            "units"},
+        BadScene{
+            "[gravity]\nacceleration = [0, 0]\n",
+            "scene.toml:6: gravity.acceleration must be an array of three numbers, not an array; correct it"},
+        BadScene{"[gravity]\nacceleration = [0, 0, 0]\n",
+                 "scene.toml:6: gravity.acceleration is zero, or outside 1e-15 to 1e15; correct it"},
+        BadScene{
+            "[gravity]\nacceleration = [0, 0, -9810]\n",
+            "scene.toml:6: gravity pulls at mass, and material TISSUE of organ.inp has none; add *DENSITY to "
+            "it"},
         BadScene{"directions = \"up\"\n",
                  "scene.toml:5: contact.directions must be all or inward, not \"up\"; correct it"},
         BadScene{"tip_radius = -1\n",

@@ -191,6 +191,9 @@ typedef struct pal_pack_info {
   double max_displacement; /* that the scene asks for: m, or length unit */
   double tip_radius;
   double mean_surface_edge;
+  double gravity[3]; /* the scene's, model's axes: m/s^2, or model units; 0 without */
+  uint32_t has_gravity;
+  uint32_t gravity_may_turn; /* 1 = pal_session_set_gravity answers */
 } pal_pack_info;
 
 /* Set info->struct_size = sizeof(pal_pack_info) first. Real-time safe: yes. */
@@ -204,6 +207,9 @@ typedef struct pal_geometry {
   const int32_t* labels;     /* [num_nodes] labels of the model file, ascending */
   const double* positions;   /* [num_nodes][3] */
   const uint32_t* triangles; /* [num_triangles][3] counter-clockwise from outside */
+  /* [num_nodes][3] of gravity, length units; NULL: the organ rests as it is */
+  /* [num_nodes][3] where gravity lets the organ rest; without it, `positions` */
+  const double* rest_positions;
 } pal_geometry;
 
 /* Set geometry->struct_size first. Real-time safe: yes. */
@@ -301,6 +307,14 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
+/* Gravity as the device is tilted, world axes (m/s^2, or model units), up to ten times the scene's; NULL: the
+ * scene's again. The organ sags anew to first order, and tools feel it; displacements of contacts stay those
+ * from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL where the scene does not let it turn.
+ * polynomial_dd answers the scene's gravity alone, linear_dd any. Cost: 3 (3 c + n) multiply-adds more in
+ * each frame. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
+                                                 const double* acceleration) PAL_NOEXCEPT;
+
 /* ------------------------------------------------------------ contacts -- */
 
 /* The patch of a site, held and moved as one: along each axis of the organ frame its displacement is given,
@@ -327,13 +341,13 @@ typedef struct pal_contact_result {
 } pal_contact_result;
 
 /* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
- * history but in the rounding, no blending, no limits. What tools hold is not among them and comes back with the next haptic
- * frame (under a budget: as soon as it is ready again). `results`: count entries, may be NULL. Cost in
- * multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3 about 700;
- * linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 for g axes of given force; where
- * the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone and up to 10 n^2
- * for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd alone. Real-time
- * safe: yes, for the n that the budget allows. */
+ * history but in the rounding, no blending, no limits. What tools hold is not among them and comes back with
+ * the next haptic frame (under a budget: as soon as it is ready again). `results`: count entries, may be
+ * NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3
+ * about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 for g axes of given
+ * force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone and
+ * up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd alone.
+ * Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 
@@ -500,7 +514,8 @@ PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* re
 
 /* ------------------------------------------------------------- picture -- */
 
-/* Displacements of all packed nodes, organ frame, under the contacts of the last haptic or contact frame that
+/* Displacements of all packed nodes from the mesh (pal_geometry::positions), gravity's among them, organ
+ * frame, under the contacts of the last haptic or contact frame that
  * has returned: node i's three floats are written at (char*)displacements + i * stride_bytes, stride_bytes >=
  * 12. m, or length unit. Cost: one pass over the coefficients in use; the haptic thread never waits for it.
  * Real-time safe: yes. */
