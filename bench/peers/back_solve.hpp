@@ -21,6 +21,7 @@ class BackSolve {
     displacement_ = factor_.solve(Eigen::VectorXd(-(held_->free_contact * d)));
     return displacement_;
   }
+  const Eigen::VectorXd& displacement() const { return displacement_; }  // of the last frame
 
  private:
   const HeldContacts* held_;
