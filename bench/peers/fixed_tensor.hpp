@@ -6,21 +6,27 @@
 // simulation.
 #pragma once
 
+#include <algorithm>
+
 #include "bench/peers/back_solve.hpp"
 
 namespace palpate::peers {
 
 class FixedTensor {
  public:
-  // A back-solve for each of the 3 k columns.
+  // A back-solve for each of the 3 k columns, in blocks.
   FixedTensor(const HeldContacts& held, BackSolve& back_solve)
       : tensor_(held.free_free.rows(), held.free_contact.cols()),
         force_tensor_(tensor_.cols(), tensor_.cols()) {
-    for (Eigen::Index column = 0; column < tensor_.cols(); ++column) {
-      const Eigen::VectorXd d = Eigen::VectorXd::Unit(tensor_.cols(), column);
-      const Eigen::VectorXd& free = back_solve.frame(d);
-      tensor_.col(column) = free.cast<float>();
-      force_tensor_.col(column) = held.force(free, d);
+    constexpr Eigen::Index kBlock = 48;
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(tensor_.cols(), tensor_.cols());
+    for (Eigen::Index first = 0; first < tensor_.cols(); first += kBlock) {
+      const Eigen::Index width = std::min(kBlock, tensor_.cols() - first);
+      const Eigen::MatrixXd d = unit.middleCols(first, width);
+      const Eigen::MatrixXd free = back_solve.solve(d);
+      tensor_.middleCols(first, width) = free.cast<float>();
+      force_tensor_.middleCols(first, width) =
+          held.free_contact.transpose() * free + held.contact_contact * d;
     }
   }
 

@@ -49,7 +49,7 @@ std::vector<study::StudyTable> linear_frames_page(const Study& study) {
       std::vector<std::uint32_t> sites;
       for (std::uint32_t site = 0; site < organ.num_sites(); ++site) sites.push_back(site);
       for (const MethodFrames& frames : measure_methods(organ, sites, Motion::each_its_own, kAmplitude,
-                                                        {.seconds = study.patient ? 1.0 : 0.2})) {
+                                                        {.seconds = study.patient ? 1.0 : 0.15})) {
         table.add({std::to_string(organ.model.num_nodes()), std::to_string(num_contacts), frames.method,
                    fmt::format("{:.2f}", frames.ready_seconds), std::to_string(frames.times.count()),
                    in_us(frames.times.median()), in_us(frames.times.at(0.999)), in_us(frames.times.at(1)),

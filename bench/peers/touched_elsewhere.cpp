@@ -11,7 +11,7 @@ namespace {
 constexpr std::array kDistances = {0, 1, 2, 3, 4, 6};  // edges from S to T
 constexpr int kPicturedDistance = 4;
 constexpr double kPicturedPush = 2;  // times that of the table, so that the dent is seen; all is linear
-constexpr size_t kNumPrepared = 10;  // sites S; the first is the one that is drawn
+constexpr size_t kNumPrepared = 8;   // sites S; the first is the one that is drawn
 
 // All that is made beforehand for a contact at S.
 struct PreparedSite {
