@@ -40,8 +40,8 @@ def main():
             axes.loglog(rows["nodes"], rows["median"], style, marker="o", color=colour,
                         label=error_label(method, data[data["method"] == method]))
         axes.axhline(1000, color="#333333", linewidth=0.8)
-        axes.text(rows["nodes"].max(), 1000, "1 kHz", ha="right", va="bottom", color="#333333", fontsize=8)
         axes.set(title=f"{k} contact{'s' if k > 1 else ''}", xlabel="nodes")
+    panels[0].text(rows["nodes"].max(), 1000, "1 kHz", ha="right", va="bottom", color="#333333", fontsize=8)
     panels[0].set_ylabel("median of a frame, µs")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3)

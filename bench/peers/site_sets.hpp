@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "bench/peers/linear_organ.hpp"
@@ -54,10 +55,14 @@ inline std::uint32_t site_at(const LinearOrgan& organ, int label) {
 
 // So many different sites, spread over the surface at random.
 inline std::vector<std::uint32_t> random_sites(std::uint32_t num_sites, size_t count, unsigned seed) {
+  if (count > num_sites) throw std::runtime_error(fmt::format("{} of {} sites", count, num_sites));
   std::mt19937 engine(seed);
   std::vector<std::uint32_t> sites(num_sites);
   for (std::uint32_t i = 0; i < num_sites; ++i) sites[i] = i;
-  for (size_t i = 0; i < count; ++i) std::swap(sites[i], sites[i + engine() % (num_sites - i)]);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t left = sites.size() - i;
+    if (left > 0) std::swap(sites[i], sites[i + engine() % left]);
+  }
   sites.resize(count);
   return sites;
 }
