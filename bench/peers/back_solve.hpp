@@ -21,6 +21,11 @@ class BackSolve {
     displacement_ = factor_.solve(Eigen::VectorXd(-(held_->free_contact * d)));
     return displacement_;
   }
+  // u_f for each of these columns; many share each pass over the factor.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& d) {
+    return factor_.solve(Eigen::MatrixXd(-(held_->free_contact * d)));
+  }
+  const Eigen::VectorXd& displacement() const { return displacement_; }  // of the last frame
 
  private:
   const HeldContacts* held_;

@@ -1,8 +1,12 @@
 // PFE: the displacement of every node as a tensor times that of the contacts, made beforehand for these
-// contacts and no others. A frame is one dense product, 3 m x 3 k.
+// contacts and no others, and their forces likewise. A frame is one dense product, 3 m x 3 k, and a small
+// one.
 //
-// Source: Cotin, Delingette, Ayache 1999, Real-time elastic deformations of soft tissues for surgery simulation.
+// Source: Cotin, Delingette, Ayache 1999, Real-time elastic deformations of soft tissues for surgery
+// simulation.
 #pragma once
+
+#include <algorithm>
 
 #include "bench/peers/back_solve.hpp"
 
@@ -10,22 +14,35 @@ namespace palpate::peers {
 
 class FixedTensor {
  public:
-  // A back-solve for each of the 3 k columns.
+  // A back-solve for each of the 3 k columns, in blocks.
   FixedTensor(const HeldContacts& held, BackSolve& back_solve)
-      : tensor_(held.free_free.rows(), held.free_contact.cols()) {
-    for (Eigen::Index column = 0; column < tensor_.cols(); ++column)
-      tensor_.col(column) = back_solve.frame(Eigen::VectorXd::Unit(tensor_.cols(), column)).cast<float>();
+      : tensor_(held.free_free.rows(), held.free_contact.cols()),
+        force_tensor_(tensor_.cols(), tensor_.cols()) {
+    constexpr Eigen::Index kBlock = 48;
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(tensor_.cols(), tensor_.cols());
+    for (Eigen::Index first = 0; first < tensor_.cols(); first += kBlock) {
+      const Eigen::Index width = std::min(kBlock, tensor_.cols() - first);
+      const Eigen::MatrixXd d = unit.middleCols(first, width);
+      const Eigen::MatrixXd free = back_solve.solve(d);
+      tensor_.middleCols(first, width) = free.cast<float>();
+      force_tensor_.middleCols(first, width) =
+          held.free_contact.transpose() * free + held.contact_contact * d;
+    }
   }
 
-  // u_f.
-  const Eigen::VectorXf& frame(const Eigen::VectorXd& d) {
+  void frame(const Eigen::VectorXd& d) {
     displacement_.noalias() = tensor_ * d.cast<float>();
-    return displacement_;
+    force_.noalias() = force_tensor_ * d;
   }
+  // Of the last frame.
+  const Eigen::VectorXf& displacement() const { return displacement_; }  // u_f
+  const Eigen::VectorXd& force() const { return force_; }
 
  private:
   Eigen::MatrixXf tensor_;
+  Eigen::MatrixXd force_tensor_;
   Eigen::VectorXf displacement_;
+  Eigen::VectorXd force_;
 };
 
 }  // namespace palpate::peers

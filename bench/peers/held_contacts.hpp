@@ -12,10 +12,11 @@
 namespace palpate::peers {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
+using SparseColumns = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 struct HeldContacts {
   Sparse free_free;
-  Sparse free_contact;
+  SparseColumns free_contact;
   Eigen::MatrixXd contact_contact;
   std::vector<int> free_dofs;  // of the model
 

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/peers/held_contacts.hpp"
+#include "bench/peers/node_blocks.hpp"
 
 namespace palpate::peers {
 
@@ -20,18 +20,13 @@ class LocalizedCg {
   // Stops where |residual| is `tolerance` times the force that the step of the contacts puts on the free
   // nodes. Free dofs must come in threes, node by node.
   LocalizedCg(const HeldContacts& held, bool precondition, double tolerance)
-      : held_(&held), precondition_(precondition), tolerance_(tolerance) {
+      : held_(&held), stiffness_(held.free_free), precondition_(precondition), tolerance_(tolerance) {
     const Eigen::Index n = held.free_free.rows();
     displacement_ = residual_ = preconditioned_ = direction_ = product_ = Eigen::VectorXd::Zero(n);
     contacts_ = Eigen::VectorXd::Zero(held.free_contact.cols());
     is_active_.assign(static_cast<size_t>(n / 3), 0);
-    for (Eigen::Index node = 0; precondition && node < n / 3; ++node) {
-      Eigen::Matrix3d block;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) block(i, j) = held.free_free.coeff(3 * node + i, 3 * node + j);
-      }
-      inverse_blocks_.push_back(block.inverse());
-    }
+    for (int node = 0; precondition && node < stiffness_.num_nodes(); ++node)
+      inverse_blocks_.push_back(stiffness_.diagonal(node).inverse());
   }
 
   // u_f.
@@ -71,7 +66,9 @@ class LocalizedCg {
     return displacement_;
   }
 
-  int iterations() const { return iterations_; }  // of the last frame
+  // Of the last frame.
+  const Eigen::VectorXd& displacement() const { return displacement_; }
+  int iterations() const { return iterations_; }
 
  private:
   static constexpr int kMostIterations = 10000;
@@ -95,20 +92,18 @@ class LocalizedCg {
     const size_t count = active_.size();
     if (count == is_active_.size()) return;
     for (size_t i = 0; i < count; ++i) {
-      for (Sparse::InnerIterator it(held_->free_free, at(active_[i])); it; ++it) {
-        const size_t node = static_cast<size_t>(it.col() / 3);
+      for (const int neighbour : stiffness_.neighbours(active_[i])) {
+        const auto node = static_cast<size_t>(neighbour);
         if (is_active_[node]) continue;
         is_active_[node] = 1;
-        active_.push_back(static_cast<int>(node));
+        active_.push_back(neighbour);
       }
     }
   }
-  void multiply_at(int node) {
-    for (Eigen::Index row = at(node); row < at(node) + 3; ++row)
-      product_[row] = held_->free_free.row(row).dot(direction_);
-  }
+  void multiply_at(int node) { product_.segment<3>(at(node)) = stiffness_.times(node, direction_); }
 
   const HeldContacts* held_;
+  NodeBlocks stiffness_;
   bool precondition_;
   double tolerance_;
   std::vector<Eigen::Matrix3d> inverse_blocks_;

@@ -1,0 +1,37 @@
+// Two panels of an organ whose probe is at T while S is where it was prepared to be: the paper's figure 6.
+//
+//     +-------------------------------------------+
+//     | title                                     |
+//     |    (field, S and         (field, S  |#|   |     both panels from the same eye, with the
+//     |     probe at T)           and T)    |#|   |     same colours: length of the displacement
+//     |   label                label              |
+//     +-------------------------------------------+
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpate::peers {
+
+struct ElsewherePicture {
+  std::vector<Eigen::Vector3d> rest;          // positions of the nodes, length unit
+  std::vector<std::array<int, 3>> triangles;  // indices in `rest`, counter-clockwise from outside
+  struct Panel {
+    std::vector<Eigen::Vector3d> displacement;  // of the nodes, length unit
+    std::string label;
+  };
+  std::array<Panel, 2> panels;
+  int prepared = 0;            // S: a node
+  int touched = 0;             // T: a node
+  Eigen::Vector3d probe = {};  // its displacement at T, length unit
+  std::string title;
+  std::string length_unit;
+};
+
+// The file appears whole or not at all. Throws std::runtime_error "PATH: REASON".
+void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesystem::path& png);
+
+}  // namespace palpate::peers
