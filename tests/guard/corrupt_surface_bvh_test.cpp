@@ -218,7 +218,7 @@ struct Chain {
     for (uint32_t i = 1; i <= depth && !to_the_right; ++i) nodes.push_back(leaf(i));
     normals.assign(size_t{12} * count, 0);
     for (size_t i = 2; i < normals.size(); i += 3) normals[i] = 1;
-    pack.positions = positions.data();
+    pack.positions = pack.rest_positions = positions.data();
     pack.num_sites = pack.num_primitives = count;
     pack.site_nodes = sites.data();
     pack.primitives = primitives.data();

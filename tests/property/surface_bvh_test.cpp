@@ -353,7 +353,7 @@ struct LooseTriangles {
     }
     node.count = count / 3;
     pack.num_sites = count;
-    pack.positions = positions.data();
+    pack.positions = pack.rest_positions = positions.data();
     pack.site_nodes = sites.data();
     pack.num_primitives = count / 3;
     pack.num_bvh_nodes = 1;

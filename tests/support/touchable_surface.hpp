@@ -48,7 +48,7 @@ struct TouchableSurface {
   void show() {
     for (const ContactSite& site : sites.sites) site_nodes.push_back(static_cast<uint32_t>(site.packed_node));
     pack.num_nodes = static_cast<uint32_t>(positions.size() / 3);
-    pack.positions = positions.data();
+    pack.positions = pack.rest_positions = positions.data();
     pack.num_sites = static_cast<uint32_t>(site_nodes.size());
     pack.site_nodes = site_nodes.data();
     pack.num_primitives = static_cast<uint32_t>(bvh.primitives.size());
