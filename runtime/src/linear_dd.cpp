@@ -29,18 +29,34 @@ bool is_cheaper_anew(const LinearState& state) {
   return all * all * all - stay * stay * stay > 2 * stay * stay * stay;
 }
 
+uint32_t patch_size(const pal_pack& pack, uint32_t site) {
+  return pack.patch_starts[site + 1] - pack.patch_starts[site];
+}
+
+// E of the next set, as the sums below read it.
+void list_patches(const pal_pack& pack, LinearState& state) {
+  const LinearSet& set = state.next;
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    const size_t first = size_t{c} * pack.max_patch_nodes;
+    const uint32_t* nodes = pack.patch_nodes + pack.patch_starts[set.sites[c]];
+    for (uint32_t p = 0; p < patch_size(pack, set.sites[c]); ++p) {
+      state.patch_slots[first + p] = state.inverse.slot_of[nodes[p]] - 1;
+      state.patch_shares[first + p] = state.share[state.wanted_of[nodes[p]] - 1];
+    }
+  }
+}
+
 // Column of X = M E: the sum of the rows of M that belong to the patch.
 void sum_unit_forces(const pal_pack& pack, uint32_t column, LinearState& state) {
   LinearSet& set = state.next;
   const uint32_t n = 3 * set.num_held;
   double* forces = set.unit_forces + size_t{column} * n;
-  const uint32_t site = set.sites[column / 3];
-  const uint32_t first = pack.patch_starts[site];
-  for (uint32_t p = first; p < pack.patch_starts[site + 1]; ++p) {
-    const uint32_t node = pack.patch_nodes[p];
-    const double share = state.share[state.wanted_of[node] - 1];
-    const double* row = inverse_row(state.inverse, state.inverse.slot_of[node] - 1, column % 3);
-    if (p == first) {
+  const uint32_t contact = column / 3;
+  const size_t first = size_t{contact} * pack.max_patch_nodes;
+  for (uint32_t p = 0; p < patch_size(pack, set.sites[contact]); ++p) {
+    const double share = state.patch_shares[first + p];
+    const double* row = inverse_row(state.inverse, state.patch_slots[first + p], column % 3);
+    if (p == 0) {
       for (uint32_t i = 0; i < n; ++i) forces[i] = share * row[i];
     } else {
       for (uint32_t i = 0; i < n; ++i) forces[i] += share * row[i];
@@ -48,30 +64,25 @@ void sum_unit_forces(const pal_pack& pack, uint32_t column, LinearState& state) 
   }
 }
 
-// Columns of S = X^T E that belong to one contact. S is symmetric but for rounding, of which the mean of both
-// halves is taken as soon as they are known.
-void sum_stiffness(const pal_pack& pack, uint32_t contact, LinearState& state) {
+// Row of S = X^T E. It is symmetric but for rounding; a contact's own 3 x 3 is made so to the bit.
+void sum_stiffness(const pal_pack& pack, uint32_t row, LinearState& state) {
   LinearSet& set = state.next;
   const uint32_t n = 3 * set.num_held;
   const uint32_t size = 3 * set.num_contacts;
-  const uint32_t site = set.sites[contact];
-  double* columns = set.stiffness + size_t{3} * contact;
-  for (uint32_t row = 0; row < size; ++row) memset(columns + size_t{row} * size, 0, 3 * sizeof *columns);
-  for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-    const uint32_t node = pack.patch_nodes[p];
-    const double share = state.share[state.wanted_of[node] - 1];
-    const double* forces = set.unit_forces + size_t{3} * (state.inverse.slot_of[node] - 1);
-    for (uint32_t row = 0; row < size; ++row) {
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        columns[size_t{row} * size + axis] += share * forces[size_t{row} * n + axis];
+  const double* forces = set.unit_forces + size_t{row} * n;
+  double* entries = set.stiffness + size_t{row} * size;
+  for (uint32_t contact = 0; contact < set.num_contacts; ++contact) {
+    const size_t first = size_t{contact} * pack.max_patch_nodes;
+    double sum[3] = {};
+    for (uint32_t p = 0; p < patch_size(pack, set.sites[contact]); ++p) {
+      const double* from = forces + size_t{3} * state.patch_slots[first + p];
+      for (uint32_t axis = 0; axis < 3; ++axis) sum[axis] += state.patch_shares[first + p] * from[axis];
     }
+    memcpy(entries + size_t{3} * contact, sum, sizeof sum);
   }
-  for (uint32_t column = 3 * contact; column < 3 * contact + 3; ++column) {
-    for (uint32_t row = 0; row < column; ++row) {
-      double& upper = set.stiffness[size_t{row} * size + column];
-      double& lower = set.stiffness[size_t{column} * size + row];
-      upper = lower = 0.5 * (upper + lower);
-    }
+  for (uint32_t column = row - row % 3; column < row; ++column) {
+    double& other = set.stiffness[size_t{column} * size + row];
+    entries[column] = other = 0.5 * (entries[column] + other);
   }
 }
 
@@ -220,6 +231,8 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.wanted = arena.take<uint32_t>(state.max_held);
   state.share = arena.take<double>(state.max_held);
   state.wanted_of = arena.take<uint32_t>(pack.num_contact_nodes);
+  state.patch_slots = arena.take<uint32_t>(size_t{max_contacts} * pack.max_patch_nodes);
+  state.patch_shares = arena.take<double>(size_t{max_contacts} * pack.max_patch_nodes);
   carve_inverse(pack, state.max_held, arena, state.inverse);
   state.given_factor = arena.take<double>(axes * axes);
   state.given_axes = arena.take<uint32_t>(axes);
@@ -308,6 +321,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
         if (correct_inverse(pack, inverse) || state.began_anew) {
           if (inverse.num_regularised > 0) set.flags |= PAL_FLAG_ILL_CONDITIONED;
           memcpy(set.held, inverse.nodes, inverse.num_nodes * sizeof *set.held);
+          list_patches(pack, state);
           go_to(Phase::unit_forces);
         } else {
           state.began_anew = true;
@@ -324,9 +338,9 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
         }
         break;
       case Phase::stiffness:
-        if (state.index < set.num_contacts) {
+        if (state.index < size) {
           sum_stiffness(pack, state.index++, state);
-          spent += uint64_t{3} * size * pack.max_patch_nodes;
+          spent += uint64_t{size} * pack.max_patch_nodes;
         } else {
           go_to(Phase::gravity);
         }

@@ -53,10 +53,12 @@ struct LinearState {
   uint32_t index;   // of the node, column or row at which the phase is
   bool began_anew;  // the inverse was wrong, and is made again from nothing
   uint32_t num_wanted;
-  uint32_t* wanted;     // [max_held] contact nodes that the next set holds
-  double* share;        // [max_held] 1 / number of contacts that hold them; 0 = fixed
-  uint32_t* wanted_of;  // [num_contact_nodes] place in `wanted` + 1; 0 = not wanted
-  HeldInverse inverse;  // of the set that was made ready last, or is on its way to the next
+  uint32_t* wanted;       // [max_held] contact nodes that the next set holds
+  double* share;          // [max_held] 1 / number of contacts that hold them; 0 = fixed
+  uint32_t* wanted_of;    // [num_contact_nodes] place in `wanted` + 1; 0 = not wanted
+  uint32_t* patch_slots;  // [max_contacts][max_patch_nodes] of the next set: where a contact's nodes are held
+  double* patch_shares;   // [max_contacts][max_patch_nodes] and their shares
+  HeldInverse inverse;    // of the set that was made ready last, or is on its way to the next
   // Contacts with given forces
   double* given_factor;  // [3 max_contacts][3 max_contacts]
   uint32_t* given_axes;  // [3 max_contacts] of given force, ascending

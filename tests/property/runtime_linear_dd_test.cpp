@@ -10,6 +10,7 @@
 #include "tests/support/dense_reference.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
+#include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
 namespace {
@@ -207,6 +208,36 @@ TEST_F(RuntimeLinearDd, StiffnessIsSymmetricAndPositive) {
     EXPECT_LE((S - S.transpose()).norm(), kRounding * S.norm());
     EXPECT_GT(S.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
   }
+}
+
+// Equilibrium of the whole: what tools apply goes into the base, without any turning moment. The base's share
+// is K u of the field that the runtime shows.
+TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
+  TouchedBlock block = touched_block(4, 0.26);
+  block.model.materials.front().law = LinearElastic{3.0, 0.3};
+  block.scene.output_nodes.clear();
+  for (int node = 0; node < block.model.num_nodes(); ++node) block.scene.output_nodes.push_back(node);
+  block.sites = find_contact_sites(block.scene, block.model);
+  const Assembly assembly(block.model, block.model.fixed_dofs());
+  const LinearDd linear = compute_linear_dd(assembly, block.sites);
+  const AlignedBytes bytes = write_pack({block.model, block.scene, block.sites, &linear, nullptr, 0, {}, {}});
+  const OpenPack pack(bytes);
+  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2, 0);
+  const auto results = session.touch({{0, {0.02, -0.01, -0.03}, 0, {}}, {8, {0.01, 0.03, 0.01}, 0, {}}});
+  Eigen::VectorXd internal;
+  assembly.internal_force(as_vector(session.field()), internal);
+  Eigen::Vector3d applied = Eigen::Vector3d::Zero();
+  Eigen::Vector3d in_the_base = Eigen::Vector3d::Zero();
+  for (const pal_contact_result& result : results) applied += force_of(result);
+  const std::vector<char> fixed = block.model.fixed_nodes();
+  double largest = 0;
+  for (int node = 0; node < block.model.num_nodes(); ++node) {
+    const Eigen::Vector3d force = internal.segment<3>(3 * node);
+    largest = std::max(largest, force.norm());
+    if (fixed[static_cast<size_t>(node)] != 0) in_the_base += force;
+  }
+  EXPECT_GT(applied.norm(), 1e-2);
+  EXPECT_LE((applied + in_the_base).norm(), kFieldTolerance * static_cast<double>(fixed.size()) * largest);
 }
 
 TEST_F(RuntimeLinearDd, OrderOfContactsDoesNotMatter) {
