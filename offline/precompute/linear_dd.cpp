@@ -6,10 +6,8 @@
 
 namespace palpate {
 
-LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
-                           const std::function<void(int, int)>& progress) {
-  constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
-  StaticSolver solver(assembly);
+void factor_at_rest(StaticSolver& solver) {
+  const Assembly& assembly = solver.assembly();
   if (!solver.factorize_at(LoadCase::rest(assembly.model()), Eigen::VectorXd::Zero(assembly.num_dofs()),
                            false)) {
     throw std::runtime_error(
@@ -17,6 +15,13 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
         ": the stiffness at rest is not positive definite; hold every part with *BOUNDARY, and join "
         "parts face to face");
   }
+}
+
+LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
+                           const std::function<void(int, int)>& progress) {
+  constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
+  StaticSolver solver(assembly);
+  factor_at_rest(solver);
   const auto num_contact_dofs = static_cast<Eigen::Index>(3 * sites.contact_nodes.size());
   const auto num_packed = static_cast<Eigen::Index>(sites.packed_nodes.size());
   LinearDd linear;
@@ -59,6 +64,30 @@ SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& si
   response.stiffness = rigid.transpose() * forces;
   response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
   response.field = linear.field_compliance(Eigen::all, dofs) * forces;
+  return response;
+}
+
+SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sites, const ContactSite& site) {
+  const Assembly& assembly = solver.assembly();
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(assembly.num_dofs());
+  LoadCase load = LoadCase::rest(assembly.model());
+  Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(assembly.num_dofs(), 3);
+  for (const int node : site.patch_nodes) {
+    motion.middleRows<3>(3 * node).setIdentity();
+    for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
+  }
+  Eigen::MatrixXd whole;
+  const bool solved = solver.tangent_response(load, rest, motion, whole);
+  solver.forget_factor();
+  if (!solved)
+    throw std::runtime_error(assembly.model().file + ": the stiffness at rest is not positive definite");
+  SiteLinearResponse response;
+  response.stiffness = motion.transpose() * assembly.tangent_times(rest, whole);
+  response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
+  response.field.resize(static_cast<Eigen::Index>(3 * sites.packed_nodes.size()), 3);
+  for (size_t i = 0; i < sites.packed_nodes.size(); ++i)
+    response.field.middleRows<3>(static_cast<Eigen::Index>(3 * i)) =
+        whole.middleRows<3>(3 * sites.packed_nodes[i]);
   return response;
 }
 

@@ -13,6 +13,9 @@
 
 namespace palpate {
 
+// Factors K at rest. Throws std::runtime_error when it is not positive definite.
+void factor_at_rest(StaticSolver& solver);
+
 struct LinearDd {
   Eigen::MatrixXd contact_compliance;  // A: (3 contact nodes)^2, symmetric
   Eigen::MatrixXd field_compliance;    // 3 packed nodes x 3 contact nodes
@@ -30,5 +33,8 @@ struct SiteLinearResponse {
   Eigen::Matrix3d stiffness;
 };
 SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site);
+
+// The same without those blocks, by a factor of its own with the patch held. `solver` is left without one.
+SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sites, const ContactSite& site);
 
 }  // namespace palpate

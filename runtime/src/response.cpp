@@ -203,7 +203,7 @@ bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t 
 
 bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given) {
   return num_contacts == 0 || polynomial_answers(session, num_contacts, forces_given) ||
-         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
+         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->field_compliance != nullptr);
 }
 
 pal_model model_for(const pal_session& session, uint32_t count, bool forces_given) {
