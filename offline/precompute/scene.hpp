@@ -11,6 +11,9 @@ namespace palpate {
 
 enum class Directions { all, inward };
 
+// How linear_dd keeps the compliance; automatic: dense where that is small enough.
+enum class ComplianceForm { automatic, dense, compressed };
+
 struct Scene {
   std::filesystem::path file;
   std::filesystem::path model_file;  // resolved against the folder of `file`
@@ -28,7 +31,8 @@ struct Scene {
   std::vector<int> output_nodes;  // node indices the scene shows, sorted; always holds every node of a patch
   double accuracy_target = 0.01;  // of the survey's p95 displacement error
   double frame_budget_us = 100;
-  bool linear = true;      // carry linear_dd
+  bool linear = true;  // carry linear_dd
+  ComplianceForm compliance = ComplianceForm::automatic;
   bool polynomial = true;  // carry polynomial_dd
 };
 
