@@ -50,6 +50,26 @@ static_assert(sizeof(BvhNode) == 32);
 inline constexpr uint32_t kMostLeafPrimitives = 4;
 inline constexpr uint32_t kMostBvhDepth = 48;  // edges from the root to a leaf: what a search has to remember
 
+// A panel of CompressedCompliance.
+struct CompressedPanel {
+  uint32_t nodes[kPanelNodes];  // packed nodes; from the first kNoNode on there are no more
+  uint32_t first_column;        // in the basis
+  uint32_t num_columns;
+};
+static_assert(sizeof(CompressedPanel) == 136);
+
+inline constexpr uint32_t kNoNode = 0xffffffffu;
+
+// What a contact node's unit forces do to a panel.
+struct CompressedBlock {
+  uint32_t start;  // of its coefficients, in units of kBlockUnit floats
+  uint32_t rank;   // a multiple of kRankStep; kPanelRows: displacements as they are
+};
+static_assert(sizeof(CompressedBlock) == 8);
+
+inline constexpr uint32_t kBlockUnit = 4;  // floats
+inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep floats are whole units
+
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }

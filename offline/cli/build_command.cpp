@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/compliance_errors.hpp"
 #include "offline/cli/frame_timing.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
@@ -34,6 +35,19 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// Opens in a fifth of a second, and every machine that runs a simulator has it to spare; beyond it the time to
+// load a scene would be that of its compliance.
+constexpr double kMostDenseBytes = 256e6;
+
+double dense_bytes(const ContactSites& sites) {
+  return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
+}
+
+bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
+  if (!scene.linear || scene.compliance == ComplianceForm::dense) return false;
+  return scene.compliance == ComplianceForm::compressed || dense_bytes(sites) > kMostDenseBytes;
+}
+
 // What is about to be done, and about how long it takes: a full solve near its neighbour costs two to three
 // factors.
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
@@ -44,16 +58,28 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
   const double factor_seconds = factored ? seconds_since(start) : 0;
   const int solves_per_site = (scene.polynomial ? plan.samples : 0) + plan.survey_samples;
-  const double solves = static_cast<double>(solves_per_site) * static_cast<double>(sites.sites.size());
+  const size_t surveyed = plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
+  const double solves = static_cast<double>(solves_per_site) * static_cast<double>(surveyed);
+  const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
-  const int jobs = std::min(plan.jobs, static_cast<int>(sites.sites.size()));
-  const double bytes = estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(),
-                                           sites.sites.size(), scene.linear, scene.polynomial, plan.degree);
+  const int jobs = std::min(plan.jobs, static_cast<int>(surveyed));
+  const double bytes =
+      estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(), sites.sites.size(),
+                          scene.linear, scene.polynomial, plan.degree, compressed);
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
+  if (scene.linear) {
+    const double dense = dense_bytes(sites) / 1e6;
+    if (compressed) {
+      fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
+                 kComplianceTolerance, dense);
+    } else {
+      fmt::print("compliance dense, {:.1f} MB\n", dense);
+    }
+  }
   fmt::print("estimate   {:.0f} nonlinear solves, about {:.0f} s on {} threads; pack about {:.1f} MB\n",
              solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
   std::fflush(stdout);  // also into a file: it is for before the wait
@@ -66,13 +92,10 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   std::vector<SurveySample> samples;
   for (const SiteResult& result : results)
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
-  // The visual frame shows displacements from the mesh.
-  Eigen::VectorXd at_rest =
-      Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(content.sites.packed_nodes.size()));
-  if (!content.rest->is_mesh()) at_rest = packed_rows(content.sites, content.rest->displacement);
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
     ModelUnitSession session(opened, model, 1, 0);
+    const Eigen::VectorXd at_rest = session.visual_frame();
     surveys.push_back(
         {name,
          survey_errors(samples, content.scene.max_displacement, [&](size_t site, const Eigen::Vector3d& d) {
@@ -81,7 +104,7 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
            return Answer{session.visual_frame() - at_rest, Eigen::Vector3d(result.force)};
          })});
   };
-  if (content.linear != nullptr) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
+  if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.polynomials != nullptr) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
   return surveys;
 }
@@ -104,8 +127,15 @@ int run_build(const BuildArguments& arguments) {
   // Few sites are measured more often, so that a bin's p95 stands on some thirty solves at least.
   constexpr int kFewestSurveySolves = 128;
   const int num_sites = static_cast<int>(sites.sites.size());
+  int num_surveyed = num_sites;
+  if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
+    // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin
+    // at sites all over the organ.
+    num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
+    plan.survey_samples = 4;
+  }
   plan.survey_samples =
-      std::max(plan.survey_samples, (kFewestSurveySolves / 4 + num_sites - 1) / num_sites * 4);
+      std::max(plan.survey_samples, (kFewestSurveySolves / 4 + num_surveyed - 1) / num_surveyed * 4);
   if (sites.sites_at_fixed_nodes > 0) {
     fmt::print(
         stderr,
@@ -118,23 +148,42 @@ int run_build(const BuildArguments& arguments) {
 
   const RestState rest = find_rest(assembly, scene);
   LinearDd linear;
-  {
+  CompressedCompliance compressed;
+  const bool is_compressed = is_to_be_compressed(scene, sites);
+  if (is_compressed) {
+    const Assembly threaded(model, model.fixed_dofs(), plan.jobs);
+    constexpr int kSteps = 1000;
+    ProgressBar bar("linear_dd", kSteps);
+    const auto show = [&](int done, int total) {
+      bar.show(static_cast<int>(std::int64_t{done} * kSteps / total));
+    };
+    compressed = compress_linear_dd(threaded, sites, kComplianceTolerance, show, rest);
+  } else if (scene.linear || dense_bytes(sites) <= kMostDenseBytes) {  // else each site solves for its own
     ProgressBar bar("linear_dd", static_cast<int>(3 * sites.contact_nodes.size()));
     linear = compute_linear_dd(
         assembly, sites, [&](int done, int) { bar.show(done); }, rest);
   }
   std::vector<SiteResult> results;
   {
-    ProgressBar bar("sampling sites", static_cast<int>(sites.sites.size()));
+    ProgressBar bar("sampling sites", num_surveyed);
     results = sample_sites(
         assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest);
   }
 
   PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, std::move(descriptions), {}};
   content.rest = &rest;
-  if (scene.linear) content.linear = &linear;
+  if (is_compressed) content.compressed = &compressed;
+  if (scene.linear && !is_compressed) content.linear = &linear;
   if (scene.polynomial) content.polynomials = &results;
   content.surveys = survey_models(content, results);
+  if (is_compressed) {
+    const AlignedBytes measured = write_pack(content);
+    const ComplianceErrors errors =
+        measure_compliance(OpenedPack(measured), assembly, sites, rest, scene.max_contacts);
+    compressed.displacement_error = errors.displacement;
+    compressed.force_error = errors.force;
+    compressed.samples = errors.samples;
+  }
   const AlignedBytes bytes = write_pack(content);
   const OpenedPack opened(bytes);  // what the runtime refuses is not written
   write_finished_bytes(arguments.pack, bytes.bytes());
@@ -172,8 +221,16 @@ int run_build(const BuildArguments& arguments) {
                           {"target_met", on_target},
                           {"frame_us", frame_us},
                           {"budget_met", frame_us <= scene.frame_budget_us},
+                          {"compliance", compliance_json(opened.tables())},
                           {"errors", survey_json(opened.tables())}}));
   } else {
+    if (is_compressed) {
+      fmt::print(
+          "compliance {:.1f} MB; against exact linear solves of {} sets of contacts, displacements are wrong "
+          "by at most {:.2g} of |d|, forces by {:.2g}\n",
+          static_cast<double>(compressed.num_bytes()) / 1e6, compressed.samples,
+          compressed.displacement_error, compressed.force_error);
+    }
     fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
                counts.solves, counts.iterations, counts.factorizations, min_jacobian);
     fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", arguments.pack.string(),
@@ -194,7 +251,7 @@ int run_build(const BuildArguments& arguments) {
     fmt::print(stderr,
                "{}: {} of {} survey pushes reached no equilibrium and count as errors of 100 %; reduce "
                "max_displacement\n",
-               scene.file.string(), unsolved, plan.survey_samples * static_cast<int>(results.size()));
+               scene.file.string(), unsolved, plan.survey_samples * num_surveyed);
   }
   if (frame_us > scene.frame_budget_us) {
     fmt::print(stderr,

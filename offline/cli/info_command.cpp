@@ -28,6 +28,11 @@ size_t default_arena_bytes(const OpenedPack& opened) {
 
 size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   if (model == pack::ResponseModel::linear_dd) {
+    if (const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed()) {
+      return compressed->panels()->bytes() + compressed->node_places()->bytes() +
+             compressed->basis()->bytes() + compressed->blocks()->bytes() +
+             compressed->coefficients()->bytes();
+    }
     return tables.linear_dd()->contact_compliance()->bytes() +
            tables.linear_dd()->field_compliance()->bytes();
   }
@@ -125,6 +130,7 @@ int run_info(const InfoArguments& arguments) {
                           {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
                           {"surface_bvh", {{"bytes", surface_bytes(tables)}}},
                           {"models", models},
+                          {"compliance", compliance_json(tables)},
                           {"errors", survey_json(tables)},
                           {"sites", sites_json(opened)}}));
     return 0;
@@ -168,6 +174,18 @@ int run_info(const InfoArguments& arguments) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",
                static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(),
                surface->num_nodes());
+  }
+  if (tables.linear_dd() != nullptr) {
+    if (const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed()) {
+      fmt::print(
+          "  compliance     compressed, entries right to {:g}; {} sets of contacts: displacements to {:.2g} "
+          "of "
+          "|d|, forces to {:.2g}\n",
+          compressed->tolerance(), compressed->samples(), compressed->displacement_error(),
+          compressed->force_error());
+    } else {
+      fmt::print("  compliance     dense\n");
+    }
   }
   for (const pack::FrameCost* cost : *tables.costs()) {
     fmt::print("  {:<14} {:.2f} MB; worst frame: force {} multiply-adds, {} bytes read; field {} and {}\n",

@@ -52,4 +52,15 @@ nlohmann::json survey_json(const pack::Pack& tables) {
   return surveys;
 }
 
+nlohmann::json compliance_json(const pack::Pack& tables) {
+  if (tables.linear_dd() == nullptr) return nullptr;
+  const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed();
+  if (compressed == nullptr) return {{"form", "dense"}};
+  return {{"form", "compressed"},
+          {"tolerance", compressed->tolerance()},
+          {"samples", compressed->samples()},
+          {"displacement_error", compressed->displacement_error()},
+          {"force_error", compressed->force_error()}};
+}
+
 }  // namespace palpate

@@ -14,4 +14,7 @@ std::string survey_text(const pack::Pack& tables);
 
 nlohmann::json survey_json(const pack::Pack& tables);
 
+// How linear_dd keeps the compliance, and what that costs; null without the model.
+nlohmann::json compliance_json(const pack::Pack& tables);
+
 }  // namespace palpate

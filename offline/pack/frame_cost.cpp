@@ -6,12 +6,54 @@
 #include "schemas/pack_layout.hpp"
 
 namespace palpate {
+namespace {
+
+// The same for a compressed compliance: a pair of nodes takes 9 multiply-adds for each column of its block, of
+// the basis a row and of the node's coefficients all are read; a field the blocks of the patch and once the
+// columns of the basis that they weigh. The worst over the sites.
+void count_compressed(const CompressedCompliance& compressed, const ContactSites& sites, FrameCost& cost) {
+  const size_t num_panels = compressed.panels.size();
+  std::uint64_t pair_operations = 0;
+  std::uint64_t pair_bytes = 0;
+  cost.field_operations = 0;
+  cost.field_bytes = 0;
+  for (const ContactSite& site : sites.sites) {
+    std::uint64_t operations = 0;
+    std::uint64_t bytes = 0;
+    std::vector<std::uint32_t> columns(num_panels, 0);
+    std::uint64_t values = 0;
+    for (const int j : site.patch) {
+      const pack::CompressedBlock* blocks = &compressed.blocks[static_cast<size_t>(j) * num_panels];
+      for (const int i : site.patch) {
+        if (i < j) continue;
+        const auto node = static_cast<size_t>(sites.contact_nodes[static_cast<size_t>(i)]);
+        const std::uint32_t rank = blocks[compressed.node_places[node] / pack::kPanelNodes].rank;
+        operations += rank == pack::kPanelRows ? 0 : std::uint64_t{9} * rank;
+        bytes += sizeof(float) * (rank == pack::kPanelRows ? 9 : std::uint64_t{6} * rank);
+      }
+      for (size_t panel = 0; panel < num_panels; ++panel) {
+        values += std::uint64_t{3} * blocks[panel].rank;
+        if (blocks[panel].rank < pack::kPanelRows)
+          columns[panel] = std::max(columns[panel], blocks[panel].rank);
+      }
+    }
+    for (const std::uint32_t count : columns) values += std::uint64_t{count} * pack::kPanelRows;
+    pair_operations = std::max(pair_operations, operations);
+    pair_bytes = std::max(pair_bytes, bytes);
+    cost.field_operations = std::max(cost.field_operations, values);
+    cost.field_bytes = std::max(cost.field_bytes, values * sizeof(float));
+  }
+  cost.force_operations += pair_operations;
+  cost.force_bytes = pair_bytes;
+}
+
+}  // namespace
 
 std::vector<FrameCost> count_frame_costs(const PackContent& content) {
   const std::uint64_t rows = pack::num_panels(static_cast<uint32_t>(content.sites.packed_nodes.size())) *
                              std::uint64_t{pack::kPanelRows};
   std::vector<FrameCost> costs;
-  if (content.linear != nullptr) {
+  if (content.has_linear()) {
     // A new contact: the compliance of its n patch dofs is gathered and factored (n^3/6), three columns are
     // solved (n^2 each, forth and back), then summed to the 3 x 3 stiffness (3 n) and, by the displacement,
     // to the n nodal forces (3 n) and the force (9).
@@ -24,6 +66,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     cost.force_bytes = n * (n + 1) / 2 * sizeof(double);
     cost.field_operations = rows * n;
     cost.field_bytes = rows * n * sizeof(float);
+    if (content.compressed != nullptr) count_compressed(*content.compressed, content.sites, cost);
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {

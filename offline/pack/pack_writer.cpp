@@ -46,6 +46,9 @@ struct SiteSegments {
 struct LinearSegments {
   pack::Segment contact_compliance, field_compliance;
 };
+struct CompressedSegments {
+  pack::Segment panels, node_places, basis, blocks, coefficients;
+};
 struct PolynomialSegments {
   pack::Segment radii, energy, field;
 };
@@ -129,6 +132,11 @@ LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, Seg
       append_panel(linear.field_compliance.middleCols<3>(3 * node), panel, field);
   }
   return {store.add(lower_blocks(linear.contact_compliance)), store.add(field)};
+}
+
+CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
+  return {store.add(compressed.panels), store.add(compressed.node_places), store.add(compressed.basis),
+          store.add(compressed.blocks), store.add(compressed.coefficients)};
 }
 
 PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
@@ -222,8 +230,10 @@ AlignedBytes write_pack(const PackContent& content) {
   const GeometrySegments geometry = add_geometry(content.model, content.sites, store);
   const SiteSegments sites = add_sites(content.sites, content.scene.directions, store);
   LinearSegments linear;
+  CompressedSegments compressed;
   PolynomialSegments polynomial;
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
+  if (content.compressed != nullptr) compressed = add_compressed(*content.compressed, store);
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, store);
   const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
@@ -273,6 +283,17 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment contact_compliance = at(linear.contact_compliance);
       const pack::Segment field_compliance = at(linear.field_compliance);
       linear_table = pack::CreateLinearDd(builder, &contact_compliance, &field_compliance);
+    } else if (content.compressed != nullptr) {
+      const pack::Segment panels = at(compressed.panels);
+      const pack::Segment node_places = at(compressed.node_places);
+      const pack::Segment basis = at(compressed.basis);
+      const pack::Segment blocks = at(compressed.blocks);
+      const pack::Segment coefficients = at(compressed.coefficients);
+      const auto compressed_table = pack::CreateCompressedCompliance(
+          builder, static_cast<uint32_t>(content.compressed->panels.size()), &panels, &node_places, &basis,
+          &blocks, &coefficients, content.compressed->tolerance, content.compressed->displacement_error,
+          content.compressed->force_error, static_cast<uint32_t>(content.compressed->samples));
+      linear_table = pack::CreateLinearDd(builder, nullptr, nullptr, compressed_table);
     }
     flatbuffers::Offset<pack::PolynomialDd> polynomial_table;
     if (content.polynomials != nullptr) {
@@ -341,10 +362,9 @@ AlignedBytes write_pack(const PackContent& content) {
 }
 
 double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           bool polynomial, int degree) {
+                           bool polynomial, int degree, bool compressed) {
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
-  const double contact_dofs = 3.0 * static_cast<double>(contact_nodes);
   // A closed surface has two triangles a node, and its tree about one node a triangle.
   constexpr double kSurfaceBytesOfASite =
       2.0 * (sizeof(SurfaceBvh::primitives[0]) + sizeof(SurfaceBvh::primitive_normals[0]) +
@@ -353,7 +373,8 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
   double bytes =
       40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * static_cast<double>(sites);
   if (linear)
-    bytes += 0.5 * contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
+    bytes += compressed ? estimate_compressed_bytes(packed_nodes, contact_nodes)
+                        : dense_compliance_bytes(packed_nodes, contact_nodes);
   if (polynomial)
     bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *
              sizeof(float);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "offline/precompute/compressed_compliance.hpp"
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/site_survey.hpp"
 
@@ -33,12 +34,14 @@ struct PackContent {
   const Model& model;
   const Scene& scene;
   const ContactSites& sites;
-  const LinearDd* linear = nullptr;  // null: not carried
+  const LinearDd* linear = nullptr;  // null: not carried, or compressed
   const std::vector<SiteResult>* polynomials = nullptr;
   int degree = 0;  // of `polynomials`
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
-  const RestState* rest = nullptr;  // null, or that of the mesh: no gravity
+  const RestState* rest = nullptr;                   // null, or that of the mesh: no gravity
+  const CompressedCompliance* compressed = nullptr;  // linear_dd of a large surface, in place of `linear`
+  bool has_linear() const { return linear != nullptr || compressed != nullptr; }
 };
 
 // Bytes on a 64-byte boundary, so that a pack in memory can be opened in place.
@@ -59,8 +62,8 @@ class AlignedBytes {
 // Same content, same bytes. Cost: about twice the pack in memory.
 AlignedBytes write_pack(const PackContent& content);
 
-// Bytes that write_pack would make, to a percent, from counts alone.
+// Bytes that write_pack would make, to a percent, from counts alone; of a compressed compliance to a third.
 double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           bool polynomial, int degree);
+                           bool polynomial, int degree, bool compressed = false);
 
 }  // namespace palpate

@@ -6,17 +6,21 @@
 
 namespace palpate {
 
-LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
-                           const std::function<void(int, int)>& progress, const RestState& rest) {
-  constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
-  StaticSolver solver(assembly);
-  const Model& model = assembly.model();
+void factor_at_rest(StaticSolver& solver, const RestState& rest) {
+  const Model& model = solver.assembly().model();
   if (!solver.factorize_at(rest.load_case(model), rest.displacement_of(model), false)) {
     throw std::runtime_error(
         model.file +
         ": the stiffness at rest is not positive definite; hold every part with *BOUNDARY, and join "
         "parts face to face");
   }
+}
+
+LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
+                           const std::function<void(int, int)>& progress, const RestState& rest) {
+  constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
+  StaticSolver solver(assembly);
+  factor_at_rest(solver, rest);
   const auto num_contact_dofs = static_cast<Eigen::Index>(3 * sites.contact_nodes.size());
   const auto num_packed = static_cast<Eigen::Index>(sites.packed_nodes.size());
   LinearDd linear;
@@ -59,6 +63,28 @@ SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& si
   response.stiffness = rigid.transpose() * forces;
   response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
   response.field = linear.field_compliance(Eigen::all, dofs) * forces;
+  return response;
+}
+
+SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
+                                   const RestState& rest) {
+  const Assembly& assembly = solver.assembly();
+  const Eigen::VectorXd at_rest = rest.displacement_of(assembly.model());
+  LoadCase load = rest.load_case(assembly.model());
+  Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(assembly.num_dofs(), 3);
+  for (const int node : site.patch_nodes) {
+    motion.middleRows<3>(3 * node).setIdentity();
+    for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
+  }
+  Eigen::MatrixXd whole;
+  const bool solved = solver.tangent_response(load, at_rest, motion, whole);
+  solver.forget_factor();
+  if (!solved)
+    throw std::runtime_error(assembly.model().file + ": the stiffness at rest is not positive definite");
+  SiteLinearResponse response;
+  response.stiffness = motion.transpose() * assembly.tangent_times(at_rest, whole);
+  response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
+  response.field = packed_rows(sites, whole);
   return response;
 }
 

@@ -1,9 +1,8 @@
 // linear_dd (EPFE): the blocks of the inverse stiffness at rest that a pack carries.
 //
 // Source: Zhong et al. 2005 eqs. (16)-(19). K is the tangent at rest, under gravity if there is any, with the
-// fixed nodes taken out; of K^-1
-// only the columns of the contact nodes are formed, by blocked back-solves with one sparse factor, and of
-// those only the rows of packed nodes are kept.
+// fixed nodes taken out; of K^-1 only the columns of the contact nodes are formed, by blocked back-solves with
+// one sparse factor, and of those only the rows of packed nodes are kept.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,6 +13,9 @@
 #include "offline/precompute/rest_state.hpp"
 
 namespace palpate {
+
+// Factors K at rest. Throws std::runtime_error when it is not positive definite.
+void factor_at_rest(StaticSolver& solver, const RestState& rest = RestState());
 
 struct LinearDd {
   Eigen::MatrixXd contact_compliance;  // A: (3 contact nodes)^2, symmetric
@@ -33,5 +35,9 @@ struct SiteLinearResponse {
   Eigen::Matrix3d stiffness;
 };
 SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site);
+
+// The same without those blocks, by a factor of its own with the patch held. `solver` is left without one.
+SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
+                                   const RestState& rest = RestState());
 
 }  // namespace palpate

@@ -82,9 +82,12 @@ void check_densities(const SceneTable& gravity, const Model& model) {
 }
 
 void read_models(const SceneTable& models, Scene& scene) {
-  models.allow({"linear", "polynomial", "zone"});
+  models.allow({"linear", "polynomial", "zone", "compliance"});
   scene.linear = models.boolean_or_auto("linear").value_or(true);
   scene.polynomial = models.boolean_or_auto("polynomial").value_or(true);
+  constexpr ComplianceForm kForms[] = {ComplianceForm::automatic, ComplianceForm::dense,
+                                       ComplianceForm::compressed};
+  scene.compliance = kForms[models.choice("compliance", {"auto", "dense", "compressed"}).value_or(0)];
   if (models.boolean_or_auto("zone").value_or(false)) {
     models.fail("zone", "models.zone is not supported by this version; remove it");
   }

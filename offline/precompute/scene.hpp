@@ -13,6 +13,9 @@ namespace palpate {
 
 enum class Directions { all, inward };
 
+// How linear_dd keeps the compliance; automatic: dense where that is small enough.
+enum class ComplianceForm { automatic, dense, compressed };
+
 struct Scene {
   std::filesystem::path file;
   std::filesystem::path model_file;  // resolved against the folder of `file`
@@ -33,7 +36,8 @@ struct Scene {
   std::optional<Eigen::Vector3d> gravity;  // acceleration, length unit / time unit^2
   bool gravity_may_turn = false;           // the device may tilt the organ
   bool linear = true;                      // carry linear_dd
-  bool polynomial = true;                  // carry polynomial_dd
+  ComplianceForm compliance = ComplianceForm::automatic;
+  bool polynomial = true;  // carry polynomial_dd
 };
 
 // A scene and the model it names, both checked against each other.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -50,7 +51,11 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
       result.min_jacobian = 1;
       i = 0;
     }
-    result.polynomial = fit_polynomial(samples, linear_response(linear, site), radius, plan.degree);
+    result.polynomial =
+        fit_polynomial(samples,
+                       linear.field_compliance.size() > 0 ? linear_response(linear, site)
+                                                          : linear_response(solver, sites, site, rest),
+                       radius, plan.degree);
   }
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were.
   for (const Eigen::Vector3d& point :
@@ -69,6 +74,23 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
 
 }  // namespace
 
+std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count) {
+  const auto position = [&](size_t site) -> const Eigen::Vector3d& {
+    return model.positions[static_cast<size_t>(sites.sites[site].node)];
+  };
+  std::vector<double> distances(sites.sites.size(), std::numeric_limits<double>::infinity());
+  std::vector<size_t> chosen;
+  for (size_t next = 0; chosen.size() < std::min(count, distances.size());) {
+    chosen.push_back(next);
+    for (size_t site = 0; site < distances.size(); ++site)
+      distances[site] = std::min(distances[site], (position(site) - position(next)).squaredNorm());
+    distances[next] = -1;  // also where another site is in the same place
+    next = static_cast<size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress, const RestState& rest) {
@@ -77,31 +99,35 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
   const std::vector<Eigen::Vector3d> sample_points =
       choose_sample_points(plan.degree + 1, plan.samples, scene.directions == Directions::inward);
   std::vector<SiteResult> results(sites.sites.size());
-  const int jobs = std::min(plan.jobs, static_cast<int>(results.size()));
+  const size_t num_surveyed =
+      plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
+  const std::vector<size_t> worked = spread_sites(assembly.model(), sites, num_surveyed);
+  const int jobs = std::min(plan.jobs, static_cast<int>(worked.size()));
   std::atomic<size_t> next = 0;
   std::mutex report;
   int done = 0;
   std::exception_ptr failure;
-  size_t failed_site = sites.sites.size();
+  size_t failed_site = worked.size();
 
   // Each thread has its own factor; a site is solved by one thread from start to end, so that the schedule
   // cannot change a digit.
   const auto work = [&] {
     std::optional<StaticSolver> solver;
-    for (size_t site = next++; site < sites.sites.size(); site = next++) {
+    for (size_t site = next++; site < worked.size(); site = next++) {
       try {
         if (!solver) solver.emplace(assembly);
-        results[site] = sample_site(*solver, scene, sites, site, linear, plan, sample_points, rest);
+        results[worked[site]] =
+            sample_site(*solver, scene, sites, worked[site], linear, plan, sample_points, rest);
         const std::lock_guard lock(report);
         ++done;
-        if (progress) progress(done, static_cast<int>(sites.sites.size()));
+        if (progress) progress(done, static_cast<int>(worked.size()));
       } catch (...) {
         const std::lock_guard lock(report);
         if (site < failed_site) {
           failed_site = site;
           failure = std::current_exception();
         }
-        next = sites.sites.size();
+        next = worked.size();
         return;
       }
     }

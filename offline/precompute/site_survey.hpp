@@ -13,6 +13,7 @@ struct SamplingPlan {
   int degree = 3;
   int samples = 12;  // solves with tangent a site; each is 4 equations for the 16 nonlinear terms of degree 3
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range
+  int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
   int jobs = 1;            // threads; the result does not depend on it
 };
 
@@ -24,7 +25,11 @@ struct SiteResult {
   SolveCounts counts;
 };
 
-// `linear` serves the pinned linear part. A site where the solver cannot reach the largest displacement is
+// So many sites far from one another, ascending: from the first one on, each the farthest from those before.
+std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
+
+// `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
+// surveyed come back with nothing. A site where the solver cannot reach the largest displacement is
 // sampled in a smaller ball, down to a quarter of it; below that std::runtime_error names the node.
 // `progress` gets sites done, total, never from two threads at once.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,

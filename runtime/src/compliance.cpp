@@ -1,11 +1,18 @@
 #include "runtime/src/compliance.hpp"
 
+#include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
 
 void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]) {
-  const double* lower = pack.contact_compliance + 9 * pack::lower_block(i > j ? i : j, i > j ? j : i);
+  double computed[9];
+  const double* lower = computed;
+  if (pack.contact_compliance != nullptr) {
+    lower = pack.contact_compliance + 9 * pack::lower_block(i > j ? i : j, i > j ? j : i);
+  } else {
+    compressed_contact_compliance(pack, i > j ? i : j, i > j ? j : i, computed);
+  }
   for (uint32_t row = 0; row < 3; ++row) {
     for (uint32_t column = 0; column < 3; ++column)
       block[3 * row + column] = i >= j ? lower[3 * row + column] : lower[3 * column + row];
@@ -15,6 +22,10 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
 // All panels of one held node after one another: the columns of many would be as many streams.
 void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                           AddColumns add_columns, float* sum) {
+  if (is_compressed(pack)) {
+    add_compressed_field(pack, field, first, count, add_columns, sum);
+    return;
+  }
   constexpr size_t kColumns = size_t{3} * pack::kPanelRows;
   const size_t panels = pack::num_panels(pack.num_nodes);
   for (uint32_t slot = 0; slot < field.num_held; ++slot) {

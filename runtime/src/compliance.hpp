@@ -10,11 +10,12 @@
 namespace palpate {
 
 // A_ij, 3 x 3 by rows: displacement of contact node i per unit force at contact node j; A_ji is its
-// transpose, to the bit. What is fetched from memory: two lines.
+// transpose, to the bit. What is fetched from memory: two lines; of a compressed compliance some twenty.
 void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
 
 // Displacements of the nodes of `count` panels from `first` on by the nodal forces of `field`, added to
-// sum[96 count]. Cost: reads 1,152 bytes for each panel and held node.
+// sum[96 count]; count <= kMostPanelsAtOnce. The panels are those of a compressed compliance where the pack
+// has one. Cost: reads 1,152 bytes for each panel and held node; of a compressed compliance a fifth of it.
 void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                           AddColumns add_columns, float* sum);
 

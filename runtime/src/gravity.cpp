@@ -37,6 +37,19 @@ void fill_rest(const pal_session& session, const float* turn, uint32_t first, ui
   }
 }
 
+void add_rest(const pal_session& session, const float* turn, uint32_t node, float* rows) {
+  const pal_pack& pack = *session.pack;
+  if (!pack.has_gravity) return;
+  for (uint32_t i = 0; i < 3; ++i) {
+    const size_t dof = size_t{3} * node + i;
+    rows[i] += static_cast<float>((pack.rest_positions[dof] - pack.positions[dof]) * pack.metres);
+    for (uint32_t axis = 0; axis < 3 && turn != nullptr; ++axis) {
+      rows[i] += turn[axis] * pack.field_per_gravity[(dof / pack::kPanelRows * 3 + axis) * pack::kPanelRows +
+                                                     dof % pack::kPanelRows];
+    }
+  }
+}
+
 }  // namespace palpate
 
 extern "C" pal_status pal_session_set_gravity(pal_session* session, const double* acceleration) noexcept {

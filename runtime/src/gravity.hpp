@@ -17,4 +17,7 @@ namespace palpate {
 // (model units; null: not at all).
 void fill_rest(const pal_session& session, const float* turn, uint32_t first, uint32_t count, float* rows);
 
+// The same of one packed node, added to its three rows.
+void add_rest(const pal_session& session, const float* turn, uint32_t node, float* rows);
+
 }  // namespace palpate

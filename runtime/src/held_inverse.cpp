@@ -104,7 +104,7 @@ bool factor_schur(const double own[9], const double schur[9], double lower[9], b
 void carve_inverse(const pal_pack& pack, uint32_t max_nodes, Arena& arena, HeldInverse& inverse) {
   inverse.max_nodes = max_nodes;
   const size_t dofs = size_t{3} * max_nodes;
-  inverse.stride = (dofs + kInverseLanes - 1) / kInverseLanes * kInverseLanes;
+  inverse.stride = inverse_stride(max_nodes);
   inverse.nodes = arena.take<uint32_t>(max_nodes);
   inverse.slot_of = arena.take<uint32_t>(pack.num_contact_nodes);
   inverse.regularised = arena.take<bool>(max_nodes);

@@ -49,6 +49,11 @@ struct HeldInverse {
   uint32_t next_corrected;  // slot
 };
 
+// Doubles from row to row.
+constexpr size_t inverse_stride(uint32_t max_nodes) {
+  return (size_t{3} * max_nodes + kInverseLanes - 1) / kInverseLanes * kInverseLanes;
+}
+
 // Takes the arrays; they are all zero. `inverse.kernel` is set by the caller.
 void carve_inverse(const pal_pack& pack, uint32_t max_nodes, Arena& arena, HeldInverse& inverse);
 

@@ -35,6 +35,14 @@ void add_products_scalar(double* matrix, size_t stride, uint32_t num_nodes, cons
   }
 }
 
+void combine_scalar(const double* rows, size_t stride, uint32_t count, const double* weights, size_t length,
+                    double* out) {
+  memset(out, 0, length * sizeof *out);
+  for (uint32_t j = 0; j < count; ++j) {
+    for (size_t i = 0; i < length; ++i) out[i] += weights[j] * rows[j * stride + i];
+  }
+}
+
 #ifdef PALPATE_X86
 
 // Both loops take the three rows of a node at a time: nine factors and three columns stay in registers, so
@@ -80,6 +88,48 @@ __attribute__((target("avx2,fma"))) void add_products_avx2(double* matrix, size_
         _mm256_store_pd(rows + a * stride + j, sum);
       }
     }
+  }
+}
+
+// Sixteen sums at a time stay in registers while all rows go by; a row ends with the padding of its stride.
+__attribute__((target("avx2,fma"))) void combine_avx2(const double* rows, size_t stride, uint32_t count,
+                                                      const double* weights, size_t length, double* out) {
+  size_t i = 0;
+  for (; i + 16 <= length; i += 16) {
+    __m256d a = _mm256_setzero_pd();
+    __m256d b = a;
+    __m256d c = a;
+    __m256d d = a;
+    const double* row = rows + i;
+    for (uint32_t j = 0; j < count; ++j, row += stride) {
+      const __m256d weight = _mm256_broadcast_sd(weights + j);
+      a = _mm256_fmadd_pd(weight, _mm256_load_pd(row), a);
+      b = _mm256_fmadd_pd(weight, _mm256_load_pd(row + 4), b);
+      c = _mm256_fmadd_pd(weight, _mm256_load_pd(row + 8), c);
+      d = _mm256_fmadd_pd(weight, _mm256_load_pd(row + 12), d);
+    }
+    _mm256_store_pd(out + i, a);
+    _mm256_store_pd(out + i + 4, b);
+    _mm256_store_pd(out + i + 8, c);
+    _mm256_store_pd(out + i + 12, d);
+  }
+  for (; i < length; i += 4) {
+    __m256d a = _mm256_setzero_pd();
+    const double* row = rows + i;
+    for (uint32_t j = 0; j < count; ++j, row += stride)
+      a = _mm256_fmadd_pd(_mm256_broadcast_sd(weights + j), _mm256_load_pd(row), a);
+    _mm256_store_pd(out + i, a);
+  }
+}
+
+__attribute__((target("avx512f"))) void combine_avx512(const double* rows, size_t stride, uint32_t count,
+                                                       const double* weights, size_t length, double* out) {
+  for (size_t i = 0; i < length; i += 8) {
+    __m512d a = _mm512_setzero_pd();
+    const double* row = rows + i;
+    for (uint32_t j = 0; j < count; ++j, row += stride)
+      a = _mm512_fmadd_pd(_mm512_set1_pd(weights[j]), _mm512_load_pd(row), a);
+    _mm512_store_pd(out + i, a);
   }
 }
 
@@ -132,12 +182,13 @@ __attribute__((target("avx512f"))) void add_products_avx512(double* matrix, size
 
 uint32_t list_inverse_kernels(InverseKernel kernels[kMostInverseKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {"scalar", multiply_scalar, add_products_scalar};
+  kernels[count++] = {"scalar", multiply_scalar, add_products_scalar, combine_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels[count++] = {"avx2", multiply_avx2, add_products_avx2};
-  if (__builtin_cpu_supports("avx512f")) kernels[count++] = {"avx512", multiply_avx512, add_products_avx512};
+    kernels[count++] = {"avx2", multiply_avx2, add_products_avx2, combine_avx2};
+  if (__builtin_cpu_supports("avx512f"))
+    kernels[count++] = {"avx512", multiply_avx512, add_products_avx512, combine_avx512};
 #endif
   return count;
 }

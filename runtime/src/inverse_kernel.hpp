@@ -17,6 +17,9 @@ struct InverseKernel {
   void (*multiply)(const double* matrix, size_t stride, uint32_t num_nodes, const double* x, double* y);
   // M[i][j] += sum over r < 3 of p[r][i] q[r][j]. As many.
   void (*add_products)(double* matrix, size_t stride, uint32_t num_nodes, const double* p, const double* q);
+  // out[i] = sum over j < count of weights[j] rows[j stride + i], i < length.
+  void (*combine)(const double* rows, size_t stride, uint32_t count, const double* weights, size_t length,
+                  double* out);
 };
 
 // Those that this processor runs, the fastest last, and their number, as list_field_kernels. avx2 and avx512

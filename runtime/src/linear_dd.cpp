@@ -6,6 +6,7 @@
 
 #include <initializer_list>
 
+#include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -33,15 +34,15 @@ uint32_t patch_size(const pal_pack& pack, uint32_t site) {
   return pack.patch_starts[site + 1] - pack.patch_starts[site];
 }
 
-// E of the next set, as the sums below read it.
+// E of the next set.
 void list_patches(const pal_pack& pack, LinearState& state) {
   const LinearSet& set = state.next;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     const size_t first = size_t{c} * pack.max_patch_nodes;
     const uint32_t* nodes = pack.patch_nodes + pack.patch_starts[set.sites[c]];
     for (uint32_t p = 0; p < patch_size(pack, set.sites[c]); ++p) {
-      state.patch_slots[first + p] = state.inverse.slot_of[nodes[p]] - 1;
-      state.patch_shares[first + p] = state.share[state.wanted_of[nodes[p]] - 1];
+      set.patch_slots[first + p] = state.inverse.slot_of[nodes[p]] - 1;
+      set.patch_shares[first + p] = state.share[state.wanted_of[nodes[p]] - 1];
     }
   }
 }
@@ -50,12 +51,12 @@ void list_patches(const pal_pack& pack, LinearState& state) {
 void sum_unit_forces(const pal_pack& pack, uint32_t column, LinearState& state) {
   LinearSet& set = state.next;
   const uint32_t n = 3 * set.num_held;
-  double* forces = set.unit_forces + size_t{column} * n;
+  double* forces = set.unit_forces + column * set.stride;
   const uint32_t contact = column / 3;
   const size_t first = size_t{contact} * pack.max_patch_nodes;
   for (uint32_t p = 0; p < patch_size(pack, set.sites[contact]); ++p) {
-    const double share = state.patch_shares[first + p];
-    const double* row = inverse_row(state.inverse, state.patch_slots[first + p], column % 3);
+    const double share = set.patch_shares[first + p];
+    const double* row = inverse_row(state.inverse, set.patch_slots[first + p], column % 3);
     if (p == 0) {
       for (uint32_t i = 0; i < n; ++i) forces[i] = share * row[i];
     } else {
@@ -64,37 +65,44 @@ void sum_unit_forces(const pal_pack& pack, uint32_t column, LinearState& state) 
   }
 }
 
-// Row of S = X^T E. It is symmetric but for rounding; a contact's own 3 x 3 is made so to the bit.
-void sum_stiffness(const pal_pack& pack, uint32_t row, LinearState& state) {
-  LinearSet& set = state.next;
-  const uint32_t n = 3 * set.num_held;
-  const uint32_t size = 3 * set.num_contacts;
-  const double* forces = set.unit_forces + size_t{row} * n;
-  double* entries = set.stiffness + size_t{row} * size;
-  for (uint32_t contact = 0; contact < set.num_contacts; ++contact) {
-    const size_t first = size_t{contact} * pack.max_patch_nodes;
-    double sum[3] = {};
-    for (uint32_t p = 0; p < patch_size(pack, set.sites[contact]); ++p) {
-      const double* from = forces + size_t{3} * state.patch_slots[first + p];
-      for (uint32_t axis = 0; axis < 3; ++axis) sum[axis] += state.patch_shares[first + p] * from[axis];
-    }
-    memcpy(entries + size_t{3} * contact, sum, sizeof sum);
+// E^T f of one contact.
+void sum_patch(const pal_pack& pack, const LinearSet& set, uint32_t contact, const double* nodal_force,
+               double force[3]) {
+  const size_t first = size_t{contact} * pack.max_patch_nodes;
+  double x = 0;
+  double y = 0;
+  double z = 0;
+  for (uint32_t p = 0; p < patch_size(pack, set.sites[contact]); ++p) {
+    const double share = set.patch_shares[first + p];
+    const double* from = nodal_force + size_t{3} * set.patch_slots[first + p];
+    x += share * from[0];
+    y += share * from[1];
+    z += share * from[2];
   }
-  for (uint32_t column = row - row % 3; column < row; ++column) {
-    double& other = set.stiffness[size_t{column} * size + row];
-    entries[column] = other = 0.5 * (entries[column] + other);
+  force[0] = x;
+  force[1] = y;
+  force[2] = z;
+}
+
+// S_PP, upper triangle, P the axes of given force.
+void gather_given(const pal_pack& pack, const LinearSet& set, const uint32_t* axes, uint32_t count,
+                  double* matrix) {
+  for (uint32_t k = 0; k < count; ++k) {
+    for (uint32_t j = k; j < count; ++j) {
+      double block[9];
+      contact_stiffness(pack, set, axes[k] / 3, axes[j] / 3, block);
+      matrix[size_t{k} * count + j] = block[3 * (axes[k] % 3) + axes[j] % 3];
+    }
   }
 }
 
-// S_PP = U^T U in place of the upper triangle of `factor`, P the axes of given force. An axis along which no
-// force moves anything, as of a contact wholly on fixed nodes, gets no entry: false.
-bool factor_given(const LinearSet& set, const uint32_t* axes, uint32_t count, double* factor) {
+// U^T U = S_PP in place of its upper triangle. An axis along which no force moves anything, as of a contact
+// wholly on fixed nodes, gets no entry: false.
+bool factor_given(uint32_t count, double* factor) {
   constexpr double kSmallestPivot = 1e-12;
-  const uint32_t size = 3 * set.num_contacts;
   bool is_whole = true;
   for (uint32_t k = 0; k < count; ++k) {
     double* row = factor + size_t{k} * count;
-    for (uint32_t j = k; j < count; ++j) row[j] = set.stiffness[size_t{axes[k]} * size + axes[j]];
     const double own = row[k];
     for (uint32_t i = 0; i < k; ++i) {
       const double* above = factor + size_t{i} * count;
@@ -126,42 +134,11 @@ void solve_given(const double* factor, uint32_t count, double* x) {
   }
 }
 
-// What comes of the other axes and of gravity: F_P - S_PD d_D + Q t.
-double force_left(const LinearSet& set, const LinearFrame& frame, uint32_t row) {
-  const uint32_t size = 3 * set.num_contacts;
-  double sum = frame.given_forces[row];
-  for (uint32_t j = 0; j < size; ++j) sum -= set.stiffness[size_t{row} * size + j] * frame.displacements[j];
-  if (frame.gravity_turn != nullptr) {
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      sum += set.gravity_contact[axis * size + row] * frame.gravity_turn[axis];
-  }
-  return sum;
-}
-
-// Fills in the displacements along the axes of given force.
-void solve_for_displacements(LinearState& state, LinearFrame& frame) {
-  const LinearSet& set = state.answering;
-  const uint32_t size = 3 * set.num_contacts;
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < size; ++i) {
-    if ((frame.given_axes[i / 3] >> (i % 3) & 1) == 0) continue;
-    state.given_axes[count++] = i;
-    frame.displacements[i] = 0;
-  }
-  if (count == 0) return;
-  double* x = frame.forces;  // which are not known yet
-  for (uint32_t k = 0; k < count; ++k) x[k] = force_left(set, frame, state.given_axes[k]);
-  if (!factor_given(set, state.given_axes, count, state.given_factor)) frame.flags = PAL_FLAG_ILL_CONDITIONED;
-  solve_given(state.given_factor, count, x);
-  for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
-}
-
-// Y = M G_H, Q = E^T Y = X^T G_H and Z = G_H^T Y.
+// Y = M G_H and Z = G_H^T Y.
 void sum_gravity(const pal_pack& pack, LinearState& state) {
   LinearSet& set = state.next;
   HeldInverse& inverse = state.inverse;
   const uint32_t n = 3 * set.num_held;
-  const uint32_t size = 3 * set.num_contacts;
   const size_t stride = inverse.stride;
   for (uint32_t slot = 0; slot < set.num_held; ++slot) {
     const double* rows = pack.contact_per_gravity + size_t{9} * inverse.nodes[slot];
@@ -172,12 +149,6 @@ void sum_gravity(const pal_pack& pack, LinearState& state) {
   for (uint32_t axis = 0; axis < 3; ++axis) {
     const double* forces = inverse.products + axis * stride;
     memcpy(set.gravity_forces + size_t{axis} * n, forces, n * sizeof *forces);
-    for (uint32_t column = 0; column < size; ++column) {
-      double sum = 0;
-      for (uint32_t i = 0; i < n; ++i)
-        sum += set.unit_forces[size_t{column} * n + i] * inverse.columns[axis * stride + i];
-      set.gravity_contact[size_t{axis} * size + column] = sum;
-    }
     for (uint32_t other = 0; other < 3; ++other) {
       double sum = 0;
       for (uint32_t i = 0; i < n; ++i) sum += forces[i] * inverse.columns[other * stride + i];
@@ -186,19 +157,54 @@ void sum_gravity(const pal_pack& pack, LinearState& state) {
   }
 }
 
-// Takes -Y t into f and -Q t into F; what they add to 2 W.
-double add_gravity(LinearState& state, LinearFrame& frame) {
+// f = X d - Y t and F = E^T f.
+void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   const LinearSet& set = state.answering;
-  const uint32_t size = 3 * set.num_contacts;
+  const HeldInverse& inverse = state.inverse;
+  const uint32_t n = 3 * set.num_held;
+  inverse.kernel.combine(set.unit_forces, set.stride, 3 * set.num_contacts, frame.displacements, n,
+                         state.nodal_force);
+  for (uint32_t axis = 0; axis < 3 && frame.gravity_turn != nullptr; ++axis) {
+    const double* forces = set.gravity_forces + size_t{axis} * n;
+    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] -= frame.gravity_turn[axis] * forces[i];
+  }
+  for (uint32_t c = 0; c < set.num_contacts; ++c)
+    sum_patch(pack, set, c, state.nodal_force, frame.forces + size_t{3} * c);
+}
+
+// Fills in the displacements along the axes of given force: S_PP d_P = F_P less what the others and gravity
+// make there while d_P = 0.
+void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
+  const LinearSet& set = state.answering;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) {
+    if ((frame.given_axes[i / 3] >> (i % 3) & 1) == 0) continue;
+    state.given_axes[count++] = i;
+    frame.displacements[i] = 0;
+  }
+  if (count == 0) return;
+  apply_displacements(pack, state, frame);
+  double* x = state.given_solution;
+  for (uint32_t k = 0; k < count; ++k) {
+    const uint32_t axis = state.given_axes[k];
+    x[k] = frame.given_forces[axis] - frame.forces[axis];
+  }
+  gather_given(pack, set, state.given_axes, count, state.given_factor);
+  if (!factor_given(count, state.given_factor)) frame.flags = PAL_FLAG_ILL_CONDITIONED;
+  solve_given(state.given_factor, count, x);
+  for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
+}
+
+// What gravity's turn adds to 2 W: -d.Q t + t.Z t, where d.(S d - Q t) is F.d.
+double energy_of_turn(const pal_pack& pack, const LinearSet& set, const LinearFrame& frame) {
   const uint32_t n = 3 * set.num_held;
   const double* turn = frame.gravity_turn;
   double twice = 0;
   for (uint32_t axis = 0; axis < 3; ++axis) {
-    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] -= turn[axis] * set.gravity_forces[axis * n + i];
-    for (uint32_t i = 0; i < size; ++i) {
-      const double force = turn[axis] * set.gravity_contact[axis * size + i];
-      frame.forces[i] -= force;
-      twice -= 2 * frame.displacements[i] * force;
+    for (uint32_t c = 0; c < set.num_contacts; ++c) {
+      double force[3];
+      sum_patch(pack, set, c, set.gravity_forces + size_t{axis} * n, force);
+      for (uint32_t i = 0; i < 3; ++i) twice -= turn[axis] * force[i] * frame.displacements[3 * c + i];
     }
     for (uint32_t other = 0; other < 3; ++other)
       twice += turn[axis] * set.gravity_own[3 * axis + other] * turn[other];
@@ -220,22 +226,21 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   for (LinearSet* set : {&state.answering, &state.next}) {
     set->sites = arena.take<uint32_t>(max_contacts);
     set->held = arena.take<uint32_t>(state.max_held);
-    set->unit_forces = arena.take<double>(axes * dofs);
-    set->stiffness = arena.take<double>(axes * axes);
-    if (pack.contact_per_gravity != nullptr) {
-      set->gravity_forces = arena.take<double>(3 * dofs);
-      set->gravity_contact = arena.take<double>(3 * axes);
-    }
+    set->patch_slots = arena.take<uint32_t>(size_t{max_contacts} * pack.max_patch_nodes);
+    set->patch_shares = arena.take<double>(size_t{max_contacts} * pack.max_patch_nodes);
+    set->stride = inverse_stride(state.max_held);
+    set->unit_forces = arena.take<double>(axes * set->stride);
+    set->own_stiffness = arena.take<double>(size_t{9} * max_contacts);
+    if (pack.contact_per_gravity != nullptr) set->gravity_forces = arena.take<double>(3 * dofs);
   }
-  state.nodal_force = arena.take<double>(dofs);
+  state.nodal_force = arena.take<double>(inverse_stride(state.max_held));
   state.wanted = arena.take<uint32_t>(state.max_held);
   state.share = arena.take<double>(state.max_held);
   state.wanted_of = arena.take<uint32_t>(pack.num_contact_nodes);
-  state.patch_slots = arena.take<uint32_t>(size_t{max_contacts} * pack.max_patch_nodes);
-  state.patch_shares = arena.take<double>(size_t{max_contacts} * pack.max_patch_nodes);
   carve_inverse(pack, state.max_held, arena, state.inverse);
   state.given_factor = arena.take<double>(axes * axes);
   state.given_axes = arena.take<uint32_t>(axes);
+  state.given_solution = arena.take<double>(axes);
 }
 
 bool is_for(const LinearSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
@@ -289,8 +294,9 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
   LinearSet& set = state.next;
   HeldInverse& inverse = state.inverse;
   const uint32_t size = 3 * set.num_contacts;
-  // To fetch a block from all over the pack takes as long as so many multiply-adds.
-  constexpr uint64_t kFetch = 36;
+  // To fetch a block from all over the pack takes as long as so many multiply-adds; from a compressed one it
+  // is made, of some 24 columns.
+  const uint64_t fetch = is_compressed(pack) ? 250 : 36;
   const auto go_to = [&](Phase phase) {
     state.phase = phase;
     state.index = 0;
@@ -313,7 +319,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
           go_to(Phase::correct);
         } else if (const uint32_t node = state.wanted[state.index++]; inverse.slot_of[node] == 0) {
           add_node(pack, node, inverse);
-          spent += 6 * n * n + kFetch * (inverse.num_nodes);
+          spent += 6 * n * n + fetch * (inverse.num_nodes);
         }
         break;
       case Phase::correct:
@@ -331,16 +337,17 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
         break;
       case Phase::unit_forces:
         if (state.index >= size) {
-          go_to(Phase::stiffness);
+          go_to(Phase::own_stiffness);
         } else {
           sum_unit_forces(pack, state.index++, state);
           spent += n * pack.max_patch_nodes;
         }
         break;
-      case Phase::stiffness:
-        if (state.index < size) {
-          sum_stiffness(pack, state.index++, state);
-          spent += uint64_t{size} * pack.max_patch_nodes;
+      case Phase::own_stiffness:
+        if (state.index < set.num_contacts) {
+          contact_stiffness(pack, set, state.index, state.index, set.own_stiffness + size_t{9} * state.index);
+          ++state.index;
+          spent += uint64_t{36} * pack.max_patch_nodes;
         } else {
           go_to(Phase::gravity);
         }
@@ -355,25 +362,28 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
   return false;
 }
 
-void evaluate_linear(LinearState& state, LinearFrame& frame) {
+void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   const LinearSet& set = state.answering;
-  const uint32_t size = 3 * set.num_contacts;
-  const uint32_t n = 3 * set.num_held;
   frame.flags = 0;
-  solve_for_displacements(state, frame);
-  memset(frame.forces, 0, size * sizeof *frame.forces);
-  memset(state.nodal_force, 0, n * sizeof *state.nodal_force);
-  for (uint32_t column = 0; column < size; ++column) {  // S is symmetric: its columns are its rows
-    const double d = frame.displacements[column];
-    const double* stiffness = set.stiffness + size_t{column} * size;
-    for (uint32_t i = 0; i < size; ++i) frame.forces[i] += d * stiffness[i];
-    const double* unit = set.unit_forces + size_t{column} * n;
-    for (uint32_t i = 0; i < n; ++i) state.nodal_force[i] += d * unit[i];
-  }
+  solve_for_displacements(pack, state, frame);
+  apply_displacements(pack, state, frame);
   double twice = 0;
-  for (uint32_t i = 0; i < size; ++i) twice += frame.forces[i] * frame.displacements[i];
-  if (frame.gravity_turn != nullptr) twice += add_gravity(state, frame);
+  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) twice += frame.forces[i] * frame.displacements[i];
+  if (frame.gravity_turn != nullptr) twice += energy_of_turn(pack, set, frame);
   frame.energy = 0.5 * twice;
+}
+
+void contact_stiffness(const pal_pack& pack, const LinearSet& set, uint32_t row, uint32_t column,
+                       double block[9]) {
+  for (uint32_t i = 0; i < 3; ++i) {
+    double one_way[3];
+    double other_way[3];
+    sum_patch(pack, set, column, set.unit_forces + (size_t{3} * row + i) * set.stride, one_way);
+    for (uint32_t j = 0; j < 3; ++j) {
+      sum_patch(pack, set, row, set.unit_forces + (size_t{3} * column + j) * set.stride, other_way);
+      block[3 * i + j] = 0.5 * (one_way[j] + other_way[i]);
+    }
+  }
 }
 
 }  // namespace palpate

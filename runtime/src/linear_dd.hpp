@@ -6,7 +6,8 @@
 // fixed nodes (eq. (20)), so
 //
 //   f = X d,  X = A^-1 E                nodal forces
-//   F = E^T f = S d,  S = E^T X         forces of the contacts; S is symmetric
+//   F = E^T f = S d,  S = E^T X         forces of the contacts; S is symmetric, and only its blocks on the
+//                                       diagonal are kept
 //   u = C f                             everywhere, C the columns of K^-1 that belong to H, eq. (19)
 //
 // A node held by two contacts follows their mean: its rows of E hold 1/2 for each. X and S change only with
@@ -32,12 +33,14 @@ struct LinearSet {
   uint32_t flags;          // PAL_FLAG_OVERLAPPING, PAL_FLAG_ILL_CONDITIONED
   uint32_t* sites;         // [max_contacts]
   uint32_t* held;          // [max_held] contact nodes
-  double* unit_forces;     // X: [3 max_contacts][3 max_held], a row for each column of E
-  double* stiffness;       // S: [3 max_contacts][3 max_contacts]
+  uint32_t* patch_slots;   // [max_contacts][max_patch_nodes] where in `held` the nodes of a contact are
+  double* patch_shares;    // [max_contacts][max_patch_nodes] and their entries of E; 0: a fixed node
+  size_t stride;           // of the rows of X
+  double* unit_forces;     // X: [3 max_contacts][stride], a row for each column of E
+  double* own_stiffness;   // [max_contacts][3][3] of S
   // Where gravity may turn (gravity.hpp)
-  double* gravity_forces;   // Y: [3][3 max_held], a row for each axis of gravity
-  double* gravity_contact;  // Q: [3][3 max_contacts]
-  double gravity_own[9];    // Z
+  double* gravity_forces;  // Y: [3][3 max_held], a row for each axis of gravity
+  double gravity_own[9];   // Z
 };
 
 // One set answers while another is made ready, if need be over several frames.
@@ -47,21 +50,20 @@ struct LinearState {
   uint32_t max_held;
   LinearSet answering;
   LinearSet next;
-  double* nodal_force;  // f of the last frame: [3 max_held]
+  double* nodal_force;  // f of the last frame: [stride]
   // Making the next one ready
-  enum class Phase : uint32_t { remove, add, correct, unit_forces, stiffness, gravity } phase;
+  enum class Phase : uint32_t { remove, add, correct, unit_forces, own_stiffness, gravity } phase;
   uint32_t index;   // of the node, column or row at which the phase is
   bool began_anew;  // the inverse was wrong, and is made again from nothing
   uint32_t num_wanted;
-  uint32_t* wanted;       // [max_held] contact nodes that the next set holds
-  double* share;          // [max_held] 1 / number of contacts that hold them; 0 = fixed
-  uint32_t* wanted_of;    // [num_contact_nodes] place in `wanted` + 1; 0 = not wanted
-  uint32_t* patch_slots;  // [max_contacts][max_patch_nodes] of the next set: where a contact's nodes are held
-  double* patch_shares;   // [max_contacts][max_patch_nodes] and their shares
-  HeldInverse inverse;    // of the set that was made ready last, or is on its way to the next
+  uint32_t* wanted;     // [max_held] contact nodes that the next set holds
+  double* share;        // [max_held] 1 / number of contacts that hold them; 0 = fixed
+  uint32_t* wanted_of;  // [num_contact_nodes] place in `wanted` + 1; 0 = not wanted
+  HeldInverse inverse;  // of the set that was made ready last, or is on its way to the next
   // Contacts with given forces
-  double* given_factor;  // [3 max_contacts][3 max_contacts]
-  uint32_t* given_axes;  // [3 max_contacts] of given force, ascending
+  double* given_factor;    // [3 max_contacts][3 max_contacts]
+  uint32_t* given_axes;    // [3 max_contacts] of given force, ascending
+  double* given_solution;  // [3 max_contacts]
 };
 
 // Takes the arrays of a state that serves these capacities.
@@ -97,6 +99,10 @@ struct LinearFrame {
 };
 
 // Also leaves f for the field in `state`.
-void evaluate_linear(LinearState& state, LinearFrame& frame);
+void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame);
+
+// The 3 x 3 of S of two contacts of a set, by rows; that of the other order is its transpose to the bit.
+void contact_stiffness(const pal_pack& pack, const LinearSet& set, uint32_t row, uint32_t column,
+                       double block[9]);
 
 }  // namespace palpate

@@ -15,6 +15,8 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/compressed_open.hpp"
+#include "runtime/src/number_checks.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/surface_bvh.hpp"
 #include "schemas/monomials.hpp"
@@ -27,42 +29,6 @@ namespace {
 
 static_assert(sizeof(pal_pack) <= PAL_PACK_STORAGE_BYTES);
 
-// Bounds of what a pack may say, far outside anything physical. Within them no double overflows on the way to
-// a force (the worst product is below 1e140) and no float on the way to a displacement (below 1e37).
-constexpr double kLargestScale = 1e15;   // of lengths, and of what a unit means; 1 / this is the smallest
-constexpr double kLargestEnergy = 1e60;  // coefficient
-// Displacement of any node per displacement of the tool: a field coefficient in units of max_displacement, a
-// column of the field compliance in units of its diagonal.
-constexpr double kLargestAmplification = 1e6;
-constexpr double kLargestPush = 1e20;  // max_displacement in m over the compliance of a contact node: a force
-constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
-
-// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: without its sign bit
-// a float has the order of the integer of the same bits, infinity and the NaNs behind the largest number.
-bool all_within(const float* values, size_t count, float limit) {
-  uint32_t limit_bits;
-  memcpy(&limit_bits, &limit, sizeof limit);
-  uint32_t largest = 0;
-  for (size_t i = 0; i < count; ++i) {
-    uint32_t bits;
-    memcpy(&bits, values + i, sizeof bits);
-    bits &= 0x7fffffffu;
-    largest = bits > largest ? bits : largest;
-  }
-  return largest <= limit_bits;
-}
-
-bool all_within(const double* values, size_t count, double limit) {
-  bool within = true;
-  for (size_t i = 0; i < count; ++i) within = within && values[i] >= -limit && values[i] <= limit;
-  return within;
-}
-
-// A length, or what a unit means.
-bool is_scale(double value) {
-  return value >= 1 / kLargestScale && value <= kLargestScale;
-}
-
 // Each index below `limit`, and strictly rising if asked.
 bool indices_valid(const uint32_t* indices, size_t count, uint32_t limit, bool rising) {
   for (size_t i = 0; i < count; ++i) {
@@ -70,17 +36,6 @@ bool indices_valid(const uint32_t* indices, size_t count, uint32_t limit, bool r
     if (rising && i > 0 && indices[i] <= indices[i - 1]) return false;
   }
   return true;
-}
-
-// The array of a segment, or nullptr if it is missing, misplaced or not `count` elements long.
-template <typename T>
-const T* array_of(const pal_pack& pack, const pack::Segment* segment, uint64_t first_offset, uint64_t count) {
-  if (segment == nullptr || segment->offset() % pack::kAlignment != 0 || segment->offset() < first_offset ||
-      segment->offset() > pack.num_bytes || segment->bytes() > pack.num_bytes - segment->offset() ||
-      segment->bytes() % sizeof(T) != 0 || segment->bytes() / sizeof(T) != count) {
-    return nullptr;
-  }
-  return reinterpret_cast<const T*>(pack.bytes + segment->offset());
 }
 
 bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pack& pack) {
@@ -182,6 +137,10 @@ bool is_compliance(const double* blocks, uint64_t num_nodes) {
 }
 
 bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  if (linear.compressed() != nullptr) {
+    return linear.contact_compliance() == nullptr && linear.field_compliance() == nullptr &&
+           read_compressed(*linear.compressed(), first_offset, trusted, pack);
+  }
   const uint64_t num_contact_nodes = pack.num_contact_nodes;
   const uint64_t column = uint64_t{pack::num_panels(pack.num_nodes)} * 3 * pack::kPanelRows;
   pack.contact_compliance = array_of<double>(pack, linear.contact_compliance(), first_offset,
@@ -190,13 +149,12 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trust
       array_of<float>(pack, linear.field_compliance(), first_offset, num_contact_nodes * column);
   if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
   if (trusted) return true;
-  const double smallest = pack.max_displacement * pack.metres / kLargestPush;
   for (uint64_t node = 0; node < num_contact_nodes; ++node) {
     const double* block = pack.contact_compliance + 9 * pack::lower_block(node, node);
     double largest = 0;
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const double diagonal = block[4 * axis];
-      if (!(diagonal >= smallest && diagonal <= kLargestPush)) return false;
+      if (!is_own_compliance(pack, diagonal)) return false;
       if (diagonal > largest) largest = diagonal;
     }
     if (!all_within(pack.field_compliance + node * column, column,
@@ -342,7 +300,7 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))
     return PAL_STATUS_CORRUPT_CONTENT;
-  if (pack.contact_compliance == nullptr && (pack.radii == nullptr || pack.contact_per_gravity != nullptr))
+  if (pack.field_compliance == nullptr && (pack.radii == nullptr || pack.contact_per_gravity != nullptr))
     return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 

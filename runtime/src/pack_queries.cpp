@@ -40,7 +40,7 @@ extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* inf
   all.num_contact_nodes = pack->num_contact_nodes;
   all.max_patch_nodes = pack->max_patch_nodes;
   all.max_contacts = pack->max_contacts;
-  all.has_linear = pack->contact_compliance != nullptr;
+  all.has_linear = pack->field_compliance != nullptr;
   all.has_polynomial = pack->radii != nullptr;
   all.polynomial_degree = pack->degree;
   all.has_units = pack->has_units;

@@ -28,7 +28,8 @@ struct SurveyView {
 struct pal_pack {
   const unsigned char* bytes;
   size_t num_bytes;
-  bool mapped;  // by us: to be unmapped
+  bool mapped;          // by us: to be unmapped
+  uint32_t num_panels;  // of compressed_panels
 
   // Geometry
   uint32_t num_nodes;
@@ -51,9 +52,13 @@ struct pal_pack {
   double tip_radius;
   double max_displacement;
 
-  // LinearDd; contact_compliance is null without the model
+  // LinearDd; field_compliance is null without the model, contact_compliance also where the model is compressed
   const double* contact_compliance;
-  const float* field_compliance;
+  const float* field_compliance;  // dense columns, or the coefficients of the blocks
+  const palpate::pack::CompressedPanel* compressed_panels;  // [num_panels]; null where the model is dense
+  const uint32_t* node_places;                              // [num_nodes] 32 x panel + place in it
+  const float* compressed_basis;
+  const palpate::pack::CompressedBlock* compressed_blocks;  // [num_contact_nodes][num_panels]
 
   // PolynomialDd; radii is null without the model
   uint32_t degree;

@@ -73,14 +73,11 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
 // Turns given forces into model units, cutting those that would move their contact alone by an absurd
 // displacement.
 uint32_t take_forces(const pal_session& session, const pal_contact& contact, uint32_t index, double* out) {
-  const LinearSet& set = session.linear.answering;
-  const size_t size = size_t{3} * set.num_contacts;
+  const double* stiffness = session.linear.answering.own_stiffness + size_t{9} * index;
   uint32_t flags = 0;
   for (uint32_t axis = 0; axis < 3; ++axis) {
     if ((contact.force_axes >> axis & 1) == 0) continue;
-    const size_t row = size_t{3} * index + axis;
-    const double limit =
-        kAbsurdDisplacement * session.pack->max_displacement * set.stiffness[row * size + row];
+    const double limit = kAbsurdDisplacement * session.pack->max_displacement * stiffness[4 * axis];
     const double force = contact.force[axis] / session.pack->newtons;
     out[axis] = force > limit ? limit : force < -limit ? -limit : force;
     if (fabs(force) > limit) flags = PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
@@ -123,7 +120,7 @@ LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, ui
     if (contacts[c].force_axes != 0)
       session.input_flags[c] |= take_forces(session, contacts[c], c, session.given_forces + size_t{3} * c);
   }
-  evaluate_linear(session.linear, frame);
+  evaluate_linear(*session.pack, session.linear, frame);
   if (any_axes != 0) shorten_answer(*session.pack, count, session.linear, frame);
   return frame;
 }
@@ -160,8 +157,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       result.displacement[i] = d[i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j) {
-        result.stiffness[i][j] = linear.answering.stiffness[size_t{3 * c + i} * 3 * count + 3 * c + j] *
-                                 (pack.newtons / pack.metres);
+        result.stiffness[i][j] =
+            linear.answering.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
       }
     }
   }
@@ -207,7 +204,7 @@ bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t 
 
 bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given) {
   return num_contacts == 0 || polynomial_answers(session, num_contacts, forces_given) ||
-         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->contact_compliance != nullptr);
+         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->field_compliance != nullptr);
 }
 
 pal_model model_for(const pal_session& session, uint32_t count, bool forces_given) {
@@ -265,17 +262,11 @@ void add_coupling(const pal_session& session, pal_model answered, const pal_cont
                   uint32_t row, uint32_t column, double* sum) {
   const pal_pack& pack = *session.pack;
   const double scale = pack.newtons / pack.metres;
-  const LinearSet& set = session.linear.answering;
-  const size_t size = size_t{3} * set.num_contacts;
-  for (uint32_t i = 0; i < 3; ++i) {
-    for (uint32_t j = 0; j < 3; ++j) {
-      if (row == column) {
-        sum[3 * i + j] += results[row].stiffness[i][j];
-      } else if (answered == PAL_MODEL_LINEAR) {
-        sum[3 * i + j] += scale * set.stiffness[(3 * row + i) * size + 3 * column + j];
-      }
-    }
-  }
+  double block[9] = {};
+  if (row != column && answered == PAL_MODEL_LINEAR)
+    contact_stiffness(pack, session.linear.answering, row, column, block);
+  for (uint32_t i = 0; i < 9; ++i)
+    sum[i] += row == column ? results[row].stiffness[i / 3][i % 3] : scale * block[i];
 }
 
 }  // namespace palpate

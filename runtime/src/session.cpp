@@ -5,9 +5,12 @@
 
 #include <palpate/palpate.h>
 
+#include <algorithm>
+
 #include "runtime/src/arena.hpp"
 #include "runtime/src/calibration.hpp"
 #include "runtime/src/compliance.hpp"
+#include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/gravity.hpp"
 #include "runtime/src/pack_view.hpp"
@@ -32,13 +35,14 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   pal_session* session = arena.take<pal_session>(1);
   arrays.fixed = arena.take<uint32_t>(config.max_fixed);
   arrays.requested = arena.take<uint32_t>(config.max_requested);
+  if (is_compressed(pack)) arrays.requested_by_panel = arena.take<uint32_t>(config.max_requested);
   arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
   arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
   arrays.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.linear;
-  if (pack.contact_compliance != nullptr)
+  if (pack.field_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const size_t polynomial_weights = num_field_weights(pack);
   const size_t linear_weights = size_t{3} * linear.max_held;
@@ -90,7 +94,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     case PAL_MODEL_AUTO:
       return PAL_STATUS_OK;
     case PAL_MODEL_LINEAR:
-      return pack->contact_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+      return pack->field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_POLYNOMIAL:
       return pack->radii != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
@@ -113,17 +117,28 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
 }
 
 // Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest cache.
-constexpr uint32_t kPanelsAtOnce = 32;
+constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
+
+const float* turn_of(const FieldState& field) {
+  return field.gravity_turned ? field.gravity_turn : nullptr;
+}
 
 // Displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
                  float* sum) {
-  fill_rest(session, field.gravity_turned ? field.gravity_turn : nullptr, first, count, sum);
+  fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
     add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
     add_polynomial_field(*session.pack, field, first, count, session.add_columns, sum);
   }
+}
+
+// By contacts alone, of panels of a compressed compliance.
+void fill_compressed_panels(const pal_session& session, const FieldState& field, uint32_t first,
+                            uint32_t count, float* sum) {
+  memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
+  add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
 }
 
 // Writes the first nodes of `rows` to `out` and returns what is behind them.
@@ -136,6 +151,65 @@ char* write_nodes(const float* rows, uint32_t count, size_t stride_bytes, char* 
       memcpy(out + node * stride_bytes, rows + size_t{3} * node, kNodeBytes);
   }
   return out + count * stride_bytes;
+}
+
+// The panels of most fields hold nodes that follow one another.
+void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
+                           char* out) {
+  alignas(64) float rows[kPanelsAtOnce * pack::kPanelRows];
+  if (session.num_requested == 0) {
+    constexpr uint32_t kNodesAtOnce = kPanelsAtOnce * pack::kPanelNodes;
+    const uint32_t num_nodes = session.pack->num_nodes;
+    for (uint32_t node = 0; node < num_nodes; node += kNodesAtOnce) {
+      const uint32_t left = num_nodes - node;
+      const uint32_t count = left < kNodesAtOnce ? left : kNodesAtOnce;
+      fill_panels(session, field, node / pack::kPanelNodes, static_cast<uint32_t>(pack::num_panels(count)),
+                  rows);
+      out = write_nodes(rows, count, stride_bytes, out);
+    }
+    return;
+  }
+  uint32_t filled = UINT32_MAX;
+  for (uint32_t i = 0; i < session.num_requested; ++i) {
+    const uint32_t node = session.requested[i];
+    const uint32_t wanted = node / pack::kPanelNodes;
+    if (wanted != filled) fill_panels(session, field, wanted, 1, rows);
+    filled = wanted;
+    out = write_nodes(rows + size_t{3} * (node % pack::kPanelNodes), 1, stride_bytes, out);
+  }
+}
+
+// Those of a compressed compliance hold neighbours in space, whose places in `out` are anywhere.
+void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
+                           char* out) {
+  const pal_pack& pack = *session.pack;
+  alignas(64) float rows[kPanelsAtOnce * pack::kPanelRows];
+  if (session.num_requested == 0) {
+    for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
+      const uint32_t left = pack.num_panels - first;
+      const uint32_t count = left < kPanelsAtOnce ? left : kPanelsAtOnce;
+      fill_compressed_panels(session, field, first, count, rows);
+      for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
+        const uint32_t node =
+            pack.compressed_panels[first + place / pack::kPanelNodes].nodes[place % pack::kPanelNodes];
+        if (node == pack::kNoNode) continue;
+        add_rest(session, turn_of(field), node, rows + size_t{3} * place);
+        write_nodes(rows + size_t{3} * place, 1, stride_bytes, out + node * stride_bytes);
+      }
+    }
+    return;
+  }
+  uint32_t filled = UINT32_MAX;
+  for (uint32_t i = 0; i < session.num_requested; ++i) {
+    const uint32_t index = session.requested_by_panel[i];
+    const uint32_t place = pack.node_places[session.requested[index]];
+    const uint32_t wanted = place / pack::kPanelNodes;
+    if (wanted != filled) fill_compressed_panels(session, field, wanted, 1, rows);
+    filled = wanted;
+    float* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
+    add_rest(session, turn_of(field), session.requested[index], node_rows);
+    write_nodes(node_rows, 1, stride_bytes, out + index * stride_bytes);
+  }
 }
 
 }  // namespace
@@ -197,7 +271,7 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   }
   // The polynomials know nothing of nodes fixed later.
   if (count > 0 &&
-      (session->pack->contact_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
+      (session->pack->field_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
     return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
   session->used = true;
@@ -281,6 +355,12 @@ extern "C" pal_status pal_session_request_nodes(pal_session* session, const uint
   }
   for (uint32_t i = 0; i < count; ++i) session->requested[i] = nodes[i];
   session->num_requested = count;
+  if (palpate::is_compressed(*session->pack)) {
+    for (uint32_t i = 0; i < count; ++i) session->requested_by_panel[i] = i;
+    const uint32_t* places = session->pack->node_places;
+    std::sort(session->requested_by_panel, session->requested_by_panel + count,
+              [&](uint32_t a, uint32_t b) { return places[nodes[a]] < places[nodes[b]]; });
+  }
   return PAL_STATUS_OK;
 }
 
@@ -288,30 +368,13 @@ extern "C" pal_status pal_visual_frame(pal_session* session, float* displacement
                                        size_t stride_bytes) noexcept {
   if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (stride_bytes < 3 * sizeof(float)) return PAL_STATUS_BAD_ARGUMENT;
-  const pal_pack& pack = *session->pack;
   const palpate::FieldState& field = palpate::acquire(session->snapshots);
   const palpate::FloatingPointMode mode;
   char* out = reinterpret_cast<char*>(displacements);
-  alignas(64) float rows[palpate::kPanelsAtOnce * palpate::pack::kPanelRows];
-  if (session->num_requested == 0) {
-    constexpr uint32_t kNodesAtOnce = palpate::kPanelsAtOnce * palpate::pack::kPanelNodes;
-    for (uint32_t node = 0; node < pack.num_nodes; node += kNodesAtOnce) {
-      const uint32_t left = pack.num_nodes - node;
-      const uint32_t count = left < kNodesAtOnce ? left : kNodesAtOnce;
-      palpate::fill_panels(*session, field, node / palpate::pack::kPanelNodes,
-                           static_cast<uint32_t>(palpate::pack::num_panels(count)), rows);
-      out = palpate::write_nodes(rows, count, stride_bytes, out);
-    }
+  if (field.model == PAL_MODEL_LINEAR && palpate::is_compressed(*session->pack)) {
+    palpate::write_fields_by_panel(*session, field, stride_bytes, out);
   } else {
-    uint32_t filled = UINT32_MAX;
-    for (uint32_t i = 0; i < session->num_requested; ++i) {
-      const uint32_t node = session->requested[i];
-      const uint32_t wanted = node / palpate::pack::kPanelNodes;
-      if (wanted != filled) palpate::fill_panels(*session, field, wanted, 1, rows);
-      filled = wanted;
-      out =
-          palpate::write_nodes(rows + size_t{3} * (node % palpate::pack::kPanelNodes), 1, stride_bytes, out);
-    }
+    palpate::write_fields_in_order(*session, field, stride_bytes, out);
   }
   return PAL_STATUS_OK;
 }

@@ -26,6 +26,8 @@ struct pal_session {
   uint32_t fixed_version;  // how often they have changed
   uint32_t num_requested;  // 0: all nodes
   uint32_t* requested;     // [max_requested] packed nodes, ascending
+  uint32_t*
+      requested_by_panel;  // [max_requested] places in `requested`, in the order of a compressed pack's panels
   double* displacements;   // [max_contacts][3] model units
   double* forces;          // [max_contacts][3] model units
   double gravity_turn[3];  // what gravity has become, less the scene's: model units, organ frame

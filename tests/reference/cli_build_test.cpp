@@ -38,6 +38,43 @@ TEST(Build, BytesDependOnTheInputsAlone) {
   EXPECT_TRUE(bytes[1] == bytes[2]) << "two runs";
 }
 
+// Every free node of the surface a site, the compliance compressed as it would be of a larger one.
+TEST(Build, CompressedComplianceIsSaidAndMeasured) {
+  const std::string scene =
+      "[contact]\nsites = \"surface\"\nmax_displacement = 0.02\ntip_radius = 0.13\nmax_contacts = 3\n"
+      "[models]\npolynomial = false\ncompliance = \"";
+  std::vector<std::string> bytes;
+  nlohmann::json built;
+  const SceneFiles files(scene + "compressed\"\n", block_inp(5));
+  for (const char* jobs : {"1", "2"}) {
+    const ProgramRun run =
+        run_program({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", jobs, "--json"});
+    ASSERT_EQ(run.exit_code, 0) << run.error;
+    built = run.json();
+    bytes.push_back(file_text(files.pack));
+  }
+  EXPECT_TRUE(bytes[0] == bytes[1]) << "one thread and two";
+  EXPECT_GT(built["sites"].get<int>(), 100);
+  const nlohmann::json info = run_cleanly({"info", files.pack.string(), "--json"}).json();
+  EXPECT_EQ(info["compliance"], built["compliance"]);
+  EXPECT_EQ(info["compliance"]["form"], "compressed");
+  EXPECT_EQ(info["compliance"]["samples"], 24);
+  EXPECT_GT(info["compliance"]["displacement_error"].get<double>(), 0);
+  EXPECT_LE(info["compliance"]["displacement_error"].get<double>(), 2e-3);
+  EXPECT_LE(info["compliance"]["force_error"].get<double>(), 5e-4);
+  // With no polynomials to fit, one push in each quarter of the range at 32 sites.
+  EXPECT_EQ(info["errors"]["linear_dd"]["overall"]["samples"], 128);
+  for (const nlohmann::json& bin : info["errors"]["linear_dd"]["bins"]) EXPECT_EQ(bin["samples"], 32);
+  EXPECT_NE(run_cleanly({"info", files.pack.string()}).out.find("compressed"), std::string::npos);
+  run_cleanly({"verify", files.pack.string()});
+
+  const SceneFiles dense(scene + "auto\"\n", block_inp(5));
+  const ProgramRun run = dense.build();
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  EXPECT_NE(run.out.find("compliance dense"), std::string::npos) << run.out;
+  EXPECT_EQ(run_cleanly({"info", dense.pack.string(), "--json"}).json()["compliance"]["form"], "dense");
+}
+
 // Kills a build of many sites once it has said its plan and works.
 void kill_build_half_way(const SceneFiles& files) {
   ProgramProcess process({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1"});

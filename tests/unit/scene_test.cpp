@@ -77,6 +77,7 @@ TEST_F(SceneFile, HasDefaults) {
   EXPECT_EQ(scene.frame_budget_us, 100);
   EXPECT_TRUE(scene.linear);
   EXPECT_TRUE(scene.polynomial);
+  EXPECT_EQ(scene.compliance, ComplianceForm::automatic);
 }
 
 TEST_F(SceneFile, ReadsEveryKey) {
@@ -88,7 +89,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
       "[output]\nnodes = \"probe\"\nprecision = \"f32\"\n"
       "[accuracy]\ntarget = 0.02\n"
       "[budget]\nframe_us = 50.5\n"
-      "[models]\nlinear = true\npolynomial = false\nzone = \"auto\"\n");
+      "[models]\nlinear = true\npolynomial = false\nzone = \"auto\"\ncompliance = \"compressed\"\n");
   const Scene& scene = loaded.scene;
   EXPECT_EQ(scene.length_unit, "mm");
   EXPECT_EQ(scene.force_unit, "mN");
@@ -105,6 +106,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.frame_budget_us, 50.5);
   EXPECT_TRUE(scene.linear);
   EXPECT_FALSE(scene.polynomial);
+  EXPECT_EQ(scene.compliance, ComplianceForm::compressed);
 }
 
 TEST_F(SceneFile, SurfaceSitesAreWhatIsNotFixed) {
@@ -297,6 +299,9 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.toml:6: models.zone is not supported by this version; remove it"},
         BadScene{"[models]\nlinear = \"yes\"\n",
                  "scene.toml:6: models.linear must be true, false or \"auto\", not \"yes\"; correct it"},
+        BadScene{"[models]\ncompliance = \"small\"\n",
+                 "scene.toml:6: models.compliance must be auto, dense or compressed, not \"small\"; "
+                 "correct it"},
         BadScene{"[models]\nlinear = 1\n",
                  "scene.toml:6: models.linear must be true, false or \"auto\", not 1; correct it"},
         BadScene{"[models]\nlinear = false\npolynomial = false\n",

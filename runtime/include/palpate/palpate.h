@@ -147,7 +147,7 @@ enum {
 
 typedef struct pal_pack pal_pack; /* opaque; lives in storage of the caller */
 
-enum { PAL_PACK_STORAGE_BYTES = 512 };
+enum { PAL_PACK_STORAGE_BYTES = 1024 };
 
 typedef enum pal_verify {
   /* Everything: header, FlatBuffer verifier, every index and every number within bounds, checksum over the

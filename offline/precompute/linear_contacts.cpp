@@ -1,0 +1,43 @@
+#include "offline/precompute/linear_contacts.hpp"
+
+#include <Eigen/Cholesky>
+#include <map>
+#include <stdexcept>
+
+namespace palpate {
+
+LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sites,
+                                   const std::vector<LinearContact>& contacts) {
+  std::map<int, int> holders;  // of each node of the model that is held
+  for (const LinearContact& contact : contacts) {
+    for (const int node : sites.sites[contact.site].patch_nodes) ++holders[node];
+  }
+  std::map<int, Eigen::Index> place;
+  for (const auto& [node, count] : holders) place.emplace(node, static_cast<Eigen::Index>(place.size()));
+  const auto size = static_cast<Eigen::Index>(3 * place.size());
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(size);
+  for (const LinearContact& contact : contacts) {
+    for (const int node : sites.sites[contact.site].patch_nodes)
+      displacement.segment<3>(3 * place[node]) += contact.displacement / holders[node];
+  }
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(solver.assembly().num_dofs(), size);
+  for (const auto& [node, at] : place) columns.block<3, 3>(3 * node, 3 * at).setIdentity();
+  if (!solver.back_solve(columns)) throw std::logic_error("a Cholesky factor always solves");
+  Eigen::MatrixXd compliance(size, size);
+  for (const auto& [node, at] : place) compliance.middleRows<3>(3 * at) = columns.middleRows<3>(3 * node);
+  const Eigen::VectorXd forces = compliance.llt().solve(displacement);
+  LinearContactAnswer answer;
+  for (const LinearContact& contact : contacts) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (const int node : sites.sites[contact.site].patch_nodes)
+      force += forces.segment<3>(3 * place[node]) / holders[node];
+    answer.forces.push_back(force);
+  }
+  const Eigen::VectorXd whole = columns * forces;
+  answer.field.resize(static_cast<Eigen::Index>(3 * sites.packed_nodes.size()));
+  for (size_t i = 0; i < sites.packed_nodes.size(); ++i)
+    answer.field.segment<3>(static_cast<Eigen::Index>(3 * i)) = whole.segment<3>(3 * sites.packed_nodes[i]);
+  return answer;
+}
+
+}  // namespace palpate

@@ -1,0 +1,67 @@
+// What every reader of a part of a pack asks of its arrays and numbers, once, so that a frame need not.
+#pragma once
+
+#include <palpate/palpate.h>
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "schemas/pack_generated.h"
+#include "schemas/pack_layout.hpp"
+
+namespace palpate {
+
+// Bounds of what a pack may say, far outside anything physical. Within them no double overflows on the way to
+// a force (the worst product is below 1e140) and no float on the way to a displacement (below 1e37).
+inline constexpr double kLargestScale =
+    1e15;  // of lengths, and of what a unit means; 1 / this is the smallest
+inline constexpr double kLargestEnergy = 1e60;  // coefficient
+// Displacement of any node per displacement of the tool: a field coefficient in units of max_displacement, a
+// column of the field compliance in units of its diagonal.
+inline constexpr double kLargestAmplification = 1e6;
+inline constexpr double kLargestPush =
+    1e20;  // max_displacement in m over the compliance of a contact node: a force
+inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
+
+// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: without its sign bit
+// a float has the order of the integer of the same bits, infinity and the NaNs behind the largest number.
+inline bool all_within(const float* values, size_t count, float limit) {
+  uint32_t limit_bits;
+  memcpy(&limit_bits, &limit, sizeof limit);
+  uint32_t largest = 0;
+  for (size_t i = 0; i < count; ++i) {
+    uint32_t bits;
+    memcpy(&bits, values + i, sizeof bits);
+    bits &= 0x7fffffffu;
+    largest = bits > largest ? bits : largest;
+  }
+  return largest <= limit_bits;
+}
+
+inline bool all_within(const double* values, size_t count, double limit) {
+  bool within = true;
+  for (size_t i = 0; i < count; ++i) within = within && values[i] >= -limit && values[i] <= limit;
+  return within;
+}
+
+// A length, or what a unit means.
+inline bool is_scale(double value) {
+  return value >= 1 / kLargestScale && value <= kLargestScale;
+}
+
+// Displacement of a contact node by a unit force on it, along an axis.
+inline bool is_own_compliance(const pal_pack& pack, double value) {
+  return value >= pack.max_displacement * pack.metres / kLargestPush && value <= kLargestPush;
+}
+
+// The array of a segment, or nullptr if it is missing, misplaced or not `count` elements long.
+template <typename T>
+const T* array_of(const pal_pack& pack, const pack::Segment* segment, uint64_t first_offset, uint64_t count) {
+  if (segment == nullptr || segment->offset() % pack::kAlignment != 0 || segment->offset() < first_offset ||
+      segment->offset() > pack.num_bytes || segment->bytes() > pack.num_bytes - segment->offset() ||
+      segment->bytes() % sizeof(T) != 0 || segment->bytes() / sizeof(T) != count) {
+    return nullptr;
+  }
+  return reinterpret_cast<const T*>(pack.bytes + segment->offset());
+}
+
+}  // namespace palpate
