@@ -12,8 +12,8 @@
 namespace palpate {
 namespace {
 
-// Nodes nearer than this part of the panel's diagonal are near. Measured: 0.25 and 0.5 make packs a tenth
-// larger at a tolerance of 1e-4.
+// Nodes nearer than this part of the panel's diagonal are near. Measured at a tolerance of 1e-4: 0.25 makes
+// packs a fifth larger, 1 those of 4,000 nodes a fifth to a third, 0.5 changes them by 3 %.
 constexpr double kNearness = 0.4;
 // What needs more columns is kept as it is: two thirds of its size, and no product.
 constexpr Eigen::Index kMostRank = 64;
