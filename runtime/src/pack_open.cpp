@@ -15,12 +15,13 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/checksum.hpp"
 #include "runtime/src/compressed_open.hpp"
 #include "runtime/src/number_checks.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/surface_bvh.hpp"
+#include "runtime/src/table_check.hpp"
 #include "schemas/monomials.hpp"
-#include "schemas/pack_checksum.hpp"
 #include "schemas/pack_generated.h"
 #include "schemas/pack_layout.hpp"
 
@@ -270,8 +271,7 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     return PAL_STATUS_CORRUPT_TABLES;
 
   const unsigned char* tables_bytes = bytes + header.tables_offset;
-  flatbuffers::Verifier verifier(tables_bytes, header.tables_bytes);
-  if (header.tables_bytes < 16 || !pack::VerifyPackBuffer(verifier)) return PAL_STATUS_CORRUPT_TABLES;
+  if (!are_sound_tables(tables_bytes, header.tables_bytes)) return PAL_STATUS_CORRUPT_TABLES;
 
   pack = {};
   pack.bytes = bytes;
@@ -304,7 +304,7 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 
-  if (!trusted && pack::checksum_of(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;
+  if (!trusted && checksum_of_file(bytes, num_bytes) != header.checksum) return PAL_STATUS_BAD_CHECKSUM;
   return PAL_STATUS_OK;
 }
 

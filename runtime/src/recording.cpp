@@ -2,10 +2,11 @@
 
 #include <string.h>
 
+#include "runtime/src/checksum.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/sized_struct.hpp"
-#include "schemas/pack_checksum.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -123,7 +124,7 @@ class CallReader {
 
 template <typename Result>
 uint64_t digest_of(const Result* results, uint32_t count) {
-  return count == 0 ? 0 : XXH3_64bits(results, count * sizeof(Result));
+  return count == 0 ? 0 : digest_of_bytes(results, count * sizeof(Result));
 }
 
 uint64_t checksum_of_pack(const pal_pack& pack) {

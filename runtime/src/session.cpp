@@ -5,8 +5,6 @@
 
 #include <palpate/palpate.h>
 
-#include <algorithm>
-
 #include "runtime/src/arena.hpp"
 #include "runtime/src/calibration.hpp"
 #include "runtime/src/compliance.hpp"
@@ -212,6 +210,27 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
   }
 }
 
+// Looks every node of the panels up among those requested.
+void order_by_panel(pal_session& session) {
+  uint32_t found = 0;
+  for (uint32_t panel = 0; panel < session.pack->num_panels; ++panel) {
+    for (const uint32_t node : session.pack->compressed_panels[panel].nodes) {
+      uint32_t low = 0;
+      uint32_t high = session.num_requested;
+      while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (session.requested[middle] < node) {
+          low = middle + 1;
+        } else {
+          high = middle;
+        }
+      }
+      if (found < session.num_requested && low < session.num_requested && session.requested[low] == node)
+        session.requested_by_panel[found++] = low;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate
 
@@ -355,12 +374,7 @@ extern "C" pal_status pal_session_request_nodes(pal_session* session, const uint
   }
   for (uint32_t i = 0; i < count; ++i) session->requested[i] = nodes[i];
   session->num_requested = count;
-  if (palpate::is_compressed(*session->pack)) {
-    for (uint32_t i = 0; i < count; ++i) session->requested_by_panel[i] = i;
-    const uint32_t* places = session->pack->node_places;
-    std::sort(session->requested_by_panel, session->requested_by_panel + count,
-              [&](uint32_t a, uint32_t b) { return places[nodes[a]] < places[nodes[b]]; });
-  }
+  if (palpate::is_compressed(*session->pack)) palpate::order_by_panel(*session);
   return PAL_STATUS_OK;
 }
 

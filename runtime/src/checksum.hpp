@@ -1,0 +1,15 @@
+// XXH3, compiled once: it is a tenth of the library.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+namespace palpate {
+
+// XXH3-64.
+uint64_t digest_of_bytes(const void* bytes, size_t count);
+
+// pack::checksum_of.
+uint64_t checksum_of_file(const unsigned char* bytes, size_t count);
+
+}  // namespace palpate
