@@ -16,7 +16,6 @@ constexpr double kSmallestPivot = 1e-11;
 // change by about the same fraction where the rest is well-conditioned. If that is not enough, a stiffer one;
 // and last the node is held as if it were alone.
 constexpr double kSprings[] = {0.0, 1e-9, 1e-5, 1e-1};
-constexpr uint32_t kChangesBetweenCorrections = 4;
 // Of M A_k - E_k: rounding times the condition of A is far below.
 constexpr double kLargestError = 1e-7;
 
@@ -208,8 +207,7 @@ void remove_all_nodes(HeldInverse& inverse) {
 }
 
 bool correct_inverse(const pal_pack& pack, HeldInverse& inverse) {
-  if (inverse.changes < kChangesBetweenCorrections || inverse.num_nodes == 0 || inverse.num_regularised > 0)
-    return true;
+  if (!is_correction_due(inverse)) return true;
   inverse.changes = 0;
   const uint32_t slot = inverse.next_corrected++ % inverse.num_nodes;
   const uint32_t n = 3 * inverse.num_nodes;
@@ -222,10 +220,10 @@ bool correct_inverse(const pal_pack& pack, HeldInverse& inverse) {
     wrong[r * stride + 3 * slot + r] -= 1.0;
     for (uint32_t i = 0; i < n; ++i) {
       const double size = fabs(wrong[r * stride + i]);
-      if (!(size <= error)) error = size;
+      if (!(size <= kLargestError)) return false;
+      if (size > error) error = size;
     }
   }
-  if (!(error <= kLargestError)) return false;
   if (error == 0) return true;
   double still[9];  // A_k^T Y
   dot_columns(inverse.columns, wrong, n, stride, still);

@@ -65,6 +65,12 @@ bool remove_node(uint32_t slot, HeldInverse& inverse);
 
 void remove_all_nodes(HeldInverse& inverse);
 
+// Whether a node's columns are to be set right. Springs are no compliance that could be compared with.
+inline bool is_correction_due(const HeldInverse& inverse) {
+  constexpr uint32_t kChangesBetween = 4;
+  return inverse.changes >= kChangesBetween && inverse.num_nodes > 0 && inverse.num_regularised == 0;
+}
+
 // Sets one node's columns right if it is time to. False where they were more wrong than by rounding.
 bool correct_inverse(const pal_pack& pack, HeldInverse& inverse);
 

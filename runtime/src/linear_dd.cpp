@@ -195,21 +195,27 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 
-// What gravity's turn adds to 2 W: -d.Q t + t.Z t, where d.(S d - Q t) is F.d.
-double energy_of_turn(const pal_pack& pack, const LinearSet& set, const LinearFrame& frame) {
+// d.Q t
+double work_of_turn(const pal_pack& pack, const LinearSet& set, const LinearFrame& frame,
+                    const double turn[3]) {
   const uint32_t n = 3 * set.num_held;
-  const double* turn = frame.gravity_turn;
-  double twice = 0;
+  double work = 0;
   for (uint32_t axis = 0; axis < 3; ++axis) {
     for (uint32_t c = 0; c < set.num_contacts; ++c) {
       double force[3];
       sum_patch(pack, set, c, set.gravity_forces + size_t{axis} * n, force);
-      for (uint32_t i = 0; i < 3; ++i) twice -= turn[axis] * force[i] * frame.displacements[3 * c + i];
+      for (uint32_t i = 0; i < 3; ++i) work += turn[axis] * force[i] * frame.displacements[3 * c + i];
     }
-    for (uint32_t other = 0; other < 3; ++other)
-      twice += turn[axis] * set.gravity_own[3 * axis + other] * turn[other];
   }
-  return twice;
+  return work;
+}
+
+// W with gravity turned by `turn`; `still` is d.S d.
+double energy_with_turn(const pal_pack& pack, const LinearSet& set, const LinearFrame& frame, double still,
+                        const double turn[3]) {
+  double twice = still - 2 * work_of_turn(pack, set, frame, turn);
+  for (uint32_t i = 0; i < 9; ++i) twice += turn[i / 3] * set.gravity_own[i] * turn[i % 3];
+  return 0.5 * twice;
 }
 
 }  // namespace
@@ -323,7 +329,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
         }
         break;
       case Phase::correct:
-        spent += 9 * n * n;
+        if (is_correction_due(inverse)) spent += 9 * n * n + fetch * inverse.num_nodes;
         if (correct_inverse(pack, inverse) || state.began_anew) {
           if (inverse.num_regularised > 0) set.flags |= PAL_FLAG_ILL_CONDITIONED;
           memcpy(set.held, inverse.nodes, inverse.num_nodes * sizeof *set.held);
@@ -369,8 +375,15 @@ void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& fram
   apply_displacements(pack, state, frame);
   double twice = 0;
   for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) twice += frame.forces[i] * frame.displacements[i];
-  if (frame.gravity_turn != nullptr) twice += energy_of_turn(pack, set, frame);
-  frame.energy = 0.5 * twice;
+  frame.energy = frame.energy_before = 0.5 * twice;  // F.d / 2, which is d.S d / 2 where nothing turned
+  if (frame.gravity_turn == nullptr && frame.turn_before == nullptr) return;
+  constexpr double kNone[3] = {};
+  const double* now = frame.gravity_turn != nullptr ? frame.gravity_turn : kNone;
+  const double still = twice + work_of_turn(pack, set, frame, now);
+  frame.energy = energy_with_turn(pack, set, frame, still, now);
+  frame.energy_before = frame.turn_before != nullptr
+                            ? energy_with_turn(pack, set, frame, still, frame.turn_before)
+                            : frame.energy;
 }
 
 void contact_stiffness(const pal_pack& pack, const LinearSet& set, uint32_t row, uint32_t column,

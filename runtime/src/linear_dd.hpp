@@ -39,7 +39,7 @@ struct LinearSet {
   double* unit_forces;     // X: [3 max_contacts][stride], a row for each column of E
   double* own_stiffness;   // [max_contacts][3][3] of S
   // Where gravity may turn (gravity.hpp)
-  double* gravity_forces;  // Y: [3][3 max_held], a row for each axis of gravity
+  double* gravity_forces;  // Y: [3][3 num_held], a row for each axis of gravity
   double gravity_own[9];   // Z
 };
 
@@ -78,7 +78,7 @@ bool is_for(const LinearSet& set, const pal_contact* contacts, uint32_t count, u
 void begin_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const uint32_t* fixed,
                   uint32_t num_fixed, uint32_t fixed_version, LinearState& state);
 
-// Goes on with it for about so many multiply-adds, one node (6 n^2 at most) beyond them, n = 3 x the nodes
+// Goes on with it for about so many multiply-adds, one node (9 n^2 at most) beyond them, n = 3 x the nodes
 // held. Once it is ready it answers, and true is returned. Cost in all: 6 n^2 for each node that comes and 3
 // n^2 for each that goes, at most that of all to come, 2 n^3 / 3; then n^2 for the sums, and every fourth
 // time 9 n^2 to set rounding right.
@@ -92,9 +92,11 @@ struct LinearFrame {
   const uint32_t* given_axes;  // [count] bits 0 to 2: along which axes the force of a contact is given
   const double* given_forces;  // [count][3] read there
   const double* gravity_turn;  // [3] null: it has not turned
+  const double* turn_before;   // [3] null: as gravity_turn
   double* displacements;       // [count][3] filled in where forces are given
   double* forces;              // [count][3]
   double energy;               // W
+  double energy_before;        // what W would be with turn_before
   uint32_t flags;              // of what is doubtful about the displacements
 };
 

@@ -219,7 +219,7 @@ bool read_gravity(const pack::Gravity& gravity, uint64_t first_offset, bool trus
   memcpy(pack.acceleration, acceleration, sizeof pack.acceleration);
   const double square = acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1] +
                         acceleration[2] * acceleration[2];
-  if (!is_scale(square)) return false;
+  if (!is_scale(sqrt(square))) return false;
   if (gravity.field_per_gravity() == nullptr && gravity.contact_per_gravity() == nullptr) return true;
   const uint64_t rows = uint64_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows;
   const uint64_t contacts = uint64_t{9} * pack.num_contact_nodes;

@@ -105,18 +105,16 @@ void begin_account(pal_session& session) {
   const bool felt = feels_the_models(session);
   if (states.num_contacts == 0 && !states.changed && felt) {
     reset_passivity(passivity);
-    session.gravity_changed = false;
     return;
   }
   const double stored = session.stored_energy;
-  if (session.gravity_changed) {  // its energy, not the tools'
-    passivity.account += stored - passivity.stored;
-    passivity.stored = stored;
-    session.gravity_changed = false;
-  }
   const double larger = stored > passivity.stored ? stored : passivity.stored;
   passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
+  if (passivity.one_set) {
+    passivity.account += session.energy_of_gravity;
+    passivity.stored += session.energy_of_gravity;
+  }
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);
   if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought)) {  // of a damaged pack

@@ -21,6 +21,7 @@ struct RecordingHeader {
   uint32_t version;
   uint32_t config_bytes;
   uint64_t pack_checksum;
+  uint64_t fuses;  // 1: of a processor that fuses products and sums, on which other bits come out
 };
 
 enum class Call : uint32_t {
@@ -131,6 +132,13 @@ uint64_t checksum_of_pack(const pal_pack& pack) {
   pack::PackHeader header;
   memcpy(&header, pack.bytes, sizeof header);
   return header.checksum;
+}
+
+// Only the plain loops do not.
+uint64_t fuses(const pal_session& session) {
+  InverseKernel kernels[kMostInverseKernels];
+  list_inverse_kernels(kernels);
+  return session.linear.inverse.kernel.multiply != kernels[0].multiply ? 1 : 0;
 }
 
 // Compares an answer with the recorded one, which is there (has_answer).
@@ -302,8 +310,11 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
   writer.put(&subject, sizeof subject);
   for (uint32_t c = 0; c < count; ++c) {
     RecordedContact contact = {contacts[c].site, contacts[c].force_axes, {}, {}};
-    memcpy(contact.displacement, contacts[c].displacement, sizeof contact.displacement);
-    memcpy(contact.force, contacts[c].force, sizeof contact.force);
+    for (uint32_t axis = 0; axis < 3; ++axis) {  // of each axis what was read
+      const bool by_force = (contacts[c].force_axes >> axis & 1) != 0;
+      (by_force ? contact.force : contact.displacement)[axis] =
+          (by_force ? contacts[c].force : contacts[c].displacement)[axis];
+    }
     writer.put(&contact, sizeof contact);
   }
   writer.put(&answer, sizeof answer);
@@ -341,6 +352,7 @@ extern "C" pal_status pal_session_record(pal_session* session, void* buffer, siz
   header.version = palpate::kRecordingVersion;
   header.config_bytes = sizeof session->config;
   header.pack_checksum = palpate::checksum_of_pack(*session->pack);
+  header.fuses = palpate::fuses(*session);
   auto* bytes = static_cast<unsigned char*>(buffer);
   memcpy(bytes, &header, sizeof header);
   memcpy(bytes + sizeof header, &session->config, sizeof session->config);
@@ -387,6 +399,7 @@ extern "C" pal_status pal_session_replay(pal_session* session, const void* recor
     return status;
   if (header.pack_checksum != palpate::checksum_of_pack(*session->pack))
     return PAL_STATUS_RECORDING_OF_OTHER_PACK;
+  if (header.fuses != palpate::fuses(*session)) return PAL_STATUS_RECORDING_OF_OTHER_BUILD;
   const size_t first = sizeof header + header.config_bytes;
   if (replay.offset == 0) {
     if (session->used) return PAL_STATUS_ALREADY_USED;

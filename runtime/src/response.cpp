@@ -91,7 +91,8 @@ void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, L
   double largest = 0;
   for (uint32_t i = 0; i < 3 * count; ++i) {
     const double size = fabs(frame.displacements[i]);
-    if (!(size <= largest)) largest = size;
+    if (size > largest || !isfinite(size)) largest = size;
+    if (!isfinite(largest)) break;
   }
   if (largest <= limit) return;
   const double part = isfinite(largest) ? limit / largest : 0.0;
@@ -111,6 +112,7 @@ LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, ui
   frame.given_axes = session.given_axes;
   frame.given_forces = session.given_forces;
   frame.gravity_turn = session.gravity_turned ? session.gravity_turn : nullptr;
+  frame.turn_before = session.gravity_changed ? session.turn_before : nullptr;
   frame.displacements = session.displacements;
   frame.forces = session.forces;
   uint32_t any_axes = 0;
@@ -131,7 +133,9 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   LinearState& linear = session.linear;
   const LinearFrame frame = evaluate_given(session, contacts, count);
   const uint32_t flags = frame.flags | linear.answering.flags;
-  session.stored_energy = frame.energy * pack.newtons * pack.metres;
+  const double energy_unit = count == 0 ? 0.0 : pack.newtons * pack.metres;
+  session.stored_energy = frame.energy * energy_unit;
+  session.energy_of_gravity = (frame.energy - frame.energy_before) * energy_unit;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.num_held = linear.answering.num_held;
   memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
@@ -208,7 +212,8 @@ bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_g
 }
 
 pal_model model_for(const pal_session& session, uint32_t count, bool forces_given) {
-  if (count == 0) return PAL_MODEL_AUTO;
+  // Untouched, an organ rests; but nodes that are fixed hold it where gravity has turned.
+  if (count == 0) return session.gravity_turned && session.num_fixed > 0 ? PAL_MODEL_LINEAR : PAL_MODEL_AUTO;
   return polynomial_answers(session, count, forces_given) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_LINEAR;
 }
 
@@ -240,9 +245,12 @@ bool make_linear_ready_within(pal_session& session, const pal_contact* contacts,
 void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
                      pal_contact_result* results) {
   for (uint32_t c = 0; c < count; ++c) {
-    session.input_flags[c] =
-        take_displacement(*session.pack, contacts[c].displacement, session.displacements + size_t{3} * c);
+    double given[3];
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      given[axis] = (contacts[c].force_axes >> axis & 1) != 0 ? 0.0 : contacts[c].displacement[axis];
+    session.input_flags[c] = take_displacement(*session.pack, given, session.displacements + size_t{3} * c);
   }
+  session.energy_of_gravity = 0;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.model = model;
   field.gravity_turned = session.gravity_turned;

@@ -10,7 +10,7 @@ namespace palpate {
 // some axis, instead of the displacement.
 bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given = false);
 
-// The model that answers these contacts, which some model can; PAL_MODEL_AUTO for no contacts.
+// The model that answers these contacts, which some model can; PAL_MODEL_AUTO where nothing holds it.
 pal_model model_for(const pal_session& session, uint32_t count, bool forces_given = false);
 
 // Makes linear_dd ready for these contacts, whatever it takes.

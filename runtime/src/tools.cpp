@@ -189,7 +189,9 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
     movement_of(session, contact, last, d);
     if (contact.strain == Strain::unknown && session.tools.tools[contact.tool].has_pose) {
       const double least = kLeastStrain * session.pack->max_displacement * session.pack->metres;
-      const bool is_strained = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
+      // Where gravity has turned, tissue is not where it rests under the scene's.
+      const bool is_strained =
+          session.gravity_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
       contact.strain = is_strained ? Strain::brought : Strain::none;
       if (is_strained) session.tools.held_changed = true;  // as where the tool was seen late
     }
@@ -329,6 +331,8 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   fill_inputs(session, last);
   answer_or_stand_in(session);
   begin_account(session);
+  memcpy(session.turn_before, session.gravity_turn, sizeof session.turn_before);
+  session.gravity_changed = false;
 
   pal_tool_result local[kMostTools];
   const uint32_t num_results = results == nullptr                     ? 0

@@ -130,9 +130,14 @@ TEST_F(GivenForces, AbsurdOnesAreCut) {
 
 TEST_F(GivenForces, OnlyWhatIsReadMustBeFinite) {
   pal_contact pushed = contact(4, 4);
-  pushed.displacement[2] = std::nan("");
-  pushed.force[0] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(pal_contact_frame(session_.get(), &pushed, 1, nullptr), PAL_STATUS_OK);
+  const auto expected = session_.touch({pushed}).front();
+  for (const double unread : {0.0, 1e300, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    pushed.displacement[2] = pushed.force[0] = unread;
+    const auto result = session_.touch({pushed}).front();
+    EXPECT_EQ(vector(result.force), vector(expected.force)) << unread;
+    EXPECT_EQ(vector(result.displacement), vector(expected.displacement)) << unread;
+    EXPECT_EQ(result.flags, expected.flags);
+  }
   pushed.force[2] = std::nan("");
   EXPECT_EQ(pal_contact_frame(session_.get(), &pushed, 1, nullptr), PAL_STATUS_NOT_FINITE);
   pushed = contact(4, 8);

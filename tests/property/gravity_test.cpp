@@ -3,9 +3,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "offline/precompute/rest_state.hpp"
+#include "schemas/pack_generated.h"
 #include "tests/support/dense_reference.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/touched_block.hpp"
@@ -200,6 +204,74 @@ TEST_F(GravityOfALinearOrgan, NonsenseIsRefused) {
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 1, 0);
   EXPECT_EQ(pal_session_set_gravity(session.get(), nullptr), PAL_STATUS_NO_SUCH_MODEL);
   EXPECT_EQ(pack.info().has_gravity, 1U);
+}
+
+TEST_F(GravityOfALinearOrgan, DamageIsRefused) {
+  const pack::Gravity& gravity = *pack::GetPack(bytes_.bytes().data() + sizeof(pack::PackHeader))->gravity();
+  const auto status_with = [&](const pack::Segment& segment, const void* value, size_t size) {
+    AlignedBytes changed(bytes_.bytes().size());
+    std::copy(bytes_.bytes().begin(), bytes_.bytes().end(), changed.bytes().begin());
+    std::memcpy(changed.bytes().data() + segment.offset(), value, size);
+    alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
+    pal_pack* pack = nullptr;
+    return pal_pack_open_memory(changed.bytes().data(), changed.bytes().size(), PAL_VERIFY_ONCE, storage,
+                                sizeof storage, &pack);
+  };
+  const double none[3] = {0, 0, 0};
+  const double huge = 1e300;
+  const double not_a_number = std::nan("");
+  const auto infinite = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(status_with(*gravity.acceleration(), gravity_.data(), sizeof none), PAL_STATUS_OK);
+  EXPECT_EQ(status_with(*gravity.acceleration(), none, sizeof none), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with(*gravity.acceleration(), &huge, sizeof huge), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with(*gravity.rest_positions(), &not_a_number, sizeof huge), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with(*gravity.contact_per_gravity(), &huge, sizeof huge), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with(*gravity.field_per_gravity(), &infinite, sizeof infinite),
+            PAL_STATUS_CORRUPT_CONTENT);
+}
+
+// Fixed nodes are where they were, touched or not.
+TEST_F(GravityOfALinearOrgan, HoldsWhatIsFixedUntouchedToo) {
+  session_.fix({0, 1});
+  const Eigen::Vector3d turned = -gravity_;
+  require(pal_session_set_gravity(session_.get(), turned.data()), "gravity");
+  session_.touch({});
+  const Eigen::VectorXd rest = dense_.packed(heavy_.rest.displacement);
+  const Eigen::VectorXd moved = as_vector(session_.field()) - rest;
+  EXPECT_GT(moved.lpNorm<Eigen::Infinity>(), 1e-3);
+  for (const Eigen::Index node : {0, 1}) {
+    EXPECT_LE(moved.segment<3>(3 * heavy_.block.sites.contact_nodes[static_cast<size_t>(node)]).norm(),
+              kFieldTolerance * moved.lpNorm<Eigen::Infinity>());
+  }
+}
+
+// Saying again where gravity points, in every frame, gives no tool energy: here nodes are fixed at depth,
+// which stiffens the tissue that the tool then leaves.
+TEST_F(GravityOfALinearOrgan, SayingItAgainGivesNoEnergy) {
+  for (const bool says : {false, true}) {
+    pal_session_config config = session_config(pack_.get(), PAL_MODEL_AUTO, 1, 4);
+    config.blend_seconds = 0.01;
+    ToolSession tools(pack_.get(), config);
+    constexpr int kFrames = 200;
+    constexpr double kDepth = 0.05;
+    double work = 0;
+    double most = 0;
+    Eigen::Vector3d before = Eigen::Vector3d::Zero();
+    double depth_before = 0;
+    tools.hold(0, pal_default_hold(4));
+    for (int frame = 0; frame <= 2 * kFrames; ++frame) {
+      if (says) require(pal_session_set_gravity(tools.get(), gravity_.data()), "gravity");
+      if (frame == kFrames) tools.fix({0, 1, 2});
+      const double depth = kDepth * (1 - std::abs(frame - kFrames) / static_cast<double>(kFrames));
+      const Eigen::Vector3d force = force_of(tools.frame({at({0, 0, -depth})}).front());
+      work += 0.5 * (force + before)[2] * (depth_before - depth);
+      most = std::max(most, work);
+      before = force;
+      depth_before = depth;
+    }
+    EXPECT_GT(most, 0);
+    EXPECT_GE(work, -0.01 * most) << says;
+  }
 }
 
 // Energy that comes from gravity is no energy that a tool has made: nothing is reduced.

@@ -233,7 +233,7 @@ TEST(Recording, NamesNoFunctionAndNoSize) {
   size_t bytes = 0;
   require(pal_session_stop_recording(session.get(), &bytes, nullptr), "stop");
   auto* begin = reinterpret_cast<unsigned char*>(buffer.data());
-  constexpr size_t kConfig = 24;
+  constexpr size_t kConfig = 32;
   pal_session_config recorded_config;
   std::memcpy(&recorded_config, begin + kConfig, sizeof recorded_config);
   const uint64_t somewhere = 0x1234;

@@ -119,7 +119,8 @@ enum {
   /* Two contacts hold the same node: it follows their mean. */
   PAL_FLAG_OVERLAPPING = 1 << 3,
   /* Contact nodes so close that the compliance is singular to rounding: a spring of a billionth of a node's
-   * own compliance was added to it, or a stiffer one. Or a given force on a contact that cannot move. */
+   * own compliance was added to it, or a stiffer one. Or given forces that cannot all act: on a contact that
+   * cannot move, or on contacts that hold the same nodes. */
   PAL_FLAG_ILL_CONDITIONED = 1 << 4,
   /* Of tools. The pose was not finite, beyond 1e100 or no rotation, or dt or the age absurd: the last good
    * one was used instead. */
@@ -191,7 +192,7 @@ typedef struct pal_pack_info {
   double max_displacement; /* that the scene asks for: m, or length unit */
   double tip_radius;
   double mean_surface_edge;
-  double gravity[3]; /* the scene's, model's axes: m/s^2, or model units; 0 without */
+  double gravity[3]; /* the scene's, model's axes, length in metres where the scene states units; 0 without */
   uint32_t has_gravity;
   uint32_t gravity_may_turn; /* 1 = pal_session_set_gravity answers */
 } pal_pack_info;
@@ -207,7 +208,6 @@ typedef struct pal_geometry {
   const int32_t* labels;     /* [num_nodes] labels of the model file, ascending */
   const double* positions;   /* [num_nodes][3] */
   const uint32_t* triangles; /* [num_triangles][3] counter-clockwise from outside */
-  /* [num_nodes][3] of gravity, length units; NULL: the organ rests as it is */
   /* [num_nodes][3] where gravity lets the organ rest; without it, `positions` */
   const double* rest_positions;
 } pal_geometry;
@@ -307,11 +307,11 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
-/* Gravity as the device is tilted, world axes (m/s^2, or model units), up to ten times the scene's; NULL: the
- * scene's again. The organ sags anew to first order, and tools feel it; displacements of contacts stay those
- * from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL where the scene does not let it turn.
- * polynomial_dd answers the scene's gravity alone, linear_dd any. Cost: 3 (3 c + n) multiply-adds more in
- * each frame. Real-time safe: yes. */
+/* Gravity as the device is tilted, world axes (its length in metres where the scene states units), up to ten
+ * times the scene's; NULL: the scene's again. The organ sags anew to first order, and tools feel it;
+ * displacements of contacts stay those from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL where
+ * the scene does not let it turn. polynomial_dd answers the scene's gravity alone, linear_dd any. Cost: 3 (3
+ * c + n) multiply-adds more in each frame. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
                                                  const double* acceleration) PAL_NOEXCEPT;
 
@@ -508,7 +508,8 @@ typedef struct pal_replay {
 } pal_replay;
 
 /* Makes the next recorded call on a session with the recorded config that went through those before and no
- * others. On the same build and pack the answer is the same to the bit. Real-time safe: as the call. */
+ * others. On the same build, pack and kind of processor the answer is the same to the bit. Real-time safe: as
+ * the call. */
 PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* recording, size_t bytes,
                                             pal_replay* replay) PAL_NOEXCEPT;
 
