@@ -73,8 +73,10 @@ extern "C" pal_status pal_session_set_gravity(pal_session* session, const double
   const bool turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
   // The polynomials know only the gravity that they were sampled in.
   if (turned && session->config.model == PAL_MODEL_POLYNOMIAL) return PAL_STATUS_MODEL_CANNOT_ANSWER;
-  if (memcmp(session->gravity_turn, turn, sizeof turn) != 0) session->gravity_changed = true;
-  memcpy(session->gravity_turn, turn, sizeof turn);
+  for (int i = 0; i < 3; ++i) {
+    session->gravity_changed = session->gravity_changed || session->gravity_turn[i] != turn[i];
+    session->gravity_turn[i] = turn[i];
+  }
   session->gravity_turned = turned;
   session->used = true;
   palpate::record_gravity(*session, acceleration);
