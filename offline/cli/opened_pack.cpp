@@ -117,8 +117,10 @@ void ModelUnitSession::fix(std::span<const std::uint32_t> contact_nodes) {
 
 void ModelUnitSession::set_gravity(const Eigen::Vector3d& acceleration) {
   const Eigen::Vector3d scaled = opened_->info().metres_per_length_unit * acceleration;
-  if (pal_session_set_gravity(session_.get(), scaled.data()) == PAL_STATUS_BAD_ARGUMENT)
+  const pal_status status = pal_session_set_gravity(session_.get(), scaled.data());
+  if (status == PAL_STATUS_BAD_ARGUMENT)
     throw std::runtime_error("--gravity: more than ten times the scene's; reduce it");
+  require_ok(status, "gravity");
 }
 
 std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const pal_contact> contacts) {

@@ -33,10 +33,7 @@ LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sit
       force += forces.segment<3>(3 * place[node]) / holders[node];
     answer.forces.push_back(force);
   }
-  const Eigen::VectorXd whole = columns * forces;
-  answer.field.resize(static_cast<Eigen::Index>(3 * sites.packed_nodes.size()));
-  for (size_t i = 0; i < sites.packed_nodes.size(); ++i)
-    answer.field.segment<3>(static_cast<Eigen::Index>(3 * i)) = whole.segment<3>(3 * sites.packed_nodes[i]);
+  answer.field = packed_rows(sites, columns * forces);
   return answer;
 }
 

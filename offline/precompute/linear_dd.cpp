@@ -34,10 +34,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
       columns(3 * sites.model_node(dof / 3) + dof % 3, j) = 1.0;
     }
     if (!solver.back_solve(columns)) throw std::logic_error("a Cholesky factor always solves");
-    for (Eigen::Index i = 0; i < num_packed; ++i) {
-      linear.field_compliance.block(3 * i, first, 3, width) =
-          columns.middleRows<3>(3 * sites.packed_nodes[static_cast<size_t>(i)]);
-    }
+    linear.field_compliance.middleCols(first, width) = packed_rows(sites, columns);
     if (progress) progress(static_cast<int>(first + width), static_cast<int>(num_contact_dofs));
   }
   for (size_t c = 0; c < sites.contact_nodes.size(); ++c) {

@@ -6,6 +6,7 @@
 #include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/field_kernel.hpp"
 #include "runtime/src/number_checks.hpp"
+#include "runtime/src/rising_search.hpp"
 
 namespace palpate {
 namespace {
@@ -62,17 +63,7 @@ void own_compliance(const pal_pack& pack, uint32_t contact_node, double diagonal
 
 // Place in `contact_nodes` of a packed node, or num_contact_nodes.
 uint32_t find_contact(const pal_pack& pack, uint32_t node) {
-  uint32_t low = 0;
-  uint32_t high = pack.num_contact_nodes;
-  while (low < high) {
-    const uint32_t middle = low + (high - low) / 2;
-    if (pack.contact_nodes[middle] < node) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  return low < pack.num_contact_nodes && pack.contact_nodes[low] == node ? low : pack.num_contact_nodes;
+  return find_rising(pack.num_contact_nodes, node, [&](uint32_t i) { return pack.contact_nodes[i]; });
 }
 
 // Of each dof of the panel the root of what it moves under its own unit force; where it cannot be touched so

@@ -84,14 +84,15 @@ void sum_patch(const pal_pack& pack, const LinearSet& set, uint32_t contact, con
   force[2] = z;
 }
 
-// S_PP, upper triangle, P the axes of given force.
+// S_PP, upper triangle, P the axes of given force: a row of S is E^T of a row of X.
 void gather_given(const pal_pack& pack, const LinearSet& set, const uint32_t* axes, uint32_t count,
                   double* matrix) {
   for (uint32_t k = 0; k < count; ++k) {
+    const double* forces = set.unit_forces + axes[k] * set.stride;
+    double of_contact[3];
     for (uint32_t j = k; j < count; ++j) {
-      double block[9];
-      contact_stiffness(pack, set, axes[k] / 3, axes[j] / 3, block);
-      matrix[size_t{k} * count + j] = block[3 * (axes[k] % 3) + axes[j] % 3];
+      if (j == k || axes[j] / 3 != axes[j - 1] / 3) sum_patch(pack, set, axes[j] / 3, forces, of_contact);
+      matrix[size_t{k} * count + j] = of_contact[axes[j] % 3];
     }
   }
 }
@@ -175,6 +176,7 @@ void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& 
 // Fills in the displacements along the axes of given force: S_PP d_P = F_P less what the others and gravity
 // make there while d_P = 0.
 void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
+  if (frame.given_axes == nullptr) return;
   const LinearSet& set = state.answering;
   uint32_t count = 0;
   for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) {
@@ -182,7 +184,6 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
     state.given_axes[count++] = i;
     frame.displacements[i] = 0;
   }
-  if (count == 0) return;
   apply_displacements(pack, state, frame);
   double* x = state.given_solution;
   for (uint32_t k = 0; k < count; ++k) {

@@ -10,8 +10,8 @@
 //                                       diagonal are kept
 //   u = C f                             everywhere, C the columns of K^-1 that belong to H, eq. (19)
 //
-// A node held by two contacts follows their mean: its rows of E hold 1/2 for each. X and S change only with
-// the set of held nodes; a frame with the same set is two small products.
+// A node held by two contacts follows their mean: its rows of E hold 1/2 for each. X changes only with the
+// set of held nodes; a frame with the same set is one small product, and sums over the patches.
 //
 // Along each axis a contact is given its displacement or its force. With P the axes of given force and D the
 // others, S_PP d_P = F_P - S_PD d_D, and F = S d as before.
@@ -24,9 +24,9 @@
 
 namespace palpate {
 
-// Contacts and fixed nodes, and X and S for them.
+// Contacts and fixed nodes, and X for them.
 struct LinearSet {
-  bool ready;  // X and S have been made
+  bool ready;  // X has been made
   uint32_t num_contacts;
   uint32_t num_held;
   uint32_t fixed_version;  // of the session's fixed nodes
@@ -89,7 +89,8 @@ void swap_sets(LinearState& state);
 
 // What a frame asks of the set that answers, and its answer; model units.
 struct LinearFrame {
-  const uint32_t* given_axes;  // [count] bits 0 to 2: along which axes the force of a contact is given
+  const uint32_t*
+      given_axes;  // [count] bits 0 to 2: axes along which the force of a contact is given; null: none
   const double* given_forces;  // [count][3] read there
   const double* gravity_turn;  // [3] null: it has not turned
   const double* turn_before;   // [3] null: as gravity_turn

@@ -5,6 +5,7 @@
 
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/rising_search.hpp"
 #include "runtime/src/sized_struct.hpp"
 #include "runtime/src/surface_bvh.hpp"
 
@@ -12,22 +13,6 @@ namespace {
 
 constexpr uint32_t kFirstInfoBytes = 120;
 constexpr uint32_t kFirstGeometryBytes = 48;
-
-// Position of `node_label` among count entries whose labels rise with the entry, or count.
-template <typename LabelOf>
-uint32_t find_label(uint32_t count, int32_t node_label, LabelOf label_of) {
-  uint32_t low = 0;
-  uint32_t high = count;
-  while (low < high) {
-    const uint32_t middle = low + (high - low) / 2;
-    if (label_of(middle) < node_label) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  return low < count && label_of(low) == node_label ? low : count;
-}
 
 }  // namespace
 
@@ -69,8 +54,8 @@ extern "C" pal_status pal_pack_get_geometry(const pal_pack* pack, pal_geometry* 
 
 extern "C" pal_status pal_pack_find_site(const pal_pack* pack, int32_t node_label, uint32_t* site) noexcept {
   if (pack == nullptr || site == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const uint32_t found =
-      find_label(pack->num_sites, node_label, [&](uint32_t i) { return pack->labels[pack->site_nodes[i]]; });
+  const uint32_t found = palpate::find_rising(pack->num_sites, node_label,
+                                              [&](uint32_t i) { return pack->labels[pack->site_nodes[i]]; });
   if (found == pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
   *site = found;
   return PAL_STATUS_OK;
@@ -79,8 +64,8 @@ extern "C" pal_status pal_pack_find_site(const pal_pack* pack, int32_t node_labe
 extern "C" pal_status pal_pack_find_contact_node(const pal_pack* pack, int32_t node_label,
                                                  uint32_t* contact_node) noexcept {
   if (pack == nullptr || contact_node == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const uint32_t found = find_label(pack->num_contact_nodes, node_label,
-                                    [&](uint32_t i) { return pack->labels[pack->contact_nodes[i]]; });
+  const uint32_t found = palpate::find_rising(
+      pack->num_contact_nodes, node_label, [&](uint32_t i) { return pack->labels[pack->contact_nodes[i]]; });
   if (found == pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
   *contact_node = found;
   return PAL_STATUS_OK;

@@ -109,7 +109,6 @@ void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, L
 
 LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, uint32_t count) {
   LinearFrame frame = {};
-  frame.given_axes = session.given_axes;
   frame.given_forces = session.given_forces;
   frame.gravity_turn = session.gravity_turned ? session.gravity_turn : nullptr;
   frame.turn_before = session.gravity_changed ? session.turn_before : nullptr;
@@ -122,6 +121,7 @@ LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, ui
     if (contacts[c].force_axes != 0)
       session.input_flags[c] |= take_forces(session, contacts[c], c, session.given_forces + size_t{3} * c);
   }
+  if (any_axes != 0) frame.given_axes = session.given_axes;
   evaluate_linear(*session.pack, session.linear, frame);
   if (any_axes != 0) shorten_answer(*session.pack, count, session.linear, frame);
   return frame;

@@ -15,6 +15,7 @@
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
+#include "runtime/src/rising_search.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/sized_struct.hpp"
 
@@ -215,18 +216,10 @@ void order_by_panel(pal_session& session) {
   uint32_t found = 0;
   for (uint32_t panel = 0; panel < session.pack->num_panels; ++panel) {
     for (const uint32_t node : session.pack->compressed_panels[panel].nodes) {
-      uint32_t low = 0;
-      uint32_t high = session.num_requested;
-      while (low < high) {
-        const uint32_t middle = low + (high - low) / 2;
-        if (session.requested[middle] < node) {
-          low = middle + 1;
-        } else {
-          high = middle;
-        }
-      }
-      if (found < session.num_requested && low < session.num_requested && session.requested[low] == node)
-        session.requested_by_panel[found++] = low;
+      const uint32_t place =
+          find_rising(session.num_requested, node, [&](uint32_t i) { return session.requested[i]; });
+      if (place < session.num_requested && found < session.num_requested)
+        session.requested_by_panel[found++] = place;
     }
   }
 }

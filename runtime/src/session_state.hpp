@@ -27,9 +27,9 @@ struct pal_session {
   uint32_t num_requested;  // 0: all nodes
   uint32_t* requested;     // [max_requested] packed nodes, ascending
   uint32_t*
-      requested_by_panel;  // [max_requested] places in `requested`, in the order of a compressed pack's panels
-  double* displacements;   // [max_contacts][3] model units
-  double* forces;          // [max_contacts][3] model units
+      requested_by_panel;    // [max_requested] places in `requested`, as compressed panels hold their nodes
+  double* displacements;     // [max_contacts][3] model units
+  double* forces;            // [max_contacts][3] model units
   double gravity_turn[3];    // what gravity has become, less the scene's: model units, organ frame
   bool gravity_turned;       // it is not zero
   bool gravity_changed;      // since the last haptic frame
