@@ -16,22 +16,22 @@ using palpate::pack::kPanelRows;
 struct Coefficients {
   Coefficients(size_t panels, size_t terms)
       : count(panels * terms * kPanelRows),
-        values(static_cast<float*>(::operator new(count * sizeof(float), std::align_val_t(64)))) {
-    for (size_t i = 0; i < count; ++i) values[i] = static_cast<float>(i % 17) * 0.1f;
+        values(static_cast<pal_real*>(::operator new(count * sizeof(pal_real), std::align_val_t(64)))) {
+    for (size_t i = 0; i < count; ++i) values[i] = static_cast<pal_real>(i % 17) * 0.1f;
   }
   ~Coefficients() { ::operator delete(values, std::align_val_t(64)); }
   Coefficients(const Coefficients&) = delete;
   Coefficients& operator=(const Coefficients&) = delete;
   size_t count;
-  float* values;
+  pal_real* values;
 };
 
 void field(benchmark::State& state, palpate::AddColumns add_columns) {
   const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
   const auto terms = static_cast<uint32_t>(state.range(1));
   const Coefficients coefficients(panels, terms);
-  const std::vector<float> weights(terms, 0.5f);
-  alignas(64) float sum[kPanelRows];
+  const std::vector<pal_real> weights(terms, 0.5f);
+  alignas(64) pal_real sum[kPanelRows];
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {
       std::memset(sum, 0, sizeof sum);
@@ -40,7 +40,7 @@ void field(benchmark::State& state, palpate::AddColumns add_columns) {
     }
   }
   state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) *
-                          static_cast<int64_t>(coefficients.count * sizeof(float)));
+                          static_cast<int64_t>(coefficients.count * sizeof(pal_real)));
 }
 
 void copy_of_same_bytes(benchmark::State& state) {
@@ -48,11 +48,11 @@ void copy_of_same_bytes(benchmark::State& state) {
   const Coefficients from(panels, static_cast<size_t>(state.range(1)));
   const Coefficients to(panels, static_cast<size_t>(state.range(1)));
   for (auto _ : state) {
-    std::memcpy(to.values, from.values, from.count * sizeof(float));
+    std::memcpy(to.values, from.values, from.count * sizeof(pal_real));
     benchmark::ClobberMemory();
   }
   state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) *
-                          static_cast<int64_t>(from.count * sizeof(float)));
+                          static_cast<int64_t>(from.count * sizeof(pal_real)));
 }
 
 // Rows shown (3 a node) and columns: one held node of linear_dd, a patch of 7, polynomials of degree 3 and 5.

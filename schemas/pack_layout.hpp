@@ -23,6 +23,13 @@ inline constexpr uint32_t kMaxDegree = 7;      // of a displacement polynomial
 inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement
 inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
+// Of displacement fields (Pack::real_bytes).
+#ifdef PALPATE_FLOAT64
+using Real = double;
+#else
+using Real = float;
+#endif
+
 struct PackHeader {
   char magic[8];
   uint32_t format_version;
@@ -62,13 +69,13 @@ inline constexpr uint32_t kNoNode = 0xffffffffu;
 
 // What a contact node's unit forces do to a panel.
 struct CompressedBlock {
-  uint32_t start;  // of its coefficients, in units of kBlockUnit floats
+  uint32_t start;  // of its coefficients, in units of kBlockUnit numbers
   uint32_t rank;   // a multiple of kRankStep; kPanelRows: displacements as they are
 };
 static_assert(sizeof(CompressedBlock) == 8);
 
-inline constexpr uint32_t kBlockUnit = 4;  // floats
-inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep floats are whole units
+inline constexpr uint32_t kBlockUnit = 4;  // numbers
+inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep numbers are whole units
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;

@@ -110,7 +110,7 @@ void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
   bed.check(errors);
   const size_t rows = static_cast<size_t>(3 * brain.num_shown());
   const size_t bytes = pack::num_panels(static_cast<std::uint32_t>(brain.num_shown())) * size_t{3} *
-                       pack::kPanelRows * sizeof(float) * bars.contacts;
+                       pack::kPanelRows * sizeof(pal_real) * bars.contacts;
   std::vector<unsigned char> from(bytes, 1);
   std::vector<unsigned char> to(bytes, 2);
   const auto copy = [&] {

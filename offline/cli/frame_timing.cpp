@@ -42,7 +42,7 @@ class TimedSession {
     pal_tool_result result = {};
     require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
   }
-  void visual(float* field) { require_ok(session_.visual_frame(field), "frame"); }
+  void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
 
  private:
   static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts) {
@@ -84,7 +84,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   if (opened.info().num_sites > 1)
     timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
   session.haptic({&staying.front(), 1});
-  std::vector<float> field(size_t{3} * opened.info().num_nodes);
+  std::vector<pal_real> field(size_t{3} * opened.info().num_nodes);
   timings.push_back(time_frames(model_name(model), "field of shown nodes", frames,
                                 [&](int) { session.visual(field.data()); }));
   return timings;

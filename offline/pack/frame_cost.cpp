@@ -29,7 +29,7 @@ void count_compressed(const CompressedCompliance& compressed, const ContactSites
         const auto node = static_cast<size_t>(sites.contact_nodes[static_cast<size_t>(i)]);
         const std::uint32_t rank = blocks[compressed.node_places[node] / pack::kPanelNodes].rank;
         operations += rank == pack::kPanelRows ? 0 : std::uint64_t{9} * rank;
-        bytes += sizeof(float) * (rank == pack::kPanelRows ? 9 : std::uint64_t{6} * rank);
+        bytes += sizeof(pack::Real) * (rank == pack::kPanelRows ? 9 : std::uint64_t{6} * rank);
       }
       for (size_t panel = 0; panel < num_panels; ++panel) {
         values += std::uint64_t{3} * blocks[panel].rank;
@@ -41,7 +41,7 @@ void count_compressed(const CompressedCompliance& compressed, const ContactSites
     pair_operations = std::max(pair_operations, operations);
     pair_bytes = std::max(pair_bytes, bytes);
     cost.field_operations = std::max(cost.field_operations, values);
-    cost.field_bytes = std::max(cost.field_bytes, values * sizeof(float));
+    cost.field_bytes = std::max(cost.field_bytes, values * sizeof(pack::Real));
   }
   cost.force_operations += pair_operations;
   cost.force_bytes = pair_bytes;
@@ -66,7 +66,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     cost.force_operations = 54 * ((m - 1) * m * (2 * m - 1) / 6) + 9 * n * n + 3 * n * m + 36 * m + 4 * n;
     cost.force_bytes = (m * (m + 1) / 2 + m) * 9 * sizeof(double);
     cost.field_operations = rows * n;
-    cost.field_bytes = rows * n * sizeof(float);
+    cost.field_bytes = rows * n * sizeof(pack::Real);
     if (content.compressed != nullptr) count_compressed(*content.compressed, content.sites, cost);
     costs.push_back(cost);
   }
@@ -79,7 +79,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     cost.force_operations = 20 * energy_terms;
     cost.force_bytes = energy_terms * sizeof(double);
     cost.field_operations = rows * field_terms;
-    cost.field_bytes = rows * field_terms * sizeof(float);
+    cost.field_bytes = rows * field_terms * sizeof(pack::Real);
     costs.push_back(cost);
   }
   return costs;

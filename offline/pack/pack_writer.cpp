@@ -69,11 +69,11 @@ size_t num_panels(const ContactSites& sites) {
 
 // The rows of one panel, column after column; zeros where the matrix has ended.
 template <typename Columns>
-void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<float>& out) {
+void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<pack::Real>& out) {
   for (Eigen::Index column = 0; column < columns.cols(); ++column) {
     for (size_t i = 0; i < pack::kPanelRows; ++i) {
       const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
-      out.push_back(row < columns.rows() ? static_cast<float>(columns(row, column)) : 0.0f);
+      out.push_back(row < columns.rows() ? static_cast<pack::Real>(columns(row, column)) : pack::Real{0});
     }
   }
 }
@@ -125,7 +125,7 @@ std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
 
 LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
   const size_t panels = num_panels(sites);
-  std::vector<float> field;
+  std::vector<pack::Real> field;
   field.reserve(panels * pack::kPanelRows * static_cast<size_t>(linear.field_compliance.cols()));
   for (Eigen::Index node = 0; node < linear.field_compliance.cols() / 3; ++node) {
     for (size_t panel = 0; panel < panels; ++panel)
@@ -135,15 +135,19 @@ LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, Seg
 }
 
 CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
-  return {store.add(compressed.panels), store.add(compressed.node_places), store.add(compressed.basis),
-          store.add(compressed.blocks), store.add(compressed.coefficients)};
+  const auto as_real = [](const std::vector<float>& values) {
+    return std::vector<pack::Real>(values.begin(), values.end());
+  };
+  return {store.add(compressed.panels), store.add(compressed.node_places),
+          store.add(as_real(compressed.basis)), store.add(compressed.blocks),
+          store.add(as_real(compressed.coefficients))};
 }
 
 PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
                                    SegmentStore& store) {
   std::vector<double> radii;
   std::vector<double> energy;
-  std::vector<float> field;
+  std::vector<pack::Real> field;
   const size_t panels = num_panels(sites);
   for (const SiteResult& result : results) {
     const SitePolynomial& polynomial = result.polynomial;
@@ -172,7 +176,7 @@ GravitySegments add_gravity(const PackContent& content, SegmentStore& store) {
   segments.rest_positions = store.add(positions);
   if (rest.per_gravity.size() == 0) return segments;
   const Eigen::MatrixXd per_gravity = packed_rows(content.sites, rest.per_gravity);
-  std::vector<float> field;
+  std::vector<pack::Real> field;
   for (size_t panel = 0; panel < num_panels(content.sites); ++panel) append_panel(per_gravity, panel, field);
   segments.field_per_gravity = store.add(field);
   std::vector<double> contact;
@@ -336,7 +340,7 @@ AlignedBytes write_pack(const PackContent& content) {
     pack::FinishPackBuffer(
         builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
                                         linear_table, polynomial_table, &surveys, &costs, surface_table,
-                                        gravity_table));
+                                        gravity_table, sizeof(pack::Real)));
   };
   flatbuffers::FlatBufferBuilder sizing;
   write_tables(0, sizing);
@@ -377,7 +381,7 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
                         : dense_compliance_bytes(packed_nodes, contact_nodes);
   if (polynomial)
     bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *
-             sizeof(float);
+             sizeof(pack::Real);
   return bytes;
 }
 

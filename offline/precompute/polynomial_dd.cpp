@@ -28,7 +28,7 @@ SitePolynomial fit_polynomial(const std::vector<Sample>& samples, const SiteLine
   // Field: u(x) - r L x = sum over degrees 2 .. p; each sample gives it and its three derivatives.
   const auto field_terms = static_cast<Eigen::Index>(pack::num_monomials(1, static_cast<uint32_t>(degree)));
   polynomial.field.resize(rows, field_terms);
-  polynomial.field.leftCols<3>() = (radius * linear.field).cast<float>();
+  polynomial.field.leftCols<3>() = radius * linear.field;
   if (degree > 1) {
     const double weight = derivative_weight(degree);
     Eigen::MatrixXd design(4 * count, field_terms - 3);
@@ -40,7 +40,7 @@ SitePolynomial fit_polynomial(const std::vector<Sample>& samples, const SiteLine
       values.middleRows<3>(4 * i + 1) = weight * radius * (sample.field_tangent - linear.field).transpose();
       design.middleRows<3>(4 * i + 1) *= weight;
     }
-    polynomial.field.rightCols(field_terms - 3) = least_squares(design, values).transpose().cast<float>();
+    polynomial.field.rightCols(field_terms - 3) = least_squares(design, values).transpose();
   }
 
   // Energy: E(x) - r^2/2 x S x = sum over degrees 3 .. p + 1, known with gradient r f and Hessian r^2 S(d).

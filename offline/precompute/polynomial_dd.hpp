@@ -17,7 +17,7 @@ namespace palpate {
 // In x = d / radius, coefficients in the order of a pack.
 struct SitePolynomial {
   double radius = 0;
-  Eigen::MatrixXf field;   // 3 packed nodes x monomials of degree 1 .. degree; length unit
+  Eigen::MatrixXd field;   // 3 packed nodes x monomials of degree 1 .. degree; length unit
   Eigen::VectorXd energy;  // monomials of degree 2 .. degree + 1; force unit x length unit
 };
 

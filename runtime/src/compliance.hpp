@@ -17,6 +17,6 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
 // sum[96 count]; count <= kMostPanelsAtOnce. The panels are those of a compressed compliance where the pack
 // has one. Cost: reads 1,152 bytes for each panel and held node; of a compressed compliance a fifth of it.
 void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, float* sum);
+                          AddColumns add_columns, pal_real* sum);
 
 }  // namespace palpate

@@ -9,7 +9,7 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
   const uint32_t panel = place / pack::kPanelNodes;
   const uint32_t row = 3 * (place % pack::kPanelNodes);
   const pack::CompressedBlock& stored = pack.compressed_blocks[size_t{j} * pack.num_panels + panel];
-  const float* coefficients = block_coefficients(pack, stored);
+  const pal_real* coefficients = block_coefficients(pack, stored);
   if (stored.rank == pack::kPanelRows) {
     for (uint32_t r = 0; r < 3; ++r) {
       for (uint32_t c = 0; c < 3; ++c) {
@@ -21,7 +21,7 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
     }
     return;
   }
-  const float* basis = panel_basis(pack, panel) + row;
+  const pal_real* basis = panel_basis(pack, panel) + row;
   double sums[9] = {};
   for (uint32_t k = 0; k < stored.rank; ++k, basis += pack::kPanelRows) {
     for (uint32_t c = 0; c < 3; ++c) {
@@ -34,23 +34,23 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
 
 // All panels of one held node after one another, as its coefficients are.
 void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, float* sum) {
-  alignas(64) float modes[kMostPanelsAtOnce * pack::kPanelRows];
+                          AddColumns add_columns, pal_real* sum) {
+  alignas(64) pal_real modes[kMostPanelsAtOnce * pack::kPanelRows];
   uint32_t num_modes[kMostPanelsAtOnce];  // of each panel, so far
   memset(modes, 0, size_t{count} * pack::kPanelRows * sizeof *modes);
   memset(num_modes, 0, count * sizeof *num_modes);
   for (uint32_t slot = 0; slot < field.num_held; ++slot) {
     const pack::CompressedBlock* blocks =
         pack.compressed_blocks + size_t{field.held[slot]} * pack.num_panels + first;
-    const float* force = field.weights + size_t{3} * slot;
+    const pal_real* force = field.weights + size_t{3} * slot;
     for (uint32_t panel = 0; panel < count; ++panel) {
       const uint32_t rank = blocks[panel].rank;
-      const float* coefficients = block_coefficients(pack, blocks[panel]);
+      const pal_real* coefficients = block_coefficients(pack, blocks[panel]);
       if (rank == pack::kPanelRows) {
         add_columns(coefficients, pack::kPanelRows, force, 3, sum + size_t{panel} * pack::kPanelRows);
         continue;
       }
-      float* to = modes + size_t{panel} * pack::kPanelRows;
+      pal_real* to = modes + size_t{panel} * pack::kPanelRows;
       for (uint32_t k = 0; k < rank; ++k)
         to[k] += force[0] * coefficients[k] + force[1] * coefficients[rank + k] +
                  force[2] * coefficients[2 * rank + k];

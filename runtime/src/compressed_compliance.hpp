@@ -26,12 +26,12 @@ inline bool is_compressed(const pal_pack& pack) {
 }
 
 // [3][rank].
-inline const float* block_coefficients(const pal_pack& pack, const pack::CompressedBlock& block) {
+inline const pal_real* block_coefficients(const pal_pack& pack, const pack::CompressedBlock& block) {
   return pack.field_compliance + size_t{block.start} * pack::kBlockUnit;
 }
 
 // [num_columns][96] of the panel.
-inline const float* panel_basis(const pal_pack& pack, uint32_t panel) {
+inline const pal_real* panel_basis(const pal_pack& pack, uint32_t panel) {
   return pack.compressed_basis + size_t{pack.compressed_panels[panel].first_column} * pack::kPanelRows;
 }
 
@@ -41,6 +41,6 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
 // Displacements of `count` panels from `first` on by the nodal forces of `field`, added to sum[96 count], in
 // the order of the panels' nodes. count <= kMostPanelsAtOnce.
 void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, float* sum);
+                          AddColumns add_columns, pal_real* sum);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLargestTolerance = 0.1;
-constexpr float kLargestBasis = 1.001f;  // 1, and rounding
+constexpr pal_real kLargestBasis = pal_real(1.001);  // 1, and rounding
 
 // Every node in one place, and the panel there names it: then no frame leaves a node out.
 bool are_places_valid(const pal_pack& pack) {
@@ -68,7 +68,7 @@ uint32_t find_contact(const pal_pack& pack, uint32_t node) {
 
 // Of each dof of the panel the root of what it moves under its own unit force; where it cannot be touched so
 // much that it bounds nothing.
-void find_roots(const pal_pack& pack, uint32_t panel, float roots[pack::kPanelRows]) {
+void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPanelRows]) {
   constexpr double kNoBound = 1e50;
   for (uint32_t place = 0; place < pack::kPanelNodes; ++place) {
     const uint32_t node = pack.compressed_panels[panel].nodes[place];
@@ -76,26 +76,20 @@ void find_roots(const pal_pack& pack, uint32_t panel, float roots[pack::kPanelRo
     double diagonal[3] = {kNoBound, kNoBound, kNoBound};
     if (contact < pack.num_contact_nodes) own_compliance(pack, contact, diagonal);
     for (uint32_t axis = 0; axis < 3; ++axis)
-      roots[3 * place + axis] = static_cast<float>(sqrt(diagonal[axis]));
+      roots[3 * place + axis] = static_cast<pal_real>(sqrt(diagonal[axis]));
   }
 }
 
 // |column[row]| <= roots[row] root for all, by their bits as all_within() does.
-bool is_column_within(const float* column, const float* roots, float root) {
-  uint32_t beyond = 0;
-  for (uint32_t row = 0; row < pack::kPanelRows; ++row) {
-    const float limit = roots[row] * root;
-    uint32_t bits;
-    uint32_t limit_bits;
-    memcpy(&bits, column + row, sizeof bits);
-    memcpy(&limit_bits, &limit, sizeof limit_bits);
-    beyond |= limit_bits - (bits & 0x7fffffffu);  // below 0: the highest bit
-  }
-  return beyond >> 31 == 0;
+bool is_column_within(const pal_real* column, const pal_real* roots, pal_real root) {
+  auto beyond = bits_of_size(pal_real{0});
+  for (uint32_t row = 0; row < pack::kPanelRows; ++row)
+    beyond |= bits_of_size(roots[row] * root) - bits_of_size(column[row]);  // below 0: the highest bit
+  return beyond >> (8 * sizeof beyond - 1) == 0;
 }
 
 // Of the sizes of each axis' coefficients, whose columns are not above 1.
-bool is_sum_within(const float* coefficients, uint32_t rank, double limit) {
+bool is_sum_within(const pal_real* coefficients, uint32_t rank, double limit) {
   for (uint32_t axis = 0; axis < 3; ++axis, coefficients += rank) {
     double sum = 0;
     for (uint32_t k = 0; k < rank; ++k) sum += fabs(static_cast<double>(coefficients[k]));
@@ -105,19 +99,19 @@ bool is_sum_within(const float* coefficients, uint32_t rank, double limit) {
 }
 
 // A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj; a compressed one may break that
-// by its tolerance, and by the rounding of a float.
+// by its tolerance, and by rounding.
 bool are_numbers_valid(const pal_pack& pack, double tolerance) {
   const AddColumns add_columns = choose_add_columns();
   const double slack = 1.0 + tolerance + 1e-5;
   for (uint32_t panel = 0; panel < pack.num_panels; ++panel) {
     const pack::CompressedPanel& about = pack.compressed_panels[panel];
-    const float* basis = panel_basis(pack, panel);
+    const pal_real* basis = panel_basis(pack, panel);
     if (!all_within(basis, size_t{about.num_columns} * pack::kPanelRows, kLargestBasis)) return false;
-    float roots[pack::kPanelRows];
+    pal_real roots[pack::kPanelRows];
     find_roots(pack, panel, roots);
     for (uint32_t node = 0; node < pack.num_contact_nodes; ++node) {
       const pack::CompressedBlock& block = pack.compressed_blocks[size_t{node} * pack.num_panels + panel];
-      const float* coefficients = block_coefficients(pack, block);
+      const pal_real* coefficients = block_coefficients(pack, block);
       double diagonal[3];
       own_compliance(pack, node, diagonal);
       double largest = 0;
@@ -127,18 +121,19 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
       }
       const double limit = kLargestAmplification * largest;
       if (block.rank == pack::kPanelRows
-              ? !all_within(coefficients, size_t{3} * block.rank, static_cast<float>(limit))
+              ? !all_within(coefficients, size_t{3} * block.rank, static_cast<pal_real>(limit))
               : !is_sum_within(coefficients, block.rank, limit))
         return false;
       for (uint32_t axis = 0; axis < 3; ++axis) {
-        const float* column = coefficients + size_t{axis} * block.rank;
-        alignas(64) float made[pack::kPanelRows];
+        const pal_real* column = coefficients + size_t{axis} * block.rank;
+        alignas(64) pal_real made[pack::kPanelRows];
         if (block.rank != pack::kPanelRows) {
           memset(made, 0, sizeof made);
           add_columns(basis, pack::kPanelRows, column, block.rank, made);
           column = made;
         }
-        if (!is_column_within(column, roots, static_cast<float>(slack * sqrt(diagonal[axis])))) return false;
+        if (!is_column_within(column, roots, static_cast<pal_real>(slack * sqrt(diagonal[axis]))))
+          return false;
       }
     }
   }
@@ -164,13 +159,13 @@ bool read_compressed(const pack::CompressedCompliance& compressed, uint64_t firs
     num_columns += panel.num_columns;
   }
   pack.compressed_basis =
-      array_of<float>(pack, compressed.basis(), first_offset, num_columns * pack::kPanelRows);
+      array_of<pal_real>(pack, compressed.basis(), first_offset, num_columns * pack::kPanelRows);
   pack.compressed_blocks = array_of<pack::CompressedBlock>(
       pack, compressed.blocks(), first_offset, uint64_t{pack.num_contact_nodes} * pack.num_panels);
   // As many as there are: blocks say which.
   const uint64_t num_coefficients =
-      compressed.coefficients() == nullptr ? 0 : compressed.coefficients()->bytes() / sizeof(float);
-  pack.field_compliance = array_of<float>(pack, compressed.coefficients(), first_offset, num_coefficients);
+      compressed.coefficients() == nullptr ? 0 : compressed.coefficients()->bytes() / sizeof(pal_real);
+  pack.field_compliance = array_of<pal_real>(pack, compressed.coefficients(), first_offset, num_coefficients);
   if (pack.compressed_basis == nullptr || pack.compressed_blocks == nullptr ||
       pack.field_compliance == nullptr || !are_blocks_valid(pack, num_coefficients)) {
     return false;

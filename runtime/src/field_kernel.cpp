@@ -8,55 +8,73 @@
 namespace palpate {
 namespace {
 
-void add_columns_scalar(const float* columns, size_t stride, const float* weights, uint32_t count,
-                        float* sum) {
+void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
+                        pal_real* sum) {
   for (uint32_t j = 0; j < count; ++j) {
-    const float* column = columns + j * stride;
-    const float weight = weights[j];
+    const pal_real* column = columns + j * stride;
+    const pal_real weight = weights[j];
     for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += weight * column[i];
   }
 }
 
 #ifdef PALPATE_X86
 
-// 96 rows are 12 registers of 8 floats: enough independent sums to hide the latency of a fused multiply-add
-// (4 cycles, 2 a cycle), and few enough that none spills; but only where the loops over them are unrolled,
-// which GCC does not find out by itself: an array that is indexed lives in memory.
-__attribute__((target("avx2,fma"))) void add_columns_avx2(const float* columns, size_t stride,
-                                                          const float* weights, uint32_t count, float* sum) {
-  constexpr uint32_t kRegisters = pack::kPanelRows / 8;
-  __m256 sums[kRegisters];
+#ifdef PALPATE_FLOAT64
+#define PALPATE_256(operation) _mm256_##operation##_pd
+#define PALPATE_512(operation) _mm512_##operation##_pd
+using Lanes256 = __m256d;
+using Lanes512 = __m512d;
+#else
+#define PALPATE_256(operation) _mm256_##operation##_ps
+#define PALPATE_512(operation) _mm512_##operation##_ps
+using Lanes256 = __m256;
+using Lanes512 = __m512;
+#endif
+
+// 12 registers, of 8 floats all rows of a panel: enough independent sums to hide the latency of a fused
+// multiply-add (4 cycles, 2 a cycle), and few enough that none spills; but only where the loops over them are
+// unrolled, which GCC does not find out by itself: an array that is indexed lives in memory.
+__attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* columns, size_t stride,
+                                                          const pal_real* weights, uint32_t count,
+                                                          pal_real* sum) {
+  constexpr uint32_t kRegisters = 12;
+  constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);
+  for (uint32_t first = 0; first < pack::kPanelRows; first += kRegisters * kLanes) {
+    Lanes256 sums[kRegisters];
 #pragma GCC unroll 12
-  for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = _mm256_loadu_ps(sum + 8 * r);
-  for (uint32_t j = 0; j < count; ++j) {
-    const float* column = columns + j * stride;
-    const __m256 weight = _mm256_broadcast_ss(weights + j);
+    for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = PALPATE_256(loadu)(sum + first + kLanes * r);
+    for (uint32_t j = 0; j < count; ++j) {
+      const pal_real* column = columns + j * stride + first;
+      const Lanes256 weight = PALPATE_256(set1)(weights[j]);
 #pragma GCC unroll 12
-    for (uint32_t r = 0; r < kRegisters; ++r) {
-      sums[r] = _mm256_fmadd_ps(weight, _mm256_load_ps(column + 8 * r), sums[r]);
+      for (uint32_t r = 0; r < kRegisters; ++r) {
+        sums[r] = PALPATE_256(fmadd)(weight, PALPATE_256(load)(column + kLanes * r), sums[r]);
+      }
     }
-  }
 #pragma GCC unroll 12
-  for (uint32_t r = 0; r < kRegisters; ++r) _mm256_storeu_ps(sum + 8 * r, sums[r]);
+    for (uint32_t r = 0; r < kRegisters; ++r) PALPATE_256(storeu)(sum + first + kLanes * r, sums[r]);
+  }
 }
 
-// The same with six registers of 16 floats.
-__attribute__((target("avx512f"))) void add_columns_avx512(const float* columns, size_t stride,
-                                                           const float* weights, uint32_t count, float* sum) {
-  constexpr uint32_t kRegisters = pack::kPanelRows / 16;
-  __m512 sums[kRegisters];
+// The same with registers twice as wide, half as many of them or all rows at once.
+__attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* columns, size_t stride,
+                                                           const pal_real* weights, uint32_t count,
+                                                           pal_real* sum) {
+  constexpr uint32_t kLanes = sizeof(Lanes512) / sizeof(pal_real);
+  constexpr uint32_t kRegisters = pack::kPanelRows / kLanes;
+  Lanes512 sums[kRegisters];
 #pragma GCC unroll 12
-  for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = _mm512_loadu_ps(sum + 16 * r);
+  for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = PALPATE_512(loadu)(sum + kLanes * r);
   for (uint32_t j = 0; j < count; ++j) {
-    const float* column = columns + j * stride;
-    const __m512 weight = _mm512_set1_ps(weights[j]);
+    const pal_real* column = columns + j * stride;
+    const Lanes512 weight = PALPATE_512(set1)(weights[j]);
 #pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) {
-      sums[r] = _mm512_fmadd_ps(weight, _mm512_load_ps(column + 16 * r), sums[r]);
+      sums[r] = PALPATE_512(fmadd)(weight, PALPATE_512(load)(column + kLanes * r), sums[r]);
     }
   }
 #pragma GCC unroll 12
-  for (uint32_t r = 0; r < kRegisters; ++r) _mm512_storeu_ps(sum + 16 * r, sums[r]);
+  for (uint32_t r = 0; r < kRegisters; ++r) PALPATE_512(storeu)(sum + kLanes * r, sums[r]);
 }
 #endif
 

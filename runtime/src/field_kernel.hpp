@@ -1,6 +1,7 @@
 // The inner loop of every displacement field: one panel of rows as a weighted sum of columns.
 #pragma once
 
+#include <palpate/palpate.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -9,9 +10,9 @@
 namespace palpate {
 
 // sum[i] += sum over j of weights[j] * columns[j * stride + i], i < pack::kPanelRows. Columns are aligned to
-// 64 bytes. Reads count * 384 bytes once; that is what it costs.
-using AddColumns = void (*)(const float* columns, size_t stride, const float* weights, uint32_t count,
-                            float* sum);
+// 64 bytes. Reads count * 96 numbers once; that is what it costs.
+using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
+                            pal_real* sum);
 
 struct FieldKernel {
   const char* name;
@@ -21,7 +22,7 @@ struct FieldKernel {
 // Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may
 // vectorise them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same
 // bits). They differ from the scalar one by the rounding of `count` products at most:
-// |difference| <= count * 2^-23 * (|sum[i]| + sum over j of |weights[j] columns[j][i]|).
+// |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|), epsilon that of pal_real.
 inline constexpr uint32_t kMostFieldKernels = 3;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

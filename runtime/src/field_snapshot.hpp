@@ -22,9 +22,9 @@ struct FieldState {
   uint32_t site;      // polynomial_dd: whose columns
   uint32_t num_held;  // linear_dd: contact nodes with a force
   uint32_t* held;     // [max_held]
-  float* weights;     // polynomial_dd: monomials of degree 1 ..; linear_dd: nodal forces [num_held][3]
+  pal_real* weights;  // polynomial_dd: monomials of degree 1 ..; linear_dd: nodal forces [num_held][3]
   bool gravity_turned;
-  float gravity_turn[3];
+  pal_real gravity_turn[3];
 };
 
 struct FieldSnapshots {

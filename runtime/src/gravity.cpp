@@ -21,7 +21,8 @@ double length(const double v[3]) {
 
 }  // namespace
 
-void fill_rest(const pal_session& session, const float* turn, uint32_t first, uint32_t count, float* rows) {
+void fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
+               pal_real* rows) {
   const pal_pack& pack = *session.pack;
   memset(rows, 0, size_t{count} * pack::kPanelRows * sizeof *rows);
   if (!pack.has_gravity) return;
@@ -29,7 +30,7 @@ void fill_rest(const pal_session& session, const float* turn, uint32_t first, ui
   const size_t end = size_t{first + count} * pack::kPanelRows;
   const size_t all = size_t{3} * pack.num_nodes;
   for (size_t i = begin; i < (end < all ? end : all); ++i)
-    rows[i - begin] = static_cast<float>((pack.rest_positions[i] - pack.positions[i]) * pack.metres);
+    rows[i - begin] = static_cast<pal_real>((pack.rest_positions[i] - pack.positions[i]) * pack.metres);
   if (turn == nullptr) return;
   for (uint32_t panel = 0; panel < count; ++panel) {
     session.add_columns(pack.field_per_gravity + size_t{3} * (first + panel) * pack::kPanelRows,
@@ -37,12 +38,12 @@ void fill_rest(const pal_session& session, const float* turn, uint32_t first, ui
   }
 }
 
-void add_rest(const pal_session& session, const float* turn, uint32_t node, float* rows) {
+void add_rest(const pal_session& session, const pal_real* turn, uint32_t node, pal_real* rows) {
   const pal_pack& pack = *session.pack;
   if (!pack.has_gravity) return;
   for (uint32_t i = 0; i < 3; ++i) {
     const size_t dof = size_t{3} * node + i;
-    rows[i] += static_cast<float>((pack.rest_positions[dof] - pack.positions[dof]) * pack.metres);
+    rows[i] += static_cast<pal_real>((pack.rest_positions[dof] - pack.positions[dof]) * pack.metres);
     for (uint32_t axis = 0; axis < 3 && turn != nullptr; ++axis) {
       rows[i] += turn[axis] * pack.field_per_gravity[(dof / pack::kPanelRows * 3 + axis) * pack::kPanelRows +
                                                      dof % pack::kPanelRows];

@@ -15,9 +15,10 @@ namespace palpate {
 
 // Rows of `count` panels from `first` on: where the organ rests, API units, with gravity turned by `turn`
 // (model units; null: not at all).
-void fill_rest(const pal_session& session, const float* turn, uint32_t first, uint32_t count, float* rows);
+void fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
+               pal_real* rows);
 
 // The same of one packed node, added to its three rows.
-void add_rest(const pal_session& session, const float* turn, uint32_t node, float* rows);
+void add_rest(const pal_session& session, const pal_real* turn, uint32_t node, pal_real* rows);
 
 }  // namespace palpate

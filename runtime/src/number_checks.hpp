@@ -11,7 +11,7 @@
 namespace palpate {
 
 // Bounds of what a pack may say, far outside anything physical. Within them no double overflows on the way to
-// a force (the worst product is below 1e140) and no float on the way to a displacement (below 1e37).
+// a force (the worst product is below 1e140) and no float32 on the way to a displacement (below 1e37).
 inline constexpr double kLargestScale =
     1e15;  // of lengths, and of what a unit means; 1 / this is the smallest
 inline constexpr double kLargestEnergy = 1e60;  // coefficient
@@ -22,25 +22,29 @@ inline constexpr double kLargestPush =
     1e20;  // max_displacement in m over the compliance of a contact node: a force
 inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
 
-// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: without its sign bit
-// a float has the order of the integer of the same bits, infinity and the NaNs behind the largest number.
-inline bool all_within(const float* values, size_t count, float limit) {
-  uint32_t limit_bits;
-  memcpy(&limit_bits, &limit, sizeof limit);
-  uint32_t largest = 0;
-  for (size_t i = 0; i < count; ++i) {
-    uint32_t bits;
-    memcpy(&bits, values + i, sizeof bits);
-    bits &= 0x7fffffffu;
-    largest = bits > largest ? bits : largest;
-  }
-  return largest <= limit_bits;
+// Without its sign bit a number has the order of the integer of the same bits, infinity and the NaNs behind the
+// largest number.
+inline uint32_t bits_of_size(const float& value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits & (UINT32_MAX >> 1);
 }
 
-inline bool all_within(const double* values, size_t count, double limit) {
-  bool within = true;
-  for (size_t i = 0; i < count; ++i) within = within && values[i] >= -limit && values[i] <= limit;
-  return within;
+inline uint64_t bits_of_size(const double& value) {
+  uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits & (UINT64_MAX >> 1);
+}
+
+// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises.
+template <typename Number>
+bool all_within(const Number* values, size_t count, Number limit) {
+  auto largest = bits_of_size(Number{0});
+  for (size_t i = 0; i < count; ++i) {
+    const auto size = bits_of_size(values[i]);
+    largest = size > largest ? size : largest;
+  }
+  return largest <= bits_of_size(limit);
 }
 
 // A length, or what a unit means.

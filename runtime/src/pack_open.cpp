@@ -147,7 +147,7 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trust
   pack.contact_compliance = array_of<double>(pack, linear.contact_compliance(), first_offset,
                                              9 * pack::lower_block(num_contact_nodes, 0));
   pack.field_compliance =
-      array_of<float>(pack, linear.field_compliance(), first_offset, num_contact_nodes * column);
+      array_of<pal_real>(pack, linear.field_compliance(), first_offset, num_contact_nodes * column);
   if (pack.contact_compliance == nullptr || pack.field_compliance == nullptr) return false;
   if (trusted) return true;
   for (uint64_t node = 0; node < num_contact_nodes; ++node) {
@@ -159,7 +159,7 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trust
       if (diagonal > largest) largest = diagonal;
     }
     if (!all_within(pack.field_compliance + node * column, column,
-                    static_cast<float>(kLargestAmplification * largest)))
+                    static_cast<pal_real>(kLargestAmplification * largest)))
       return false;
   }
   return is_compliance(pack.contact_compliance, num_contact_nodes);
@@ -175,14 +175,14 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
       pack.num_sites * uint64_t{pack::num_panels(pack.num_nodes)} * field_terms * pack::kPanelRows;
   pack.radii = array_of<double>(pack, polynomial.radii(), first_offset, pack.num_sites);
   pack.energy = array_of<double>(pack, polynomial.energy(), first_offset, pack.num_sites * energy_terms);
-  pack.field = array_of<float>(pack, polynomial.field(), first_offset, field_values);
+  pack.field = array_of<pal_real>(pack, polynomial.field(), first_offset, field_values);
   if (pack.radii == nullptr || pack.energy == nullptr || pack.field == nullptr) return false;
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
     if (!is_scale(pack.radii[site])) return false;
   }
   return trusted || (all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
                      all_within(pack.field, field_values,
-                                static_cast<float>(kLargestAmplification * pack.max_displacement)));
+                                static_cast<pal_real>(kLargestAmplification * pack.max_displacement)));
 }
 
 bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack) {
@@ -223,12 +223,12 @@ bool read_gravity(const pack::Gravity& gravity, uint64_t first_offset, bool trus
   if (gravity.field_per_gravity() == nullptr && gravity.contact_per_gravity() == nullptr) return true;
   const uint64_t rows = uint64_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows;
   const uint64_t contacts = uint64_t{9} * pack.num_contact_nodes;
-  pack.field_per_gravity = array_of<float>(pack, gravity.field_per_gravity(), first_offset, 3 * rows);
+  pack.field_per_gravity = array_of<pal_real>(pack, gravity.field_per_gravity(), first_offset, 3 * rows);
   pack.contact_per_gravity = array_of<double>(pack, gravity.contact_per_gravity(), first_offset, contacts);
   if (pack.field_per_gravity == nullptr || pack.contact_per_gravity == nullptr) return false;
   // As much more of gravity as a session may ask for moves no node further than lengths may be.
   const double limit = kLargestScale / sqrt(square);
-  return trusted || (all_within(pack.field_per_gravity, 3 * rows, static_cast<float>(limit)) &&
+  return trusted || (all_within(pack.field_per_gravity, 3 * rows, static_cast<pal_real>(limit)) &&
                      all_within(pack.contact_per_gravity, contacts, limit));
 }
 
@@ -273,10 +273,11 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
   const unsigned char* tables_bytes = bytes + header.tables_offset;
   if (!are_sound_tables(tables_bytes, header.tables_bytes)) return PAL_STATUS_CORRUPT_TABLES;
 
+  const pack::Pack& tables = *pack::GetPack(tables_bytes);
+  if (tables.real_bytes() != sizeof(pal_real)) return PAL_STATUS_OTHER_PRECISION;
   pack = {};
   pack.bytes = bytes;
   pack.num_bytes = num_bytes;
-  const pack::Pack& tables = *pack::GetPack(tables_bytes);
   const uint64_t first_offset = pack::round_up(header.tables_offset + header.tables_bytes, pack::kAlignment);
   pack.metres = 1;
   pack.newtons = 1;

@@ -18,6 +18,8 @@ struct ErrorBinView {
 
 inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema that this library knows
 
+static_assert(sizeof(pack::Real) == sizeof(pal_real));
+
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model
   ErrorBinView bins[pack::kSurveyBins];
@@ -54,17 +56,17 @@ struct pal_pack {
 
   // LinearDd; field_compliance is null without the model, contact_compliance also where the model is compressed
   const double* contact_compliance;
-  const float* field_compliance;  // dense columns, or the coefficients of the blocks
+  const pal_real* field_compliance;  // dense columns, or the coefficients of the blocks
   const palpate::pack::CompressedPanel* compressed_panels;  // [num_panels]; null where the model is dense
   const uint32_t* node_places;                              // [num_nodes] 32 x panel + place in it
-  const float* compressed_basis;
+  const pal_real* compressed_basis;
   const palpate::pack::CompressedBlock* compressed_blocks;  // [num_contact_nodes][num_panels]
 
   // PolynomialDd; radii is null without the model
   uint32_t degree;
   const double* radii;
   const double* energy;
-  const float* field;
+  const pal_real* field;
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;
@@ -78,7 +80,7 @@ struct pal_pack {
   bool has_gravity;
   double acceleration[3];
   const double* rest_positions;       // [num_nodes][3] without it, `positions`
-  const float* field_per_gravity;     // [panels][3][96]
+  const pal_real* field_per_gravity;  // [panels][3][96]
   const double* contact_per_gravity;  // [num_contact_nodes][3][3]
 
   // Units: factors from model units to those of the API

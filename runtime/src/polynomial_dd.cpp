@@ -109,7 +109,7 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double d[3]) {
 }
 
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialAnswer& answer, float* weights) {
+                         double length_scale, PolynomialAnswer& answer, pal_real* weights) {
   const double radius = pack.radii[site];
   double x[3] = {displacement[0] / radius, displacement[1] / radius, displacement[2] / radius};
   double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
@@ -157,7 +157,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
     const double fading = degree > 1 ? fade.phi : 1.0;
     const double scale = length_scale * fading * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
     for (uint32_t i = 0; i < num_monomials(degree); ++i) {
-      weights[term++] = static_cast<float>(scale * monomials[monomial_start(degree) + i]);
+      weights[term++] = static_cast<pal_real>(scale * monomials[monomial_start(degree) + i]);
     }
   }
 }
@@ -167,11 +167,11 @@ uint32_t num_field_weights(const pal_pack& pack) {
 }
 
 void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, float* sum) {
+                          AddColumns add_columns, pal_real* sum) {
   const uint32_t terms = num_monomials(1, pack.degree);
   const size_t panels = pack::num_panels(pack.num_nodes);
   for (uint32_t panel = 0; panel < count; ++panel) {
-    const float* coefficients =
+    const pal_real* coefficients =
         pack.field + (size_t{field.site} * panels + first + panel) * terms * pack::kPanelRows;
     add_columns(coefficients, pack::kPanelRows, field.weights, terms, sum + size_t{panel} * pack::kPanelRows);
   }

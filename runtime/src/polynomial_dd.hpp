@@ -46,10 +46,10 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displac
 // field, [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale.
 // Cost at degree 3: 31 energy terms, about 700 multiply-adds.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialAnswer& answer, float* weights);
+                         double length_scale, PolynomialAnswer& answer, pal_real* weights);
 
 // u of the nodes of `count` panels from `first` on, added to sum[96 count].
 void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, float* sum);
+                          AddColumns add_columns, pal_real* sum);
 
 }  // namespace palpate

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// In units of the scene's largest displacement: beyond it a float would overflow before anyone is told.
+// In units of the scene's largest displacement: beyond it a float32 would overflow before anyone is told.
 constexpr double kAbsurdDisplacement = 1e6;
 // The estimate where nothing was measured: all of it may be wrong.
 constexpr double kUnknownError = 1.0;
@@ -140,7 +140,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   field.num_held = linear.answering.num_held;
   memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
   for (uint32_t i = 0; i < 3 * field.num_held; ++i) {
-    field.weights[i] = static_cast<float>(linear.nodal_force[i] * pack.metres);
+    field.weights[i] = static_cast<pal_real>(linear.nodal_force[i] * pack.metres);
   }
   if (results == nullptr) return;
   const bool surveyed =
@@ -255,7 +255,7 @@ void answer_contacts(pal_session& session, pal_model model, const pal_contact* c
   field.model = model;
   field.gravity_turned = session.gravity_turned;
   for (int i = 0; i < 3; ++i)
-    field.gravity_turn[i] = static_cast<float>(session.gravity_turn[i] * session.pack->metres);
+    field.gravity_turn[i] = static_cast<pal_real>(session.gravity_turn[i] * session.pack->metres);
   if (model == PAL_MODEL_POLYNOMIAL) {
     answer_polynomial(session, contacts[0], results);
   } else if (model == PAL_MODEL_LINEAR) {

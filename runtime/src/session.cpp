@@ -48,7 +48,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   for (FieldState& slot : arrays.snapshots.slots) {
     slot.held = arena.take<uint32_t>(linear.max_held);
     slot.weights =
-        arena.take<float>(linear_weights > polynomial_weights ? linear_weights : polynomial_weights);
+        arena.take<pal_real>(linear_weights > polynomial_weights ? linear_weights : polynomial_weights);
   }
   reset_snapshots(arrays.snapshots);
   carve_tools(config, arena, arrays.tools);
@@ -118,13 +118,13 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
 // Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest cache.
 constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
 
-const float* turn_of(const FieldState& field) {
+const pal_real* turn_of(const FieldState& field) {
   return field.gravity_turned ? field.gravity_turn : nullptr;
 }
 
 // Displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
-                 float* sum) {
+                 pal_real* sum) {
   fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
     add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
@@ -135,14 +135,14 @@ void fill_panels(const pal_session& session, const FieldState& field, uint32_t f
 
 // By contacts alone, of panels of a compressed compliance.
 void fill_compressed_panels(const pal_session& session, const FieldState& field, uint32_t first,
-                            uint32_t count, float* sum) {
+                            uint32_t count, pal_real* sum) {
   memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
   add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
 }
 
 // Writes the first nodes of `rows` to `out` and returns what is behind them.
-char* write_nodes(const float* rows, uint32_t count, size_t stride_bytes, char* out) {
-  constexpr size_t kNodeBytes = 3 * sizeof(float);
+char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, char* out) {
+  constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
   if (stride_bytes == kNodeBytes) {
     memcpy(out, rows, count * kNodeBytes);
   } else {
@@ -155,7 +155,7 @@ char* write_nodes(const float* rows, uint32_t count, size_t stride_bytes, char* 
 // The panels of most fields hold nodes that follow one another.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
-  alignas(64) float rows[kPanelsAtOnce * pack::kPanelRows];
+  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     constexpr uint32_t kNodesAtOnce = kPanelsAtOnce * pack::kPanelNodes;
     const uint32_t num_nodes = session.pack->num_nodes;
@@ -182,7 +182,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
 void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
   const pal_pack& pack = *session.pack;
-  alignas(64) float rows[kPanelsAtOnce * pack::kPanelRows];
+  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
       const uint32_t left = pack.num_panels - first;
@@ -205,7 +205,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     const uint32_t wanted = place / pack::kPanelNodes;
     if (wanted != filled) fill_compressed_panels(session, field, wanted, 1, rows);
     filled = wanted;
-    float* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
+    pal_real* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
     add_rest(session, turn_of(field), session.requested[index], node_rows);
     write_nodes(node_rows, 1, stride_bytes, out + index * stride_bytes);
   }
@@ -371,10 +371,10 @@ extern "C" pal_status pal_session_request_nodes(pal_session* session, const uint
   return PAL_STATUS_OK;
 }
 
-extern "C" pal_status pal_visual_frame(pal_session* session, float* displacements,
+extern "C" pal_status pal_visual_frame(pal_session* session, pal_real* displacements,
                                        size_t stride_bytes) noexcept {
   if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (stride_bytes < 3 * sizeof(float)) return PAL_STATUS_BAD_ARGUMENT;
+  if (stride_bytes < 3 * sizeof(pal_real)) return PAL_STATUS_BAD_ARGUMENT;
   const palpate::FieldState& field = palpate::acquire(session->snapshots);
   const palpate::FloatingPointMode mode;
   char* out = reinterpret_cast<char*>(displacements);

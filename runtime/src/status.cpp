@@ -46,6 +46,8 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "the content of the pack contradicts itself; build it again";
     case PAL_STATUS_BAD_CHECKSUM:
       return "the checksum of the pack is wrong; build or copy it again";
+    case PAL_STATUS_OTHER_PRECISION:
+      return "the pack and this library differ in PALPATE_FLOAT64; build one of them again";
     case PAL_STATUS_NOT_A_RECORDING:
       return "this is not a Palpate recording";
     case PAL_STATUS_CORRUPT_RECORDING:

@@ -108,7 +108,7 @@ TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
 TEST_F(Allocation, NoneFromInitToTheLastFrame) {
   const OpenPack pack(small_pack_bytes());
   const pal_pack_info info = pack.info();
-  std::vector<float> field(size_t{3} * info.num_nodes);
+  std::vector<pal_real> field(size_t{3} * info.num_nodes);
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL}) {
     const pal_session_config config = session_config(pack.get(), model, 4, 6);
     size_t bytes = 0;
@@ -148,8 +148,8 @@ TEST_F(Allocation, NoneWithTools) {
   config.max_force = 1;
   const OwnedSession session(pack.get(), config);
   std::vector<uint64_t> recording(1 << 15);
-  std::vector<float> field(size_t{3} * pack.info().num_nodes);
-  std::vector<float> normals(field.size());
+  std::vector<pal_real> field(size_t{3} * pack.info().num_nodes);
+  std::vector<pal_real> normals(field.size());
   pal_touch touch = {};
   touch.struct_size = sizeof touch;
   touch.law = PAL_LAW_TOUCH;

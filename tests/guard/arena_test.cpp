@@ -39,7 +39,7 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
 // Uses every array of a session to its capacity.
 void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_session* session) {
   const pal_pack_info info = pack.info();
-  std::vector<float> field(size_t{3} * info.num_nodes);
+  std::vector<pal_real> field(size_t{3} * info.num_nodes);
   std::vector<pal_contact_result> results(config.max_contacts);
   std::vector<uint32_t> fixed(config.max_fixed);
   int answered = 0;
@@ -184,7 +184,7 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
   session.fix({3});
   const std::vector<pal_contact> held = {{1, {0.01, 0, -0.02}, 0, {}}, {8, {0, 0.01, -0.01}, 0, {}}};
   const auto before = session.touch(held);
-  const std::vector<float> field = session.field();
+  const std::vector<pal_real> field = session.field();
 
   const std::vector<pal_contact> three = {
       {0, {0, 0, -0.03}, 0, {}}, {4, {0, 0, -0.03}, 0, {}}, {9, {0, 0, -0.03}, 0, {}}};

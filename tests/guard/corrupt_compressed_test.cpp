@@ -50,10 +50,10 @@ bool serves_finite_numbers(const pal_pack* pack) {
     for (const auto& result : session.touch(contacts)) finite = finite && all_finite(result);
     finite = finite && all_finite(session.field());
     const uint32_t asked[] = {0, 1, 33, info.num_nodes - 1};
-    float some[12];
+    pal_real some[12];
     require(pal_session_request_nodes(session.get(), asked, 4), "request");
     require(pal_visual_frame(session.get(), some, 12), "frame");
-    for (const float value : some) finite = finite && std::isfinite(value);
+    for (const pal_real value : some) finite = finite && std::isfinite(value);
     require(pal_session_request_nodes(session.get(), nullptr, 0), "request");
   }
   return finite;
@@ -135,20 +135,21 @@ TEST(CorruptCompressed, NumbersBeyondTheirBounds) {
   while (near->rank != pack::kPanelRows) ++near;
   const pack::CompressedBlock* far = blocks;
   while (far->rank == pack::kPanelRows || far->rank == 0) ++far;
-  for (const float wrong : {std::nanf(""), HUGE_VALF, 1e30f, -1e5f}) {
+  for (const pal_real wrong : {std::nanf(""), HUGE_VALF, 1e30f, -1e5f}) {
     for (const pack::CompressedBlock* block : {near, far}) {
-      EXPECT_EQ(status_with<float>(good().coefficients(),
-                                   [&](float* c) { c[size_t{block->start} * pack::kBlockUnit + 1] = wrong; }),
-                PAL_STATUS_CORRUPT_CONTENT)
+      EXPECT_EQ(
+          status_with<pal_real>(good().coefficients(),
+                                [&](pal_real* c) { c[size_t{block->start} * pack::kBlockUnit + 1] = wrong; }),
+          PAL_STATUS_CORRUPT_CONTENT)
           << wrong;
     }
-    EXPECT_EQ(status_with<float>(good().basis(), [&](float* b) { b[5] = wrong; }),
+    EXPECT_EQ(status_with<pal_real>(good().basis(), [&](pal_real* b) { b[5] = wrong; }),
               PAL_STATUS_CORRUPT_CONTENT);
   }
   // What a node moves of itself.
   const OpenPack pack(good_bytes());
   const auto own = [&](float value) {
-    return status_with<float>(good().coefficients(), [&](float* c) {
+    return status_with<pal_real>(good().coefficients(), [&](pal_real* c) {
       const pack::CompressedBlock* block = blocks;  // of contact node 0
       const uint32_t place = reinterpret_cast<const uint32_t*>(
           good_bytes().bytes().data() + good().node_places()->offset())[pack.face().info().num_nodes -
@@ -157,7 +158,8 @@ TEST(CorruptCompressed, NumbersBeyondTheirBounds) {
       c[size_t{block[place / pack::kPanelNodes].start} * pack::kBlockUnit + row] = value;
     });
   };
-  for (const float value : {0.0f, -1.0f, 1e-30f}) EXPECT_EQ(own(value), PAL_STATUS_CORRUPT_CONTENT) << value;
+  for (const pal_real value : {0.0f, -1.0f, 1e-30f})
+    EXPECT_EQ(own(value), PAL_STATUS_CORRUPT_CONTENT) << value;
 }
 
 TEST(CorruptCompressed, StatedErrorsAreNumbers) {

@@ -31,7 +31,7 @@ TEST_P(FloatingPointMode, NoSubnormalNumberComesOut) {
     SCOPED_TRACE(push);
     const pal_contact_result result = session.touch({{0, {0, 0, -push}, 0, {}}}).front();
     for (const double force : result.force) EXPECT_TRUE(force == 0 || std::isnormal(force)) << force;
-    for (const float displacement : session.field())
+    for (const pal_real displacement : session.field())
       EXPECT_TRUE(displacement == 0 || std::isnormal(displacement)) << displacement;
   }
 }

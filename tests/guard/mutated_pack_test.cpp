@@ -52,7 +52,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
     }
   }
   constexpr uint32_t kContacts = 3;
-  std::vector<float> field(size_t{3} * info.num_nodes);
+  std::vector<pal_real> field(size_t{3} * info.num_nodes);
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR}) {
     const pal_session_config config = session_config(pack, model, kContacts, 2);
     size_t bytes = 0;
@@ -264,7 +264,7 @@ TEST_F(Contradiction, LinearCompliance) {
   EXPECT_EQ(changed([&](double* a) { a[own + 2] += 1e-3 * a[0]; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(changed([&](double* a) { a[own + 2] = a[own + 6] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(changed([&](double* a) { a[other + 5] = 1e3; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<float>(linear.field_compliance(), [](float* c) { c[9] = 1e38f; }),
+  EXPECT_EQ(status_with<pal_real>(linear.field_compliance(), [](pal_real* c) { c[9] = 1e38f; }),
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
@@ -276,9 +276,9 @@ TEST_F(Contradiction, Polynomials) {
             PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with<double>(polynomial.energy(), [](double* e) { e[40] = 1e300; }),
             PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<float>(polynomial.field(), [](float* u) { u[40] = 3e38f; }),
+  EXPECT_EQ(status_with<pal_real>(polynomial.field(), [](pal_real* u) { u[40] = 3e38f; }),
             PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<float>(polynomial.field(), [](float* u) { u[40] = std::nanf(""); }),
+  EXPECT_EQ(status_with<pal_real>(polynomial.field(), [](pal_real* u) { u[40] = std::nanf(""); }),
             PAL_STATUS_CORRUPT_CONTENT);
 }
 

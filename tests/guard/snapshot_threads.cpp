@@ -47,7 +47,7 @@ int run(const char* path, bool two_readers) {
 
   Simulation alone;
   if (!alone.init(pack)) return 2;
-  std::vector<std::vector<float>> known;
+  std::vector<std::vector<pal_real>> known;
   for (const std::vector<pal_contact>& contacts : all) {
     std::vector<pal_contact_result> results(contacts.size());
     known.emplace_back(floats);
@@ -63,12 +63,12 @@ int run(const char* path, bool two_readers) {
   std::atomic<int> torn = 0;
   std::vector<std::atomic<int>> seen(all.size());
   const auto read = [&] {
-    std::vector<float> field(floats);
+    std::vector<pal_real> field(floats);
     for (; !finished; ++visual_frames) {
       if (shared.session.visual_frame(field.data()) != PAL_STATUS_OK) ++torn;
       size_t scene = 0;
       while (scene < known.size() &&
-             std::memcmp(field.data(), known[scene].data(), floats * sizeof(float)) != 0)
+             std::memcmp(field.data(), known[scene].data(), floats * sizeof(pal_real)) != 0)
         ++scene;
       if (scene < known.size()) {
         ++seen[scene];

@@ -14,8 +14,8 @@ namespace palpate::test {
 namespace {
 
 // As in runtime_linear_dd_test.cpp.
-constexpr double kForceTolerance = 1e-9;
-constexpr double kFieldTolerance = 1e-5;
+constexpr double kForceTolerance = 1e-10;
+constexpr double kFieldTolerance = field_tolerance(1e-5);
 
 Eigen::Vector3d vector(const double numbers[3]) {
   return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
@@ -42,7 +42,7 @@ class GivenForces : public ::testing::Test {
   // these are those of a dense solve of the whole organ.
   void expect_right(const std::vector<pal_contact>& contacts) {
     const auto results = session_.touch(contacts);
-    const std::vector<float> field = session_.field();
+    const std::vector<pal_real> field = session_.field();
     std::vector<pal_contact> moved = contacts;
     std::vector<std::pair<size_t, Eigen::Vector3d>> held;
     double largest = 0;

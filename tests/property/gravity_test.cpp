@@ -17,13 +17,8 @@
 namespace palpate::test {
 namespace {
 
-constexpr double kForceTolerance = 1e-9;  // as in runtime_linear_dd_test.cpp
-constexpr double kFieldTolerance = 1e-5;
-
-Eigen::VectorXd as_vector(const std::vector<float>& field) {
-  return Eigen::Map<const Eigen::VectorXf>(field.data(), static_cast<Eigen::Index>(field.size()))
-      .cast<double>();
-}
+constexpr double kForceTolerance = 1e-10;  // as in runtime_linear_dd_test.cpp
+constexpr double kFieldTolerance = field_tolerance(1e-5);
 
 // A block on its base that sags sideways and down.
 struct HeavyBlock {
@@ -220,7 +215,7 @@ TEST_F(GravityOfALinearOrgan, DamageIsRefused) {
   const double none[3] = {0, 0, 0};
   const double huge = 1e300;
   const double not_a_number = std::nan("");
-  const auto infinite = std::numeric_limits<float>::infinity();
+  const auto infinite = std::numeric_limits<pal_real>::infinity();
   EXPECT_EQ(status_with(*gravity.acceleration(), gravity_.data(), sizeof none), PAL_STATUS_OK);
   EXPECT_EQ(status_with(*gravity.acceleration(), none, sizeof none), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with(*gravity.acceleration(), &huge, sizeof huge), PAL_STATUS_CORRUPT_CONTENT);

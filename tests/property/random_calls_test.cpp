@@ -145,7 +145,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     return status;
   }
   pal_status normals() {
-    std::vector<float> normals(field_.size());
+    std::vector<pal_real> normals(field_.size());
     const size_t strides[] = {12, 16, 24, 12, 12, 8};
     const pal_status status = pal_pack_compute_normals(pack_.get(), rarely_null(field_.data()),
                                                        strides[any(6)], normals.data(), strides[any(6)]);
@@ -237,7 +237,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
   OpenPack pack_{small_pack_bytes()};
   pal_pack_info info_ = pack_.info();
   OwnedSession session_{pack_.get(), config()};
-  std::vector<float> field_ = std::vector<float>(size_t{6} * info_.num_nodes);
+  std::vector<pal_real> field_ = std::vector<pal_real>(size_t{6} * info_.num_nodes);
   std::vector<uint64_t> recording_ = std::vector<uint64_t>(kRecordingBytes / 8);
   std::mt19937_64 random_{23};
 };

@@ -41,11 +41,6 @@ class RuntimeCompressed : public ::testing::Test {
     return std::min(static_cast<uint32_t>((random_() + 1) / 2 * count), count - 1);
   }
 
-  static Eigen::VectorXd as_vector(const std::vector<float>& field) {
-    return Eigen::Map<const Eigen::VectorXf>(field.data(), static_cast<Eigen::Index>(field.size()))
-        .cast<double>();
-  }
-
   void expect_alike(const Contacts& contacts, double force_error) {
     const auto expected = dense_.touch(contacts);
     const auto results = session_.touch(contacts);
@@ -145,15 +140,15 @@ TEST_F(RuntimeCompressed, RequestedNodesAreThoseOfTheWholeField) {
   config.max_requested = pack_.info().num_nodes;
   OwnedSession session(pack_.get(), config);
   session.touch(any_contacts(3));
-  const std::vector<float> whole = session.field();
+  const std::vector<pal_real> whole = session.field();
   for (const uint32_t step : {1U, 2U, 7U, 97U}) {
     std::vector<uint32_t> asked;
     for (uint32_t node = step - 1; node < pack_.info().num_nodes; node += step) asked.push_back(node);
     require(pal_session_request_nodes(session.get(), asked.data(), static_cast<uint32_t>(asked.size())),
             "request");
-    constexpr size_t kStride = 5;  // floats, the last two the caller's
-    std::vector<float> some(kStride * asked.size(), -7.0f);
-    require(pal_visual_frame(session.get(), some.data(), kStride * sizeof(float)), "frame");
+    constexpr size_t kStride = 5;  // numbers, the last two the caller's
+    std::vector<pal_real> some(kStride * asked.size(), -7.0f);
+    require(pal_visual_frame(session.get(), some.data(), kStride * sizeof(pal_real)), "frame");
     for (size_t i = 0; i < asked.size(); ++i) {
       for (size_t axis = 0; axis < 3; ++axis)
         EXPECT_EQ(some[kStride * i + axis], whole[size_t{3} * asked[i] + axis]);
@@ -162,22 +157,22 @@ TEST_F(RuntimeCompressed, RequestedNodesAreThoseOfTheWholeField) {
   }
   // At rest, too.
   require(pal_contact_frame(session.get(), nullptr, 0, nullptr), "release");
-  std::vector<float> some(3 * 14, -7.0f);
+  std::vector<pal_real> some(3 * 14, -7.0f);
   const uint32_t two[] = {3, 70};
   require(pal_session_request_nodes(session.get(), two, 2), "request");
-  require(pal_visual_frame(session.get(), some.data(), 12), "frame");
+  require(pal_visual_frame(session.get(), some.data(), 3 * sizeof(pal_real)), "frame");
   for (size_t i = 0; i < 6; ++i) EXPECT_EQ(some[i], 0.0f);
 }
 
 TEST_F(RuntimeCompressed, FixedNodesOfTheModelStay) {
   session_.touch(any_contacts(3));
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   const TouchedBlock& block = touched_surface().block;
   size_t still = 0;
   for (size_t i = 0; i < block.sites.packed_nodes.size(); ++i) {
     const bool held = block.model.positions[static_cast<size_t>(block.sites.packed_nodes[i])].z() < 1e-9;
     still += held ? 1 : 0;
-    for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(field[3 * i + axis] == 0.0f, held);
+    for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(field[3 * i + axis] == 0, held);
   }
   EXPECT_GT(still, 100U);
 }
@@ -200,8 +195,8 @@ TEST(RuntimeCompressedSmall, EverythingNear) {
     EXPECT_LE((Eigen::Vector3d(results[c].force) - Eigen::Vector3d(expected[c].force)).norm(),
               kForceError * Eigen::Vector3d(expected[0].force).norm());
   }
-  const std::vector<float> exact = dense.field();
-  const std::vector<float> field = session.field();
+  const std::vector<pal_real> exact = dense.field();
+  const std::vector<pal_real> field = session.field();
   for (size_t i = 0; i < field.size(); ++i) EXPECT_NEAR(field[i], exact[i], kFieldError * 0.03);
 }
 

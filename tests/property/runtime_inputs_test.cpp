@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Models, RuntimeInputs,
 TEST_P(RuntimeInputs, NotFiniteIsRefusedAndNothingChanges) {
   const pal_contact good = {3, {0.01, 0.02, -0.02}, 0, {}};
   session_.touch({good});
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
     for (int axis = 0; axis < 3; ++axis) {
       pal_contact contact = good;
@@ -103,7 +103,7 @@ TEST_P(RuntimeInputs, ClampedAnswerDependsOnTheDirectionAlone) {
 TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
   const uint32_t sites = pack_.info().num_sites;
   session_.touch({{sites - 1, {0, 0, -0.01}, 0, {}}});
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   for (const uint32_t site : {sites, sites + 1, 0x7fffffffu, 0xffffffffu}) {
     const pal_contact contact = {site, {0, 0, -0.01}, 0, {}};
     Watched<pal_contact_result> result;
@@ -134,7 +134,7 @@ TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
 
 TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
   session_.touch({{1, {0, 0, -0.01}, 0, {}}});
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}}, {5, {0, 0, -0.01}, 0, {}}};
   const bool can = GetParam() != PAL_MODEL_POLYNOMIAL;
   EXPECT_EQ(pal_contact_frame(session_.get(), contacts, 2, nullptr),
@@ -145,7 +145,7 @@ TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
 TEST_P(RuntimeInputs, ResultsMayBeNull) {
   const std::vector<pal_contact> contacts = {{3, {0.01, 0.02, -0.02}, 0, {}}};
   session_.touch(contacts);
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   session_.touch({{7, {0.01, 0.02, -0.02}, 0, {}}});
   EXPECT_EQ(pal_contact_frame(session_.get(), contacts.data(), 1, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(session_.field(), field);
@@ -157,31 +157,31 @@ TEST_P(RuntimeInputs, NoContactsIsRest) {
   Watched<pal_contact_result> result;
   EXPECT_EQ(pal_contact_frame(session_.get(), &unread, 0, &result.value), PAL_STATUS_OK);
   EXPECT_FALSE(result.touched());
-  for (const float value : session_.field()) EXPECT_EQ(value, 0.0f);
+  for (const pal_real value : session_.field()) EXPECT_EQ(value, 0.0f);
 }
 
 TEST_P(RuntimeInputs, FieldIsRestBeforeTheFirstFrame) {
-  for (const float value : session_.field()) EXPECT_EQ(value, 0.0f);
+  for (const pal_real value : session_.field()) EXPECT_EQ(value, 0.0f);
 }
 
 TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
   session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   const uint32_t nodes = pack_.info().num_nodes;
   for (const size_t stride : {size_t{12}, size_t{13}, size_t{16}, size_t{24}, size_t{100}}) {
     std::vector<unsigned char> buffer(stride * nodes + 64, kCanary);
     // An odd stride leaves floats off their alignment: bytes are written, not floats.
-    ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<float*>(buffer.data()), stride),
+    ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<pal_real*>(buffer.data()), stride),
               PAL_STATUS_OK);
     for (size_t i = 0; i < nodes; ++i) {
-      float written[3];
+      pal_real written[3];
       std::memcpy(written, buffer.data() + i * stride, sizeof written);
       for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(written[axis], field[3 * i + axis]) << "node " << i;
       for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[i * stride + byte], kCanary);
     }
     for (size_t byte = stride * nodes; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
   }
-  Watched<float> out;
+  Watched<pal_real> out;
   for (const size_t stride : {size_t{0}, size_t{4}, size_t{11}})
     EXPECT_EQ(pal_visual_frame(session_.get(), &out.value, stride), PAL_STATUS_BAD_ARGUMENT);
   EXPECT_FALSE(out.touched());
@@ -192,13 +192,13 @@ TEST_P(RuntimeInputs, RequestedNodesAreThoseOfTheWholeField) {
   config.max_requested = 10;
   OwnedSession session(pack_.get(), config);
   session.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
-  const std::vector<float> all = session.field();
+  const std::vector<pal_real> all = session.field();
   const uint32_t nodes = pack_.info().num_nodes;
   for (const std::vector<uint32_t>& asked :
        {std::vector<uint32_t>{0}, {nodes - 1}, {0, 1, 2}, {3, 31, 32, 33, nodes - 1}}) {
     ASSERT_EQ(pal_session_request_nodes(session.get(), asked.data(), static_cast<uint32_t>(asked.size())),
               PAL_STATUS_OK);
-    std::vector<float> some(3 * asked.size() + 3, 7.0f);
+    std::vector<pal_real> some(3 * asked.size() + 3, 7.0f);
     ASSERT_EQ(pal_visual_frame(session.get(), some.data(), 12), PAL_STATUS_OK);
     for (size_t i = 0; i < asked.size(); ++i)
       EXPECT_EQ(std::memcmp(&some[3 * i], &all[3 * asked[i]], 12), 0) << "node " << asked[i];
@@ -276,7 +276,7 @@ TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
 
   const pal_contact contact = {0, {0, 0, 0}, 0, {}};
   Watched<pal_contact_result> result;
-  Watched<float> out;
+  Watched<pal_real> out;
   const uint32_t node = 0;
   EXPECT_EQ(pal_session_set_fixed(nullptr, &node, 1), null);
   EXPECT_EQ(pal_session_set_fixed(session_.get(), nullptr, 1), null);

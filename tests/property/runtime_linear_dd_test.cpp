@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <random>
 
+#include "schemas/pack_generated.h"
+#include "tests/support/changed_pack.hpp"
 #include "tests/support/dense_reference.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
@@ -16,9 +18,9 @@ namespace palpate::test {
 namespace {
 
 // Two float64 factorisations of matrices with condition numbers of a few thousand.
-constexpr double kForceTolerance = 1e-9;
-// float32 coefficients and sums of up to about 50 of them, relative to the largest displacement.
-constexpr double kFieldTolerance = 1e-5;
+constexpr double kForceTolerance = 1e-10;
+// Sums of up to about 50 products, relative to the largest displacement.
+constexpr double kFieldTolerance = field_tolerance(1e-5);
 // Sums of the same float64 numbers in another order.
 constexpr double kRounding = 1e-12;
 
@@ -37,11 +39,6 @@ Eigen::Vector3d force_of(const pal_contact_result& result) {
 
 Eigen::Matrix3d stiffness_of(const pal_contact_result& result) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
-}
-
-Eigen::VectorXd as_vector(const std::vector<float>& field) {
-  return Eigen::Map<const Eigen::VectorXf>(field.data(), static_cast<Eigen::Index>(field.size()))
-      .cast<double>();
 }
 
 class RuntimeLinearDd : public ::testing::Test {
@@ -279,7 +276,7 @@ TEST_F(RuntimeLinearDd, OneSiteHeldTwiceFollowsTheMean) {
   const Eigen::Vector3d a = any_displacement();
   const Eigen::Vector3d b = any_displacement();
   const auto results = session_.touch(as_runtime({{4, a}, {4, b}}));
-  const std::vector<float> field = session_.field();
+  const std::vector<pal_real> field = session_.field();
   const auto mean = session_.touch(as_runtime({{4, 0.5 * (a + b)}}));
   const Eigen::Vector3d force = force_of(results[0]) + force_of(results[1]);
   EXPECT_LE((force - force_of(mean[0])).norm(), kForceTolerance * force.norm());
@@ -351,7 +348,7 @@ TEST_F(RuntimeLinearDd, FixingANodeChangesNothingBeforeTheNextFrame) {
   const auto contacts = as_runtime({{4, {0.01, 0, -0.03}}});
   OwnedSession session(pack_.get(), PAL_MODEL_LINEAR, 1, 2);
   session.touch(contacts);
-  const std::vector<float> before = session.field();
+  const std::vector<pal_real> before = session.field();
   session.fix({0, 1});
   EXPECT_EQ(session.field(), before);
   session.touch(contacts);
@@ -368,6 +365,20 @@ TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
   EXPECT_EQ(result.displacement_error, 1);
   EXPECT_EQ(result.force_error, 1);
 }
+
+#ifdef PALPATE_FLOAT64  // 4 bytes are the default, which tables leave out: there is no byte to change
+TEST_F(RuntimeLinearDd, PackOfTheOtherPrecisionIsRefused) {
+  AlignedBytes bytes = copy_of(small_pack_bytes().bytes());
+  unsigned char* tables = bytes.bytes().data() + header_of(bytes.bytes()).tables_offset;
+  unsigned char* real_bytes =
+      flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)->GetAddressOf(pack::Pack::VT_REAL_BYTES);
+  ASSERT_NE(real_bytes, nullptr);
+  ASSERT_EQ(*real_bytes, 8);
+  *real_bytes = 4;
+  repair_checksum(bytes.bytes());
+  EXPECT_EQ(open_status(bytes.bytes()), PAL_STATUS_OTHER_PRECISION);
+}
+#endif
 
 TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {
   OwnedSession automatic(pack_.get(), PAL_MODEL_AUTO, 2, 2);

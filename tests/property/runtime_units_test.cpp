@@ -67,10 +67,10 @@ TEST_F(RuntimeUnits, AnswersScale) {
           const Eigen::Map<const Eigen::Matrix3d> in_si(&results[c].stiffness[0][0]);
           EXPECT_LE((in_si - kNewtons / kMetres * S).norm(), kRounding * S.norm());
         }
-        const std::vector<float> in_model = plain.field();
-        const std::vector<float> field = scaled.field();
-        float largest = 0;
-        for (const float value : in_model) largest = std::max(largest, std::abs(value));
+        const std::vector<pal_real> in_model = plain.field();
+        const std::vector<pal_real> field = scaled.field();
+        pal_real largest = 0;
+        for (const pal_real value : in_model) largest = std::max(largest, std::abs(value));
         for (size_t i = 0; i < field.size(); ++i) {
           ASSERT_NEAR(static_cast<double>(field[i]), kMetres * static_cast<double>(in_model[i]),
                       kFieldRounding * kMetres * static_cast<double>(largest));

@@ -17,12 +17,12 @@ class SurfaceNormals : public ::testing::Test {
   Eigen::Vector3d position(uint32_t node) const {
     return Eigen::Map<const Eigen::Vector3d>(pack_.face().geometry().positions + size_t{3} * node);
   }
-  std::vector<float> normals(const std::vector<float>& displacements) const {
-    std::vector<float> normals(displacements.size(), 9.0f);
+  std::vector<pal_real> normals(const std::vector<pal_real>& displacements) const {
+    std::vector<pal_real> normals(displacements.size(), 9.0f);
     require(pal_pack_compute_normals(pack_.get(), displacements.data(), 12, normals.data(), 12), "normals");
     return normals;
   }
-  Eigen::Vector3d at_node(const std::vector<float>& field, uint32_t node) const {
+  Eigen::Vector3d at_node(const std::vector<pal_real>& field, uint32_t node) const {
     return Eigen::Map<const Eigen::Vector3f>(field.data() + size_t{3} * node).cast<double>();
   }
   bool has_triangle(uint32_t node) const {
@@ -35,11 +35,11 @@ class SurfaceNormals : public ::testing::Test {
 
   OpenPack pack_{small_pack_bytes()};
   uint32_t num_nodes_ = pack_.info().num_nodes;
-  std::vector<float> rest_ = std::vector<float>(size_t{3} * num_nodes_, 0.0f);
+  std::vector<pal_real> rest_ = std::vector<pal_real>(size_t{3} * num_nodes_, 0.0f);
 };
 
 TEST_F(SurfaceNormals, PointOutOfTheBlock) {
-  const std::vector<float> field = normals(rest_);
+  const std::vector<pal_real> field = normals(rest_);
   constexpr double kTop = 0.375;
   int on_top = 0;
   for (uint32_t node = 0; node < num_nodes_; ++node) {
@@ -62,25 +62,26 @@ TEST_F(SurfaceNormals, PointOutOfTheBlock) {
 }
 
 TEST_F(SurfaceNormals, TurnWithTheSurface) {
-  const std::vector<float> before = normals(rest_);
+  const std::vector<pal_real> before = normals(rest_);
   const Eigen::Matrix3d R = rotation_vector({0.8, -1.2, 2.0});
-  std::vector<float> displacements = rest_;
+  std::vector<pal_real> displacements = rest_;
   for (uint32_t node = 0; node < num_nodes_; ++node) {
     const Eigen::Vector3d u = R * position(node) - position(node) + Eigen::Vector3d(0.3, -0.2, 0.1);
-    for (int i = 0; i < 3; ++i) displacements[3 * node + static_cast<uint32_t>(i)] = static_cast<float>(u[i]);
+    for (int i = 0; i < 3; ++i)
+      displacements[3 * node + static_cast<uint32_t>(i)] = static_cast<pal_real>(u[i]);
   }
-  const std::vector<float> after = normals(displacements);
+  const std::vector<pal_real> after = normals(displacements);
   for (uint32_t node = 0; node < num_nodes_; ++node)
     EXPECT_LE((at_node(after, node) - R * at_node(before, node)).norm(), kFloat);
 }
 
 TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
-  const std::vector<float> expected = normals(rest_);
+  const std::vector<pal_real> expected = normals(rest_);
   constexpr unsigned char kCanary = 0xa5;
   for (const size_t stride : {size_t{12}, size_t{13}, size_t{32}}) {
     std::vector<unsigned char> buffer(stride * num_nodes_ + 64, kCanary);
-    ASSERT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, reinterpret_cast<float*>(buffer.data()),
-                                       stride),
+    ASSERT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12,
+                                       reinterpret_cast<pal_real*>(buffer.data()), stride),
               PAL_STATUS_OK);
     for (size_t node = 0; node < num_nodes_; ++node) {
       EXPECT_EQ(std::memcmp(buffer.data() + node * stride, expected.data() + 3 * node, 12), 0);
@@ -88,7 +89,7 @@ TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
     }
     for (size_t byte = stride * num_nodes_; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
   }
-  float* const out = rest_.data();
+  pal_real* const out = rest_.data();
   EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 8, out, 12), PAL_STATUS_BAD_ARGUMENT);
   EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, out, 8), PAL_STATUS_BAD_ARGUMENT);
   EXPECT_EQ(pal_pack_compute_normals(nullptr, rest_.data(), 12, out, 12), PAL_STATUS_NULL_ARGUMENT);
@@ -97,16 +98,16 @@ TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
 }
 
 TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {
-  for (const float size : {1e-44f, 1e20f, 3e38f, std::nanf(""), HUGE_VALF}) {
-    std::vector<float> displacements = rest_;
+  for (const pal_real size : {1e-44f, 1e20f, 3e38f, std::nanf(""), HUGE_VALF}) {
+    std::vector<pal_real> displacements = rest_;
     for (size_t i = 0; i < displacements.size(); i += 2) displacements[i] = size;
     EXPECT_TRUE(all_finite(normals(displacements))) << size;
   }
   // Folded flat: all triangles without area.
-  std::vector<float> flat = rest_;
+  std::vector<pal_real> flat = rest_;
   for (uint32_t node = 0; node < num_nodes_; ++node) {
     for (int i = 0; i < 3; ++i)
-      flat[3 * node + static_cast<uint32_t>(i)] = static_cast<float>(-position(node)[i]);
+      flat[3 * node + static_cast<uint32_t>(i)] = static_cast<pal_real>(-position(node)[i]);
   }
   EXPECT_TRUE(all_finite(normals(flat)));
 }

@@ -170,7 +170,7 @@ TEST_F(Tools, ReleasingFreesTheTissue) {
   expect_near(force_of(results[3]), Eigen::Vector3d(alone.force), kRounding, "the other tool, now alone");
   require(pal_tool_release(tools_.get(), 3), "release");
   tools_.frame({});
-  for (const float u : tools_.field()) EXPECT_EQ(u, 0.0f);
+  for (const pal_real u : tools_.field()) EXPECT_EQ(u, 0.0f);
 }
 
 TEST_F(Tools, WhatCannotBeHeldIsRefusedAndNothingChanges) {

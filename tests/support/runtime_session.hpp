@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <palpate/palpate.hpp>
 #include <stdexcept>
@@ -14,6 +16,11 @@ namespace palpate::test {
 
 inline void require(pal_status status, const char* what) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(std::string(what) + ": " + pal_status_text(status));
+}
+
+// What rounding may make of a field: `float32`, or in a build with PALPATE_FLOAT64 what that promises.
+constexpr double field_tolerance(double float32) {
+  return sizeof(pal_real) == sizeof(float) ? float32 : 1e-10;
 }
 
 // A pack opened on bytes that must outlive it.
@@ -69,9 +76,9 @@ class OwnedSession {
   }
 
   // [num_nodes][3]
-  std::vector<float> field() {
-    std::vector<float> displacements(size_t{3} * num_nodes_);
-    require(pal_visual_frame(session_, displacements.data(), 3 * sizeof(float)), "visual_frame");
+  std::vector<pal_real> field() {
+    std::vector<pal_real> displacements(size_t{3} * num_nodes_);
+    require(pal_visual_frame(session_, displacements.data(), 3 * sizeof(pal_real)), "visual_frame");
     return displacements;
   }
 
@@ -87,8 +94,14 @@ class OwnedSession {
   uint32_t num_nodes_ = 0;
 };
 
-inline bool all_finite(const std::vector<float>& values) {
-  for (const float value : values) {
+inline Eigen::VectorXd as_vector(const std::vector<pal_real>& field) {
+  Eigen::VectorXd vector(static_cast<Eigen::Index>(field.size()));
+  std::copy(field.begin(), field.end(), vector.begin());
+  return vector;
+}
+
+inline bool all_finite(const std::vector<pal_real>& values) {
+  for (const pal_real value : values) {
     if (!std::isfinite(value)) return false;
   }
   return true;

@@ -60,6 +60,17 @@ extern "C" {
   { 0 }
 #endif
 
+/* The numbers of displacement fields, in packs and in visual frames; all else is double. Define PALPATE_FLOAT64
+ * in programs that link a library built with it (CMake does): such a library reads packs of such a builder. */
+#ifdef PALPATE_FLOAT64
+typedef double pal_real;
+/* So that the other kind of library does not link. */
+#define pal_visual_frame pal_visual_frame_float64
+#define pal_pack_compute_normals pal_pack_compute_normals_float64
+#else
+typedef float pal_real;
+#endif
+
 /* Values are pinned; new ones are added at the end of their group of ten. */
 typedef enum pal_status {
   PAL_STATUS_OK = 0,
@@ -88,6 +99,7 @@ typedef enum pal_status {
   PAL_STATUS_CORRUPT_TABLES = 43,  /* the FlatBuffer does not verify */
   PAL_STATUS_CORRUPT_CONTENT = 44, /* tables that contradict each other or hold impossible values */
   PAL_STATUS_BAD_CHECKSUM = 45,
+  PAL_STATUS_OTHER_PRECISION = 46, /* its fields are float64 and this library reads float32, or the reverse */
   /* the recording */
   PAL_STATUS_NOT_A_RECORDING = 50,
   PAL_STATUS_CORRUPT_RECORDING = 51,
@@ -517,10 +529,10 @@ PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* re
 
 /* Displacements of all packed nodes from the mesh (pal_geometry::positions), gravity's among them, organ
  * frame, under the contacts of the last haptic or contact frame that
- * has returned: node i's three floats are written at (char*)displacements + i * stride_bytes, stride_bytes >=
- * 12. m, or length unit. Cost: one pass over the coefficients in use; the haptic thread never waits for it.
+ * has returned: node i's three numbers are written at (char*)displacements + i * stride_bytes, stride_bytes >=
+ * 3 sizeof(pal_real). m, or length unit. Cost: one pass over the coefficients in use; the haptic thread never waits for it.
  * Real-time safe: yes. */
-PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, float* displacements,
+PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, pal_real* displacements,
                                           size_t stride_bytes) PAL_NOEXCEPT;
 
 /* From now on visual frames write these packed nodes alone, one after another; the panels of 32 nodes that
@@ -530,11 +542,11 @@ PAL_NODISCARD pal_status pal_session_request_nodes(pal_session* session, const u
                                                    uint32_t count) PAL_NOEXCEPT;
 
 /* Unit normals, out of the tissue, of the surface under displacements as pal_visual_frame writes them; zero
- * for nodes without a triangle (pal_geometry). Node i's three floats are at (char*)normals + i *
- * normal_stride. Both strides in bytes, >= 12; the buffers must not overlap. Cost: one pass over the
+ * for nodes without a triangle (pal_geometry). Node i's three numbers are at (char*)normals + i *
+ * normal_stride. Both strides in bytes, >= 3 sizeof(pal_real); the buffers must not overlap. Cost: one pass over the
  * triangles. Any thread. Real-time safe: yes. */
-PAL_NODISCARD pal_status pal_pack_compute_normals(const pal_pack* pack, const float* displacements,
-                                                  size_t displacement_stride, float* normals,
+PAL_NODISCARD pal_status pal_pack_compute_normals(const pal_pack* pack, const pal_real* displacements,
+                                                  size_t displacement_stride, pal_real* normals,
                                                   size_t normal_stride) PAL_NOEXCEPT;
 
 /* Made in the caller, whose sizes these structs have. */

@@ -100,8 +100,8 @@ class Session {
   [[nodiscard]] pal_status request_nodes(std::span<const uint32_t> nodes) noexcept {
     return pal_session_request_nodes(session_, nodes.data(), static_cast<uint32_t>(nodes.size()));
   }
-  [[nodiscard]] pal_status visual_frame(float* displacements,
-                                        size_t stride_bytes = 3 * sizeof(float)) noexcept {
+  [[nodiscard]] pal_status visual_frame(pal_real* displacements,
+                                        size_t stride_bytes = 3 * sizeof(pal_real)) noexcept {
     return pal_visual_frame(session_, displacements, stride_bytes);
   }
   [[nodiscard]] pal_session* get() const noexcept { return session_; }
