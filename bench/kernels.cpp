@@ -17,7 +17,7 @@ struct Coefficients {
   Coefficients(size_t panels, size_t terms)
       : count(panels * terms * kPanelRows),
         values(static_cast<pal_real*>(::operator new(count * sizeof(pal_real), std::align_val_t(64)))) {
-    for (size_t i = 0; i < count; ++i) values[i] = static_cast<pal_real>(i % 17) * 0.1f;
+    for (size_t i = 0; i < count; ++i) values[i] = static_cast<pal_real>(i % 17) / 10;
   }
   ~Coefficients() { ::operator delete(values, std::align_val_t(64)); }
   Coefficients(const Coefficients&) = delete;
@@ -35,7 +35,8 @@ void field(benchmark::State& state, palpate::AddColumns add_columns) {
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {
       std::memset(sum, 0, sizeof sum);
-      add_columns(coefficients.values + panel * terms * kPanelRows, kPanelRows, weights.data(), terms, sum);
+      add_columns(coefficients.values + panel * terms * kPanelRows, kPanelRows, weights.data(), terms, sum,
+                  sum);
       benchmark::DoNotOptimize(sum);
     }
   }

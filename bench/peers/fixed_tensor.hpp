@@ -24,24 +24,24 @@ class FixedTensor {
       const Eigen::Index width = std::min(kBlock, tensor_.cols() - first);
       const Eigen::MatrixXd d = unit.middleCols(first, width);
       const Eigen::MatrixXd free = back_solve.solve(d);
-      tensor_.middleCols(first, width) = free.cast<float>();
+      tensor_.middleCols(first, width) = free.cast<pal_real>();
       force_tensor_.middleCols(first, width) =
           held.free_contact.transpose() * free + held.contact_contact * d;
     }
   }
 
   void frame(const Eigen::VectorXd& d) {
-    displacement_.noalias() = tensor_ * d.cast<float>();
+    displacement_.noalias() = tensor_ * d.cast<pal_real>();
     force_.noalias() = force_tensor_ * d;
   }
   // Of the last frame.
-  const Eigen::VectorXf& displacement() const { return displacement_; }  // u_f
+  const RealVector& displacement() const { return displacement_; }  // u_f
   const Eigen::VectorXd& force() const { return force_; }
 
  private:
-  Eigen::MatrixXf tensor_;
+  RealMatrix tensor_;
   Eigen::MatrixXd force_tensor_;
-  Eigen::VectorXf displacement_;
+  RealVector displacement_;
   Eigen::VectorXd force_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <palpate/palpate.hpp>
 #include <vector>
 
 #include "offline/fem/assembly.hpp"
@@ -13,6 +14,9 @@ namespace palpate::peers {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 using SparseColumns = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+// What displacements are shown in.
+using RealMatrix = Eigen::Matrix<pal_real, Eigen::Dynamic, Eigen::Dynamic>;
+using RealVector = Eigen::Matrix<pal_real, Eigen::Dynamic, 1>;
 
 struct HeldContacts {
   Sparse free_free;

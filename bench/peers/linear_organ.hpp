@@ -81,13 +81,13 @@ class LinearSession {
       force.segment<3>(static_cast<Eigen::Index>(3 * c)) = Eigen::Vector3d(results_[c].force);
     return force;
   }
-  const Eigen::VectorXf& field() const { return field_; }
+  const RealVector& field() const { return field_; }
 
  private:
   Pack pack_;
   std::optional<AlignedBytes> arena_;
   Session session_;
-  Eigen::VectorXf field_;  // 3 shown nodes
+  RealVector field_;  // 3 shown nodes
   std::vector<pal_contact_result> results_;
 };
 

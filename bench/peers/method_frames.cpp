@@ -85,14 +85,14 @@ class Measurement {
           session.contact_frame(contacts);
           session.visual_frame();
         },
-        [&]() -> Eigen::VectorXf { return session.field()(shown); }, force);
+        [&]() -> RealVector { return session.field()(shown); }, force);
     measure(
         "linear_dd forces alone", organ_.pack_seconds,
         [&](const Eigen::VectorXd& d) {
           displace(d, contacts);
           session.contact_frame(contacts);
         },
-        [&]() -> Eigen::VectorXf {
+        [&]() -> RealVector {
           session.visual_frame();
           return session.field()(shown);
         },
@@ -104,7 +104,7 @@ class Measurement {
     FixedTensor tensor(held_, *exact_);
     measure(
         "PFE", factor_seconds_ + now() - start, [&](const Eigen::VectorXd& d) { tensor.frame(d); },
-        [&]() -> const Eigen::VectorXf& { return tensor.displacement(); }, [&] { return tensor.force(); });
+        [&]() -> const RealVector& { return tensor.displacement(); }, [&] { return tensor.force(); });
   }
 
   void back_solve() {

@@ -144,12 +144,9 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
 
 Eigen::VectorXd ModelUnitSession::visual_frame() {
   const pal_pack_info info = opened_->info();
-  std::vector<pal_real> displacements(size_t{3} * info.num_nodes);
+  Eigen::Matrix<pal_real, Eigen::Dynamic, 1> displacements(Eigen::Index{3} * info.num_nodes);
   require_ok(session_.visual_frame(displacements.data()), "frame");
-  return Eigen::Map<const Eigen::VectorXf>(displacements.data(),
-                                           static_cast<Eigen::Index>(displacements.size()))
-             .cast<double>() /
-         info.metres_per_length_unit;
+  return displacements.cast<double>() / info.metres_per_length_unit;
 }
 
 }  // namespace palpate

@@ -327,7 +327,7 @@ double dense_compliance_bytes(std::size_t packed_nodes, std::size_t contact_node
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
   const double contact_dofs = 3.0 * static_cast<double>(contact_nodes);
-  return 0.5 * contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(float);
+  return 0.5 * contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(pack::Real);
 }
 
 double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_nodes) {
@@ -337,7 +337,7 @@ double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_n
   constexpr double kMeanRank = 20;
   const double near = std::min(panels, kNearPanels);
   return static_cast<double>(contact_nodes) * (near * pack::kPanelRows + (panels - near) * kMeanRank) * 3 *
-         sizeof(float);
+         sizeof(pack::Real);
 }
 
 }  // namespace palpate

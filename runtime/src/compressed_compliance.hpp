@@ -38,9 +38,8 @@ inline const pal_real* panel_basis(const pal_pack& pack, uint32_t panel) {
 // A_ij for i >= j, 3 x 3 by rows; A_ii is symmetric. Cost: 9 rank multiply-adds.
 void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
 
-// Displacements of `count` panels from `first` on by the nodal forces of `field`, added to sum[96 count], in
-// the order of the panels' nodes. count <= kMostPanelsAtOnce.
+// add_compliance_field for a compressed compliance, in the order of the panels' nodes.
 void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, pal_real* sum);
+                          AddColumns add_columns, const pal_real* start, pal_real* sum);
 
 }  // namespace palpate

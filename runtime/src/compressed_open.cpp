@@ -128,8 +128,7 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
         const pal_real* column = coefficients + size_t{axis} * block.rank;
         alignas(64) pal_real made[pack::kPanelRows];
         if (block.rank != pack::kPanelRows) {
-          memset(made, 0, sizeof made);
-          add_columns(basis, pack::kPanelRows, column, block.rank, made);
+          add_columns(basis, pack::kPanelRows, column, block.rank, nullptr, made);
           column = made;
         }
         if (!is_column_within(column, roots, static_cast<pal_real>(slack * sqrt(diagonal[axis]))))

@@ -9,7 +9,8 @@ namespace palpate {
 namespace {
 
 void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
-                        pal_real* sum) {
+                        const pal_real* start, pal_real* sum) {
+  for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] = start == nullptr ? 0 : start[i];
   for (uint32_t j = 0; j < count; ++j) {
     const pal_real* column = columns + j * stride;
     const pal_real weight = weights[j];
@@ -36,13 +37,14 @@ using Lanes512 = __m512;
 // unrolled, which GCC does not find out by itself: an array that is indexed lives in memory.
 __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* columns, size_t stride,
                                                           const pal_real* weights, uint32_t count,
-                                                          pal_real* sum) {
+                                                          const pal_real* start, pal_real* sum) {
   constexpr uint32_t kRegisters = 12;
   constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);
   for (uint32_t first = 0; first < pack::kPanelRows; first += kRegisters * kLanes) {
     Lanes256 sums[kRegisters];
 #pragma GCC unroll 12
-    for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = PALPATE_256(loadu)(sum + first + kLanes * r);
+    for (uint32_t r = 0; r < kRegisters; ++r)
+      sums[r] = start == nullptr ? PALPATE_256(setzero)() : PALPATE_256(loadu)(start + first + kLanes * r);
     for (uint32_t j = 0; j < count; ++j) {
       const pal_real* column = columns + j * stride + first;
       const Lanes256 weight = PALPATE_256(set1)(weights[j]);
@@ -59,12 +61,13 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
 // The same with registers twice as wide, half as many of them or all rows at once.
 __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* columns, size_t stride,
                                                            const pal_real* weights, uint32_t count,
-                                                           pal_real* sum) {
+                                                           const pal_real* start, pal_real* sum) {
   constexpr uint32_t kLanes = sizeof(Lanes512) / sizeof(pal_real);
   constexpr uint32_t kRegisters = pack::kPanelRows / kLanes;
   Lanes512 sums[kRegisters];
 #pragma GCC unroll 12
-  for (uint32_t r = 0; r < kRegisters; ++r) sums[r] = PALPATE_512(loadu)(sum + kLanes * r);
+  for (uint32_t r = 0; r < kRegisters; ++r)
+    sums[r] = start == nullptr ? PALPATE_512(setzero)() : PALPATE_512(loadu)(start + kLanes * r);
   for (uint32_t j = 0; j < count; ++j) {
     const pal_real* column = columns + j * stride;
     const Lanes512 weight = PALPATE_512(set1)(weights[j]);

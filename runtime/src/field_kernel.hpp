@@ -4,15 +4,26 @@
 #include <palpate/palpate.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "schemas/pack_layout.hpp"
 
 namespace palpate {
 
-// sum[i] += sum over j of weights[j] * columns[j * stride + i], i < pack::kPanelRows. Columns are aligned to
-// 64 bytes. Reads count * 96 numbers once; that is what it costs.
+// sum[i] = start[i] + sum over j of weights[j] * columns[j * stride + i], i < pack::kPanelRows. `start` may be
+// `sum`; null: zeros. Columns are aligned to 64 bytes. Reads count * 96 numbers once; that is what it costs.
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
-                            pal_real* sum);
+                            const pal_real* start, pal_real* sum);
+
+// The same of `count` panels and no columns.
+inline void copy_panels(const pal_real* start, uint32_t count, pal_real* sum) {
+  const size_t bytes = size_t{count} * pack::kPanelRows * sizeof *sum;
+  if (start == nullptr) {
+    memset(sum, 0, bytes);
+  } else if (start != sum) {
+    memcpy(sum, start, bytes);
+  }
+}
 
 struct FieldKernel {
   const char* name;

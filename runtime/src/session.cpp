@@ -122,27 +122,29 @@ const pal_real* turn_of(const FieldState& field) {
   return field.gravity_turned ? field.gravity_turn : nullptr;
 }
 
-// Displacements of the nodes of `count` panels from `first` on.
+// sum = displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
                  pal_real* sum) {
-  fill_rest(session, turn_of(field), first, count, sum);
+  const pal_real* rest = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
-    add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
+    add_compliance_field(*session.pack, field, first, count, session.add_columns, rest, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    add_polynomial_field(*session.pack, field, first, count, session.add_columns, sum);
+    add_polynomial_field(*session.pack, field, first, count, session.add_columns, rest, sum);
+  } else {
+    copy_panels(rest, count, sum);
   }
 }
 
 // By contacts alone, of panels of a compressed compliance.
 void fill_compressed_panels(const pal_session& session, const FieldState& field, uint32_t first,
                             uint32_t count, pal_real* sum) {
-  memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
-  add_compliance_field(*session.pack, field, first, count, session.add_columns, sum);
+  add_compliance_field(*session.pack, field, first, count, session.add_columns, nullptr, sum);
 }
+
+constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
 
 // Writes the first nodes of `rows` to `out` and returns what is behind them.
 char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, char* out) {
-  constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
   if (stride_bytes == kNodeBytes) {
     memcpy(out, rows, count * kNodeBytes);
   } else {
@@ -157,14 +159,19 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
                            char* out) {
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
-    constexpr uint32_t kNodesAtOnce = kPanelsAtOnce * pack::kPanelNodes;
-    const uint32_t num_nodes = session.pack->num_nodes;
-    for (uint32_t node = 0; node < num_nodes; node += kNodesAtOnce) {
-      const uint32_t left = num_nodes - node;
-      const uint32_t count = left < kNodesAtOnce ? left : kNodesAtOnce;
-      fill_panels(session, field, node / pack::kPanelNodes, static_cast<uint32_t>(pack::num_panels(count)),
-                  rows);
-      out = write_nodes(rows, count, stride_bytes, out);
+    // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
+    const bool direct =
+        stride_bytes == kNodeBytes && reinterpret_cast<uintptr_t>(out) % alignof(pal_real) == 0;
+    uint32_t left = session.pack->num_nodes;
+    for (uint32_t first = 0; left > 0;) {
+      const bool into_rows = !direct || left < pack::kPanelNodes;
+      const uint32_t panels = into_rows ? pack::num_panels(left) : left / pack::kPanelNodes;
+      const uint32_t count = panels < kPanelsAtOnce ? panels : kPanelsAtOnce;
+      const uint32_t nodes = count * pack::kPanelNodes < left ? count * pack::kPanelNodes : left;
+      fill_panels(session, field, first, count, into_rows ? rows : reinterpret_cast<pal_real*>(out));
+      out = into_rows ? write_nodes(rows, nodes, stride_bytes, out) : out + nodes * kNodeBytes;
+      first += count;
+      left -= nodes;
     }
     return;
   }

@@ -133,7 +133,7 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
               (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}, 0, {}};
         }
         answered += pal_contact_frame(session, contacts, count, results) == PAL_STATUS_OK;
-        answered += pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK;
+        answered += pal_visual_frame(session, field.data(), kNodeBytes) == PAL_STATUS_OK;
       }
     });
     EXPECT_EQ(in_frames, 0);
@@ -176,9 +176,9 @@ TEST_F(Allocation, NoneWithTools) {
                 input.num_results = 4;
                 answered += pal_haptic_frame(session.get(), &input, results) == PAL_STATUS_OK;
                 touched += results[1].num_contacts != 0;
-                answered += pal_visual_frame(session.get(), field.data(), 12) == PAL_STATUS_OK;
-                answered += pal_pack_compute_normals(pack.get(), field.data(), 12, normals.data(), 12) ==
-                            PAL_STATUS_OK;
+                answered += pal_visual_frame(session.get(), field.data(), kNodeBytes) == PAL_STATUS_OK;
+                answered += pal_pack_compute_normals(pack.get(), field.data(), kNodeBytes, normals.data(),
+                                                     kNodeBytes) == PAL_STATUS_OK;
               }
               answered += pal_session_stop_recording(session.get(), &recorded, nullptr) == PAL_STATUS_OK;
             }),

@@ -53,7 +53,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     for (uint32_t c = 0; c < count; ++c)
       contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}, 0, {}};
     answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
-    ASSERT_EQ(pal_visual_frame(session, field.data(), 12), PAL_STATUS_OK);
+    ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
   }
   EXPECT_EQ(answered, 40);
   // The same through tools: as many contacts as there is room for, held by the last tool.
@@ -75,7 +75,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
   input.result_bytes = sizeof(pal_tool_result);
   input.num_results = config.max_tools;
   ASSERT_EQ(pal_haptic_frame(session, &input, tools.data()), PAL_STATUS_OK);
-  ASSERT_EQ(pal_visual_frame(session, field.data(), 12), PAL_STATUS_OK);
+  ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
 }
 
 TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {

@@ -52,7 +52,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
     const uint32_t asked[] = {0, 1, 33, info.num_nodes - 1};
     pal_real some[12];
     require(pal_session_request_nodes(session.get(), asked, 4), "request");
-    require(pal_visual_frame(session.get(), some, 12), "frame");
+    require(pal_visual_frame(session.get(), some, kNodeBytes), "frame");
     for (const pal_real value : some) finite = finite && std::isfinite(value);
     require(pal_session_request_nodes(session.get(), nullptr, 0), "request");
   }
@@ -148,7 +148,7 @@ TEST(CorruptCompressed, NumbersBeyondTheirBounds) {
   }
   // What a node moves of itself.
   const OpenPack pack(good_bytes());
-  const auto own = [&](float value) {
+  const auto own = [&](pal_real value) {
     return status_with<pal_real>(good().coefficients(), [&](pal_real* c) {
       const pack::CompressedBlock* block = blocks;  // of contact node 0
       const uint32_t place = reinterpret_cast<const uint32_t*>(

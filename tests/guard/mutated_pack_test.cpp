@@ -72,7 +72,8 @@ bool serves_finite_numbers(const pal_pack* pack) {
       pal_contact_result results[kContacts] = {};
       if (pal_contact_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
       for (uint32_t c = 0; c < count; ++c) finite = finite && all_finite(results[c]);
-      if (pal_visual_frame(session, field.data(), 12) == PAL_STATUS_OK) finite = finite && all_finite(field);
+      if (pal_visual_frame(session, field.data(), kNodeBytes) == PAL_STATUS_OK)
+        finite = finite && all_finite(field);
     }
   }
   return finite;

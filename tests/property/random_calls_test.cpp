@@ -139,14 +139,16 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
   }
   pal_status visual_frame() {
     std::fill(field_.begin(), field_.end(), 0.0f);
-    const size_t strides[] = {12, 16, 24, 12, 12, 8};
+    const size_t strides[] = {kNodeBytes, kNodeBytes + sizeof(pal_real), 2 * kNodeBytes, kNodeBytes,
+                              kNodeBytes, kNodeBytes - sizeof(pal_real)};
     const pal_status status = pal_visual_frame(session_.get(), rarely_null(field_.data()), strides[any(6)]);
     EXPECT_TRUE(all_finite(field_));
     return status;
   }
   pal_status normals() {
     std::vector<pal_real> normals(field_.size());
-    const size_t strides[] = {12, 16, 24, 12, 12, 8};
+    const size_t strides[] = {kNodeBytes, kNodeBytes + sizeof(pal_real), 2 * kNodeBytes, kNodeBytes,
+                              kNodeBytes, kNodeBytes - sizeof(pal_real)};
     const pal_status status = pal_pack_compute_normals(pack_.get(), rarely_null(field_.data()),
                                                        strides[any(6)], normals.data(), strides[any(6)]);
     EXPECT_TRUE(all_finite(normals));

@@ -160,7 +160,7 @@ TEST_F(RuntimeCompressed, RequestedNodesAreThoseOfTheWholeField) {
   std::vector<pal_real> some(3 * 14, -7.0f);
   const uint32_t two[] = {3, 70};
   require(pal_session_request_nodes(session.get(), two, 2), "request");
-  require(pal_visual_frame(session.get(), some.data(), 3 * sizeof(pal_real)), "frame");
+  require(pal_visual_frame(session.get(), some.data(), kNodeBytes), "frame");
   for (size_t i = 0; i < 6; ++i) EXPECT_EQ(some[i], 0.0f);
 }
 

@@ -168,7 +168,7 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
   session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
   const std::vector<pal_real> field = session_.field();
   const uint32_t nodes = pack_.info().num_nodes;
-  for (const size_t stride : {size_t{12}, size_t{13}, size_t{16}, size_t{24}, size_t{100}}) {
+  for (const size_t stride : {kNodeBytes, kNodeBytes + 1, kNodeBytes + 4, 2 * kNodeBytes, size_t{100}}) {
     std::vector<unsigned char> buffer(stride * nodes + 64, kCanary);
     // An odd stride leaves floats off their alignment: bytes are written, not floats.
     ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<pal_real*>(buffer.data()), stride),
@@ -177,7 +177,7 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
       pal_real written[3];
       std::memcpy(written, buffer.data() + i * stride, sizeof written);
       for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(written[axis], field[3 * i + axis]) << "node " << i;
-      for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[i * stride + byte], kCanary);
+      for (size_t byte = kNodeBytes; byte < stride; ++byte) ASSERT_EQ(buffer[i * stride + byte], kCanary);
     }
     for (size_t byte = stride * nodes; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
   }
@@ -199,9 +199,9 @@ TEST_P(RuntimeInputs, RequestedNodesAreThoseOfTheWholeField) {
     ASSERT_EQ(pal_session_request_nodes(session.get(), asked.data(), static_cast<uint32_t>(asked.size())),
               PAL_STATUS_OK);
     std::vector<pal_real> some(3 * asked.size() + 3, 7.0f);
-    ASSERT_EQ(pal_visual_frame(session.get(), some.data(), 12), PAL_STATUS_OK);
+    ASSERT_EQ(pal_visual_frame(session.get(), some.data(), kNodeBytes), PAL_STATUS_OK);
     for (size_t i = 0; i < asked.size(); ++i)
-      EXPECT_EQ(std::memcmp(&some[3 * i], &all[3 * asked[i]], 12), 0) << "node " << asked[i];
+      EXPECT_EQ(std::memcmp(&some[3 * i], &all[3 * asked[i]], kNodeBytes), 0) << "node " << asked[i];
     EXPECT_EQ(some.back(), 7.0f) << "no more than was asked for";
   }
   const uint32_t wrong[3] = {2, 2, nodes};
@@ -284,8 +284,8 @@ TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
   EXPECT_EQ(pal_contact_frame(nullptr, &contact, 1, &result.value), null);
   EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 1, &result.value), null);
   EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
-  EXPECT_EQ(pal_visual_frame(nullptr, &out.value, 12), null);
-  EXPECT_EQ(pal_visual_frame(session_.get(), nullptr, 12), null);
+  EXPECT_EQ(pal_visual_frame(nullptr, &out.value, kNodeBytes), null);
+  EXPECT_EQ(pal_visual_frame(session_.get(), nullptr, kNodeBytes), null);
   EXPECT_FALSE(result.touched() || out.touched());
 }
 

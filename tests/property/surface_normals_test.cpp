@@ -19,11 +19,13 @@ class SurfaceNormals : public ::testing::Test {
   }
   std::vector<pal_real> normals(const std::vector<pal_real>& displacements) const {
     std::vector<pal_real> normals(displacements.size(), 9.0f);
-    require(pal_pack_compute_normals(pack_.get(), displacements.data(), 12, normals.data(), 12), "normals");
+    require(
+        pal_pack_compute_normals(pack_.get(), displacements.data(), kNodeBytes, normals.data(), kNodeBytes),
+        "normals");
     return normals;
   }
   Eigen::Vector3d at_node(const std::vector<pal_real>& field, uint32_t node) const {
-    return Eigen::Map<const Eigen::Vector3f>(field.data() + size_t{3} * node).cast<double>();
+    return Eigen::Map<const Eigen::Matrix<pal_real, 3, 1>>(field.data() + size_t{3} * node).cast<double>();
   }
   bool has_triangle(uint32_t node) const {
     const pal_geometry geometry = pack_.face().geometry();
@@ -78,23 +80,28 @@ TEST_F(SurfaceNormals, TurnWithTheSurface) {
 TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
   const std::vector<pal_real> expected = normals(rest_);
   constexpr unsigned char kCanary = 0xa5;
-  for (const size_t stride : {size_t{12}, size_t{13}, size_t{32}}) {
+  for (const size_t stride : {kNodeBytes, kNodeBytes + 1, kNodeBytes + 20}) {
     std::vector<unsigned char> buffer(stride * num_nodes_ + 64, kCanary);
-    ASSERT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12,
+    ASSERT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), kNodeBytes,
                                        reinterpret_cast<pal_real*>(buffer.data()), stride),
               PAL_STATUS_OK);
     for (size_t node = 0; node < num_nodes_; ++node) {
-      EXPECT_EQ(std::memcmp(buffer.data() + node * stride, expected.data() + 3 * node, 12), 0);
-      for (size_t byte = 12; byte < stride; ++byte) ASSERT_EQ(buffer[node * stride + byte], kCanary);
+      EXPECT_EQ(std::memcmp(buffer.data() + node * stride, expected.data() + 3 * node, kNodeBytes), 0);
+      for (size_t byte = kNodeBytes; byte < stride; ++byte) ASSERT_EQ(buffer[node * stride + byte], kCanary);
     }
     for (size_t byte = stride * num_nodes_; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
   }
   pal_real* const out = rest_.data();
-  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 8, out, 12), PAL_STATUS_BAD_ARGUMENT);
-  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, out, 8), PAL_STATUS_BAD_ARGUMENT);
-  EXPECT_EQ(pal_pack_compute_normals(nullptr, rest_.data(), 12, out, 12), PAL_STATUS_NULL_ARGUMENT);
-  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), nullptr, 12, out, 12), PAL_STATUS_NULL_ARGUMENT);
-  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), 12, nullptr, 12), PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), kNodeBytes - 1, out, kNodeBytes),
+            PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), kNodeBytes, out, kNodeBytes - 1),
+            PAL_STATUS_BAD_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(nullptr, rest_.data(), kNodeBytes, out, kNodeBytes),
+            PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), nullptr, kNodeBytes, out, kNodeBytes),
+            PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(pal_pack_compute_normals(pack_.get(), rest_.data(), kNodeBytes, nullptr, kNodeBytes),
+            PAL_STATUS_NULL_ARGUMENT);
 }
 
 TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {

@@ -18,6 +18,9 @@ inline void require(pal_status status, const char* what) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(std::string(what) + ": " + pal_status_text(status));
 }
 
+// Of one node in a visual frame.
+inline constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
+
 // What rounding may make of a field: `float32`, or in a build with PALPATE_FLOAT64 what that promises.
 constexpr double field_tolerance(double float32) {
   return sizeof(pal_real) == sizeof(float) ? float32 : 1e-10;
@@ -78,7 +81,7 @@ class OwnedSession {
   // [num_nodes][3]
   std::vector<pal_real> field() {
     std::vector<pal_real> displacements(size_t{3} * num_nodes_);
-    require(pal_visual_frame(session_, displacements.data(), 3 * sizeof(pal_real)), "visual_frame");
+    require(pal_visual_frame(session_, displacements.data(), kNodeBytes), "visual_frame");
     return displacements;
   }
 
