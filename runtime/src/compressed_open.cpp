@@ -82,10 +82,10 @@ void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPane
 
 // |column[row]| <= roots[row] root for all, by their bits as all_within() does.
 bool is_column_within(const pal_real* column, const pal_real* roots, pal_real root) {
-  auto beyond = bits_of_size(pal_real{0});
+  auto differences = bits_of_size(pal_real{0});
   for (uint32_t row = 0; row < pack::kPanelRows; ++row)
-    beyond |= bits_of_size(roots[row] * root) - bits_of_size(column[row]);  // below 0: the highest bit
-  return beyond >> (8 * sizeof beyond - 1) == 0;
+    differences |= bits_of_size(roots[row] * root) - bits_of_size(column[row]);
+  return differences >> (8 * sizeof differences - 1) == 0;
 }
 
 // Of the sizes of each axis' coefficients, whose columns are not above 1.

@@ -36,15 +36,13 @@ inline uint64_t bits_of_size(const double& value) {
   return bits & (UINT64_MAX >> 1);
 }
 
-// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises.
+// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: a difference below 0
+// sets the highest. Not inlined: in the midst of its callers GCC leaves it scalar.
 template <typename Number>
-bool all_within(const Number* values, size_t count, Number limit) {
-  auto largest = bits_of_size(Number{0});
-  for (size_t i = 0; i < count; ++i) {
-    const auto size = bits_of_size(values[i]);
-    largest = size > largest ? size : largest;
-  }
-  return largest <= bits_of_size(limit);
+[[gnu::noinline]] bool all_within(const Number* values, size_t count, Number limit) {
+  auto differences = bits_of_size(limit);
+  for (size_t i = 0; i < count; ++i) differences |= bits_of_size(limit) - bits_of_size(values[i]);
+  return differences >> (8 * sizeof differences - 1) == 0;
 }
 
 // A length, or what a unit means.
