@@ -34,8 +34,7 @@ void field(benchmark::State& state, palpate::AddColumns add_columns) {
   alignas(64) pal_real sum[kPanelRows];
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {
-      std::memset(sum, 0, sizeof sum);
-      add_columns(coefficients.values + panel * terms * kPanelRows, kPanelRows, weights.data(), terms, sum,
+      add_columns(coefficients.values + panel * terms * kPanelRows, kPanelRows, weights.data(), terms, false,
                   sum);
       benchmark::DoNotOptimize(sum);
     }

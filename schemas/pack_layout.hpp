@@ -24,7 +24,7 @@ inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displace
 inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
 // Of displacement fields (Pack::real_bytes).
-#ifdef PALPATE_FLOAT64
+#if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
 using Real = double;
 #else
 using Real = float;

@@ -15,6 +15,7 @@
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/cli/runtime_survey.hpp"
 #include "offline/cli/survey_table.hpp"
 #include "offline/output/finished_file.hpp"
 
@@ -84,7 +85,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   std::fflush(stdout);  // also into a file: it is for before the wait
 }
 
-// The errors of the real runtime, in its own precision, on a pack that is complete but for them.
+// The errors of the real runtime on a pack that is complete but for them.
 std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results) {
   const AlignedBytes bytes = write_pack(content);
   const OpenedPack opened(bytes);
@@ -93,15 +94,7 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
-    ModelUnitSession session(opened, model, 1, 0);
-    const Eigen::VectorXd at_rest = session.visual_frame();
-    surveys.push_back(
-        {name,
-         survey_errors(samples, content.scene.max_displacement, [&](size_t site, const Eigen::Vector3d& d) {
-           const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}, 0, {}};
-           const pal_contact_result result = session.contact_frame({&contact, 1}).front();
-           return Answer{session.visual_frame() - at_rest, Eigen::Vector3d(result.force)};
-         })});
+    surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement).table});
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.polynomials != nullptr) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
@@ -115,9 +108,8 @@ int run_build(const BuildArguments& arguments) {
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
   check_can_finish(arguments.pack);
-  std::vector<InputFile> descriptions;  // of what was just read, not of what an editor may save meanwhile
-  descriptions.reserve(inputs.size());
-  for (const std::filesystem::path& file : inputs) descriptions.push_back(describe_input(file));
+  // What was just read, not what an editor may save meanwhile.
+  std::vector<InputFile> input_files = read_inputs(inputs);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;
   plan.jobs = arguments.jobs > 0 ? arguments.jobs
@@ -169,7 +161,7 @@ int run_build(const BuildArguments& arguments) {
         assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest);
   }
 
-  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, std::move(descriptions), {}};
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, std::move(input_files), {}};
   content.rest = &rest;
   if (is_compressed) content.compressed = &compressed;
   if (scene.linear && !is_compressed) content.linear = &linear;
@@ -221,7 +213,7 @@ int run_build(const BuildArguments& arguments) {
                           {"frame_us", frame_us},
                           {"budget_met", frame_us <= scene.frame_budget_us},
                           {"compliance", compliance_json(opened.tables())},
-                          {"errors", survey_json(opened.tables())}}));
+                          {"errors", survey_json(surveys_of(opened.tables()))}}));
   } else {
     if (is_compressed) {
       fmt::print(
@@ -238,7 +230,7 @@ int run_build(const BuildArguments& arguments) {
         "frame      forces of {} {} at new sites in {:.2f} us (median) on this machine; the budget is {:g} "
         "us\n\n{}\n",
         scene.max_contacts, scene.max_contacts == 1 ? "contact" : "contacts", frame_us, scene.frame_budget_us,
-        survey_text(opened.tables()));
+        survey_text(surveys_of(opened.tables())));
   }
   if (shortened > 0) {
     fmt::print(

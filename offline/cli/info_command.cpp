@@ -113,7 +113,7 @@ int run_info(const InfoArguments& arguments) {
       models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
     fmt::print("{}\n",
                json_text({{"tool_version", tables.tool_version()->str()},
-                          {"bytes", opened.num_bytes()},
+                          {"bytes", opened.bytes().size()},
                           {"arena_bytes", default_arena_bytes(opened)},
                           {"inputs", inputs},
                           {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
@@ -131,7 +131,7 @@ int run_info(const InfoArguments& arguments) {
                           {"surface_bvh", {{"bytes", surface_bytes(tables)}}},
                           {"models", models},
                           {"compliance", compliance_json(tables)},
-                          {"errors", survey_json(tables)},
+                          {"errors", survey_json(surveys_of(tables))},
                           {"sites", sites_json(opened)}}));
     return 0;
   }
@@ -140,7 +140,7 @@ int run_info(const InfoArguments& arguments) {
   for (const pack::InputFile* input : *tables.inputs())
     fmt::print("  input          {} (XXH3-128 {})\n", input->name()->str(), input->xxh3_128()->str());
   fmt::print("  size           {:.2f} MB; a session's arena takes {} bytes\n",
-             static_cast<double>(opened.num_bytes()) / 1e6, default_arena_bytes(opened));
+             static_cast<double>(opened.bytes().size()) / 1e6, default_arena_bytes(opened));
   if (opened.length_unit().empty()) {
     fmt::print("  units          not stated: the runtime speaks the model's own\n");
   } else {
@@ -193,7 +193,7 @@ int run_info(const InfoArguments& arguments) {
                static_cast<double>(model_bytes(tables, cost->model())) / 1e6, cost->force_operations(),
                cost->force_bytes(), cost->field_operations(), cost->field_bytes());
   }
-  fmt::print("\n{}", survey_text(tables));
+  fmt::print("\n{}", survey_text(surveys_of(tables)));
   return 0;
 }
 
@@ -202,9 +202,9 @@ int run_verify(const InfoArguments& arguments) {
   if (arguments.json) {
     fmt::print(
         "{}\n",
-        json_text({{"pack", arguments.pack.string()}, {"bytes", opened.num_bytes()}, {"valid", true}}));
+        json_text({{"pack", arguments.pack.string()}, {"bytes", opened.bytes().size()}, {"valid", true}}));
   } else {
-    fmt::print("{}: sound ({} bytes)\n", arguments.pack.string(), opened.num_bytes());
+    fmt::print("{}: sound ({} bytes)\n", arguments.pack.string(), opened.bytes().size());
   }
   return 0;
 }

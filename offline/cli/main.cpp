@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   palpate::add_build_command(app, exit_code);
   palpate::add_info_command(app, exit_code);
   palpate::add_verify_command(app, exit_code);
+  palpate::add_validate_command(app, exit_code);
   palpate::add_eval_command(app, exit_code);
   palpate::add_picture_command(app, exit_code);
   palpate::add_bench_command(app, exit_code);

@@ -64,22 +64,15 @@ OpenedPack::OpenedPack(const AlignedBytes& bytes) {
   require_ok(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "pack in memory");
 }
 
-const unsigned char* OpenedPack::bytes() const {
+std::span<const unsigned char> OpenedPack::bytes() const {
   const void* bytes = nullptr;
   size_t count = 0;
   require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
-  return static_cast<const unsigned char*>(bytes);
+  return {static_cast<const unsigned char*>(bytes), count};
 }
 
 const pack::Pack& OpenedPack::tables() const {
-  return *pack::GetPack(bytes() + sizeof(pack::PackHeader));
-}
-
-size_t OpenedPack::num_bytes() const {
-  const void* bytes = nullptr;
-  size_t count = 0;
-  require_ok(pal_pack_get_bytes(pack_.get(), &bytes, &count), "pack");
-  return count;
+  return *pack::GetPack(bytes().data() + sizeof(pack::PackHeader));
 }
 
 std::string OpenedPack::length_unit() const {

@@ -22,21 +22,20 @@ class OpenedPack {
   const Pack& pack() const { return pack_; }
   pal_pack_info info() const { return pack_.info(); }
   const pack::Pack& tables() const;
-  size_t num_bytes() const;
   std::string length_unit() const;  // "" when the scene states none
   std::string force_unit() const;
   // As they are printed behind a number: " mm", " mN"; nothing when the scene states none.
   std::string length_suffix() const;
   std::string force_suffix() const;
   int label_of_site(size_t site) const;
+  std::span<const unsigned char> bytes() const;
   template <typename Number = std::uint32_t>
   std::span<const Number> segment(const pack::Segment& segment) const {
-    return {reinterpret_cast<const Number*>(bytes() + segment.offset()), segment.bytes() / sizeof(Number)};
+    return {reinterpret_cast<const Number*>(bytes().data() + segment.offset()),
+            segment.bytes() / sizeof(Number)};
   }
 
  private:
-  const unsigned char* bytes() const;
-
   Pack pack_;
 };
 

@@ -2,54 +2,77 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace palpate {
 namespace {
 
-std::string row_text(const char* model, const pack::ErrorBin& bin, const char* range) {
-  if (bin.samples() == 0) return fmt::format("  {:<14} {:<12} {:>7}   not measured\n", model, range, 0);
+std::string row_text(const std::string& model, const SurveyBin& bin, const std::string& range) {
+  if (bin.samples == 0) return fmt::format("  {:<14} {:<12} {:>7}   not measured\n", model, range, 0);
   return fmt::format("  {:<14} {:<12} {:>7}   {:8.4f} {:8.4f} {:8.4f}   {:8.4f} {:8.4f} {:8.4f}\n", model,
-                     range, bin.samples(), 100 * bin.displacement_median(), 100 * bin.displacement_p95(),
-                     100 * bin.displacement_max(), 100 * bin.force_median(), 100 * bin.force_p95(),
-                     100 * bin.force_max());
+                     range, bin.samples, 100 * bin.displacement.median, 100 * bin.displacement.p95,
+                     100 * bin.displacement.max, 100 * bin.force.median, 100 * bin.force.p95,
+                     100 * bin.force.max);
 }
 
-nlohmann::json row_json(const pack::ErrorBin& bin) {
-  return {{"from", bin.from()},
-          {"to", bin.to()},
-          {"samples", bin.samples()},
-          {"displacement",
-           {{"median", bin.displacement_median()},
-            {"p95", bin.displacement_p95()},
-            {"max", bin.displacement_max()}}},
-          {"force", {{"median", bin.force_median()}, {"p95", bin.force_p95()}, {"max", bin.force_max()}}}};
+nlohmann::json figures_json(const ErrorFigures& figures) {
+  return {{"median", figures.median}, {"p95", figures.p95}, {"max", figures.max}};
+}
+
+nlohmann::json row_json(const SurveyBin& bin) {
+  return {{"from", bin.from},
+          {"to", bin.to},
+          {"samples", bin.samples},
+          {"displacement", figures_json(bin.displacement)},
+          {"force", figures_json(bin.force)}};
+}
+
+SurveyBin bin_of(const pack::ErrorBin& bin) {
+  return {bin.from(),
+          bin.to(),
+          static_cast<int>(bin.samples()),
+          {bin.displacement_median(), bin.displacement_p95(), bin.displacement_max()},
+          {bin.force_median(), bin.force_p95(), bin.force_max()}};
 }
 
 }  // namespace
 
-std::string survey_text(const pack::Pack& tables) {
+std::vector<ModelErrors> surveys_of(const pack::Pack& tables) {
+  std::vector<ModelErrors> surveys;
+  for (const pack::ErrorSurvey* survey : *tables.surveys()) {
+    ModelErrors errors = {pack::EnumNameResponseModel(survey->model()), {}};
+    for (unsigned i = 0; i < std::min(survey->bins()->size(), pack::kSurveyBins); ++i)
+      errors.table.bins[i] = bin_of(*survey->bins()->Get(i));
+    errors.table.overall = bin_of(*survey->overall());
+    surveys.push_back(std::move(errors));
+  }
+  return surveys;
+}
+
+std::string survey_text(const std::vector<ModelErrors>& surveys) {
   std::string text =
       "Errors against full nonlinear solves at held-out random displacements, percent\n"
       "                 |d| / max                    displacement                     force\n"
       "  model          displacement samples     median      p95      max     median      p95      max\n";
-  for (const pack::ErrorSurvey* survey : *tables.surveys()) {
-    const char* model = pack::EnumNameResponseModel(survey->model());
-    for (const pack::ErrorBin* bin : *survey->bins()) {
-      text += row_text(model, *bin, fmt::format("{:.2f}-{:.2f}", bin->from(), bin->to()).c_str());
-    }
-    text += row_text(model, *survey->overall(), "all");
+  for (const ModelErrors& survey : surveys) {
+    for (const SurveyBin& bin : survey.table.bins)
+      text += row_text(survey.model, bin, fmt::format("{:.2f}-{:.2f}", bin.from, bin.to));
+    text += row_text(survey.model, survey.table.overall, "all");
   }
   return text;
 }
 
-nlohmann::json survey_json(const pack::Pack& tables) {
-  nlohmann::json surveys = nlohmann::json::object();
-  for (const pack::ErrorSurvey* survey : *tables.surveys()) {
-    nlohmann::json bins = nlohmann::json::array();
-    for (const pack::ErrorBin* bin : *survey->bins()) bins.push_back(row_json(*bin));
-    surveys[pack::EnumNameResponseModel(survey->model())] = {{"bins", bins},
-                                                             {"overall", row_json(*survey->overall())}};
-  }
-  return surveys;
+nlohmann::json survey_json(const SurveyTable& table) {
+  nlohmann::json bins = nlohmann::json::array();
+  for (const SurveyBin& bin : table.bins) bins.push_back(row_json(bin));
+  return {{"bins", bins}, {"overall", row_json(table.overall)}};
+}
+
+nlohmann::json survey_json(const std::vector<ModelErrors>& surveys) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const ModelErrors& survey : surveys) json[survey.model] = survey_json(survey.table);
+  return json;
 }
 
 nlohmann::json compliance_json(const pack::Pack& tables) {

@@ -1,18 +1,29 @@
-// The error table of a pack, as `build` and `info` print it.
+// Tables of errors, as `build`, `info` and `validate` print them.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
+#include "offline/precompute/error_survey.hpp"
 #include "schemas/pack_generated.h"
 
 namespace palpate {
 
+struct ModelErrors {
+  std::string model;  // "linear_dd", ...
+  SurveyTable table;
+};
+
+// What a pack says of itself.
+std::vector<ModelErrors> surveys_of(const pack::Pack& tables);
+
 // A text table: a row for each model and bin of |d|, median / p95 / max of displacement and force error in
 // percent.
-std::string survey_text(const pack::Pack& tables);
+std::string survey_text(const std::vector<ModelErrors>& surveys);
 
-nlohmann::json survey_json(const pack::Pack& tables);
+nlohmann::json survey_json(const SurveyTable& table);
+nlohmann::json survey_json(const std::vector<ModelErrors>& surveys);  // by model
 
 // How linear_dd keeps the compliance, and what that costs; null without the model.
 nlohmann::json compliance_json(const pack::Pack& tables);

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <new>
 #include <stdexcept>
+#include <type_traits>
 
 #include "offline/pack/frame_cost.hpp"
 #include "offline/precompute/surface_bvh.hpp"
@@ -23,13 +22,21 @@ namespace {
 class SegmentStore {
  public:
   // Position and size of the array; the offset counts from the start of the first segment.
-  template <typename T>
-  pack::Segment add(const std::vector<T>& values) {
+  template <typename Values>
+  pack::Segment add(const Values& values) {
     const size_t offset = body_.size();
-    const size_t bytes = values.size() * sizeof(T);
+    const size_t bytes = values.size() * sizeof(typename Values::value_type);
     body_.resize(pack::round_up(offset + bytes, pack::kAlignment), 0);
     if (bytes > 0) std::memcpy(body_.data() + offset, values.data(), bytes);
     return {offset, bytes};
+  }
+  // As the pack holds them.
+  pack::Segment add_reals(const std::vector<float>& values) {
+    if constexpr (std::is_same_v<pack::Real, float>) {
+      return add(values);
+    } else {
+      return add(std::vector<pack::Real>(values.begin(), values.end()));
+    }
   }
   const std::vector<unsigned char>& body() const { return body_; }
 
@@ -135,12 +142,8 @@ LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, Seg
 }
 
 CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
-  const auto as_real = [](const std::vector<float>& values) {
-    return std::vector<pack::Real>(values.begin(), values.end());
-  };
-  return {store.add(compressed.panels), store.add(compressed.node_places),
-          store.add(as_real(compressed.basis)), store.add(compressed.blocks),
-          store.add(as_real(compressed.coefficients))};
+  return {store.add(compressed.panels), store.add(compressed.node_places), store.add_reals(compressed.basis),
+          store.add(compressed.blocks), store.add_reals(compressed.coefficients)};
 }
 
 PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
@@ -211,14 +214,6 @@ pack::ResponseModel schema_model(SurveyedModel model) {
 
 }  // namespace
 
-InputFile describe_input(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  return {file.filename().string(), fmt::format("{:016x}{:016x}", hash.high64, hash.low64)};
-}
-
 AlignedBytes::AlignedBytes(size_t size)
     : data_(static_cast<unsigned char*>(::operator new(size, std::align_val_t(pack::kAlignment)))),
       size_(size) {
@@ -246,16 +241,23 @@ AlignedBytes write_pack(const PackContent& content) {
   const SurfaceBvh bvh = build_surface_bvh(at_rest(content), extract_surface(content.model), content.sites);
   const SurfaceSegments surface = {store.add(bvh.primitives), store.add(bvh.nodes),
                                    store.add(bvh.primitive_normals), store.add(bvh.site_normals)};
+  std::vector<pack::Segment> input_contents;
+  for (const InputFile& input : content.inputs) input_contents.push_back(store.add(input.contents));
 
   // The size of the tables does not depend on the offsets in them: written once to learn it, then with true
   // offsets.
   const auto write_tables = [&](uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
+    builder.ForceDefaults(true);  // what a pack says does not rest on what its reader takes for granted
     const auto at = [base](const pack::Segment& segment) {
       return pack::Segment(base + segment.offset(), segment.bytes());
     };
     std::vector<flatbuffers::Offset<pack::InputFile>> inputs;
-    for (const InputFile& input : content.inputs) {
-      inputs.push_back(pack::CreateInputFileDirect(builder, input.name.c_str(), input.hash.c_str()));
+    for (size_t i = 0; i < content.inputs.size(); ++i) {
+      const InputFile& input = content.inputs[i];
+      const std::string name = std::filesystem::path(input.path).filename().string();
+      const pack::Segment contents = at(input_contents[i]);
+      inputs.push_back(pack::CreateInputFileDirect(builder, name.c_str(), input.hash.c_str(),
+                                                   input.path.c_str(), &contents));
     }
     flatbuffers::Offset<pack::Units> units;
     if (!content.scene.length_unit.empty()) {

@@ -7,20 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "offline/pack/input_files.hpp"
 #include "offline/precompute/compressed_compliance.hpp"
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/site_survey.hpp"
 
 namespace palpate {
-
-// A file that the pack was made from, and the XXH3-128 of its bytes in hexadecimal.
-struct InputFile {
-  std::string name;
-  std::string hash;
-};
-
-// Throws std::runtime_error when the file cannot be read.
-InputFile describe_input(const std::filesystem::path& file);
 
 // Errors measured with one response model.
 enum class SurveyedModel { linear_dd, polynomial_dd };

@@ -266,7 +266,7 @@ class Compressor {
 
   // Each node's blocks together: first those that must lie on a multiple of 64 bytes, then the others.
   void lay_out(std::vector<PanelBlocks>& panels, CompressedCompliance& result) const {
-    constexpr size_t kLine = pack::kAlignment / sizeof(float);
+    constexpr size_t kLine = pack::kAlignment / sizeof(pack::Real);
     size_t total = 0;
     for (int c = 0; c < num_contacts_; ++c) {
       for (const PanelBlocks& panel : panels) total += 3 * panel.ranks[static_cast<size_t>(c)];

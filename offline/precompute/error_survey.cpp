@@ -24,35 +24,37 @@ double quantile(std::vector<double> values, double q) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
-                          const Responder& model) {
+std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model) {
   double largest_force = 0;
   for (const SurveySample& sample : samples)
     largest_force = std::max(largest_force, sample.truth.force.norm());
-
-  std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
-  std::array<std::vector<double>, kSurveyBins + 1> force_errors;
-  for (const SurveySample& sample : samples) {
-    const double size = sample.truth.displacement.norm();
-    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
-                               kSurveyBins - 1);
-    const auto add = [&](double displacement_error, double force_error) {
-      for (const int target : {bin, kSurveyBins}) {
-        displacement_errors[static_cast<size_t>(target)].push_back(displacement_error);
-        force_errors[static_cast<size_t>(target)].push_back(force_error);
-      }
-    };
-    if (!sample.solved) {
-      add(1, 1);
-      continue;
-    }
+  std::vector<SampleErrors> errors(samples.size());
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const SurveySample& sample = samples[i];
+    if (!sample.solved) continue;
     const Answer answer = model(sample.site, sample.truth.displacement);
     const auto num_nodes = sample.truth.field.size() / 3;
-    const double displacement_error =
-        (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() / size;
-    const double force_error = (answer.force - sample.truth.force).norm() /
-                               std::max(sample.truth.force.norm(), kForceFloor * largest_force);
-    add(displacement_error, force_error);
+    errors[i].displacement =
+        (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() /
+        sample.truth.displacement.norm();
+    errors[i].force = (answer.force - sample.truth.force).norm() /
+                      std::max(sample.truth.force.norm(), kForceFloor * largest_force);
+  }
+  return errors;
+}
+
+SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std::vector<SampleErrors>& errors,
+                            double max_displacement) {
+  std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
+  std::array<std::vector<double>, kSurveyBins + 1> force_errors;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double size = samples[i].truth.displacement.norm();
+    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
+                               kSurveyBins - 1);
+    for (const int target : {bin, kSurveyBins}) {
+      displacement_errors[static_cast<size_t>(target)].push_back(errors[i].displacement);
+      force_errors[static_cast<size_t>(target)].push_back(errors[i].force);
+    }
   }
 
   SurveyTable table;
@@ -67,6 +69,11 @@ SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_d
     bin.force = figures(force_errors[static_cast<size_t>(i)]);
   }
   return table;
+}
+
+SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
+                          const Responder& model) {
+  return tabulate_errors(samples, sample_errors(samples, model), max_displacement);
 }
 
 }  // namespace palpate

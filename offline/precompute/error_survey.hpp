@@ -48,6 +48,18 @@ struct Answer {
 };
 using Responder = std::function<Answer(size_t site, const Eigen::Vector3d& displacement)>;
 
+struct SampleErrors {
+  double displacement = 1;
+  double force = 1;
+};
+
+// Of each sample, as a SurveyBin has them; 1 where no equilibrium was found.
+std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model);
+
+SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std::vector<SampleErrors>& errors,
+                            double max_displacement);
+
+// Both.
 SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
                           const Responder& model);
 

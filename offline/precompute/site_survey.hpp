@@ -25,6 +25,24 @@ struct SiteResult {
   SolveCounts counts;
 };
 
+// What a survey asks of the solver: a straight path from rest, in so many increments.
+struct Push {
+  size_t site = 0;
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  int increments = 1;
+};
+
+// Within the half that Newton takes from rest in one.
+inline int survey_increments(double part_of_range) {
+  return part_of_range > 0.5 ? 2 : 1;
+}
+
+// The truth of each push, in their order, on `jobs` threads. `progress` as below, of the sites.
+std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSites& sites,
+                                       const std::vector<Push>& pushes, int jobs,
+                                       const std::function<void(int, int)>& progress = {},
+                                       const RestState& rest = RestState());
+
 // So many sites far from one another, ascending: from the first one on, each the farthest from those before.
 std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
 

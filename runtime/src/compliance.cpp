@@ -20,21 +20,16 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
 }
 
 // All panels of one held node after one another: the columns of many would be as many streams.
-void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum) {
-  if (is_compressed(pack)) {
-    add_compressed_field(pack, field, first, count, add_columns, start, sum);
-    return;
-  }
+void fill_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, bool onto, pal_real* sum) {
   constexpr size_t kColumns = size_t{3} * pack::kPanelRows;
   const size_t panels = pack::num_panels(pack.num_nodes);
-  if (field.num_held == 0) copy_panels(start, count, sum);
-  for (uint32_t slot = 0; slot < field.num_held; ++slot, start = sum) {
+  if (field.num_held == 0 && !onto) clear_panels(count, sum);
+  for (uint32_t slot = 0; slot < field.num_held; ++slot, onto = true) {
     const pal_real* columns = pack.field_compliance + (field.held[slot] * panels + first) * kColumns;
     for (uint32_t panel = 0; panel < count; ++panel) {
-      const size_t row = size_t{panel} * pack::kPanelRows;
-      add_columns(columns + panel * kColumns, pack::kPanelRows, field.weights + size_t{3} * slot, 3,
-                  start == nullptr ? nullptr : start + row, sum + row);
+      add_columns(columns + panel * kColumns, pack::kPanelRows, field.weights + size_t{3} * slot, 3, onto,
+                  sum + size_t{panel} * pack::kPanelRows);
     }
   }
 }

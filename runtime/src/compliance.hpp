@@ -13,10 +13,9 @@ namespace palpate {
 // transpose, to the bit. What is fetched from memory: two lines; of a compressed compliance some twenty.
 void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
 
-// sum[96 count] = start + displacements of the nodes of `count` panels from `first` on by the nodal forces of
-// `field`; start: `sum` itself, or null for zeros; count <= kMostPanelsAtOnce. The panels are those of a compressed compliance where the pack
-// has one. Cost: reads 1,152 bytes for each panel and held node; of a compressed compliance a fifth of it.
-void add_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum);
+// sum[96 count] = displacements of the nodes of `count` panels from `first` on by the nodal forces of `field`,
+// onto what is there or not. The compliance is dense. Cost: reads 288 numbers for each panel and held node.
+void fill_compliance_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, bool onto, pal_real* sum);
 
 }  // namespace palpate

@@ -33,11 +33,11 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
 }
 
 // All panels of one held node after one another, as its coefficients are.
-void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum) {
+void fill_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, pal_real* sum) {
   alignas(64) pal_real modes[kMostPanelsAtOnce * pack::kPanelRows];
   uint32_t num_modes[kMostPanelsAtOnce];  // of each panel, so far
-  copy_panels(start, count, sum);
+  clear_panels(count, sum);
   memset(modes, 0, size_t{count} * pack::kPanelRows * sizeof *modes);
   memset(num_modes, 0, count * sizeof *num_modes);
   for (uint32_t slot = 0; slot < field.num_held; ++slot) {
@@ -49,7 +49,7 @@ void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_
       const pal_real* coefficients = block_coefficients(pack, blocks[panel]);
       if (rank == pack::kPanelRows) {
         pal_real* rows = sum + size_t{panel} * pack::kPanelRows;
-        add_columns(coefficients, pack::kPanelRows, force, 3, rows, rows);
+        add_columns(coefficients, pack::kPanelRows, force, 3, true, rows);
         continue;
       }
       pal_real* to = modes + size_t{panel} * pack::kPanelRows;
@@ -62,7 +62,7 @@ void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_
   for (uint32_t panel = 0; panel < count; ++panel) {
     pal_real* rows = sum + size_t{panel} * pack::kPanelRows;
     add_columns(panel_basis(pack, first + panel), pack::kPanelRows, modes + size_t{panel} * pack::kPanelRows,
-                num_modes[panel], rows, rows);
+                num_modes[panel], true, rows);
   }
 }
 

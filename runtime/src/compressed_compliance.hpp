@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-// Panels whose sums add_compressed_field makes at once.
+// Panels whose sums fill_compressed_field makes at once.
 inline constexpr uint32_t kMostPanelsAtOnce = 32;
 
 inline bool is_compressed(const pal_pack& pack) {
@@ -38,8 +38,9 @@ inline const pal_real* panel_basis(const pal_pack& pack, uint32_t panel) {
 // A_ij for i >= j, 3 x 3 by rows; A_ii is symmetric. Cost: 9 rank multiply-adds.
 void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
 
-// add_compliance_field for a compressed compliance, in the order of the panels' nodes.
-void add_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum);
+// sum[96 count] = displacements of `count` panels from `first` on by the nodal forces of `field`, in the order
+// of the panels' nodes. count <= kMostPanelsAtOnce. Cost: reads a fifth of what a dense compliance would.
+void fill_compressed_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, pal_real* sum);
 
 }  // namespace palpate

@@ -41,7 +41,7 @@ bool are_blocks_valid(const pal_pack& pack, uint64_t num_coefficients) {
     for (uint32_t p = 0; p < pack.num_panels; ++p, ++block) {
       const bool is_exact = block->rank == pack::kPanelRows;
       if (is_exact) {
-        constexpr uint32_t kLineUnits = pack::kAlignment / (pack::kBlockUnit * sizeof(float));
+        constexpr uint32_t kLineUnits = pack::kAlignment / (pack::kBlockUnit * sizeof(pal_real));
         if (block->start % kLineUnits != 0) return false;
       } else if (p == own || block->rank % pack::kRankStep != 0 ||
                  block->rank > pack.compressed_panels[p].num_columns) {
@@ -82,10 +82,10 @@ void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPane
 
 // |column[row]| <= roots[row] root for all, by their bits as all_within() does.
 bool is_column_within(const pal_real* column, const pal_real* roots, pal_real root) {
-  auto differences = bits_of_size(pal_real{0});
+  BitsOf<pal_real> differences = 0;
   for (uint32_t row = 0; row < pack::kPanelRows; ++row)
     differences |= bits_of_size(roots[row] * root) - bits_of_size(column[row]);
-  return differences >> (8 * sizeof differences - 1) == 0;
+  return none_below_zero(differences);
 }
 
 // Of the sizes of each axis' coefficients, whose columns are not above 1.
@@ -128,7 +128,7 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
         const pal_real* column = coefficients + size_t{axis} * block.rank;
         alignas(64) pal_real made[pack::kPanelRows];
         if (block.rank != pack::kPanelRows) {
-          add_columns(basis, pack::kPanelRows, column, block.rank, nullptr, made);
+          add_columns(basis, pack::kPanelRows, column, block.rank, false, made);
           column = made;
         }
         if (!is_column_within(column, roots, static_cast<pal_real>(slack * sqrt(diagonal[axis]))))

@@ -9,8 +9,8 @@ namespace palpate {
 namespace {
 
 void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
-                        const pal_real* start, pal_real* sum) {
-  for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] = start == nullptr ? 0 : start[i];
+                        bool onto, pal_real* sum) {
+  if (!onto) clear_panels(1, sum);
   for (uint32_t j = 0; j < count; ++j) {
     const pal_real* column = columns + j * stride;
     const pal_real weight = weights[j];
@@ -20,7 +20,7 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
 
 #ifdef PALPATE_X86
 
-#ifdef PALPATE_FLOAT64
+#if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
 #define PALPATE_256(operation) _mm256_##operation##_pd
 #define PALPATE_512(operation) _mm512_##operation##_pd
 using Lanes256 = __m256d;
@@ -32,19 +32,19 @@ using Lanes256 = __m256;
 using Lanes512 = __m512;
 #endif
 
-// 12 registers, of 8 floats all rows of a panel: enough independent sums to hide the latency of a fused
+// 12 registers, all 96 rows as floats, half of them as doubles: enough independent sums to hide the latency of a fused
 // multiply-add (4 cycles, 2 a cycle), and few enough that none spills; but only where the loops over them are
 // unrolled, which GCC does not find out by itself: an array that is indexed lives in memory.
 __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* columns, size_t stride,
-                                                          const pal_real* weights, uint32_t count,
-                                                          const pal_real* start, pal_real* sum) {
+                                                          const pal_real* weights, uint32_t count, bool onto,
+                                                          pal_real* sum) {
   constexpr uint32_t kRegisters = 12;
   constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);
   for (uint32_t first = 0; first < pack::kPanelRows; first += kRegisters * kLanes) {
     Lanes256 sums[kRegisters];
 #pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r)
-      sums[r] = start == nullptr ? PALPATE_256(setzero)() : PALPATE_256(loadu)(start + first + kLanes * r);
+      sums[r] = onto ? PALPATE_256(loadu)(sum + first + kLanes * r) : PALPATE_256(setzero)();
     for (uint32_t j = 0; j < count; ++j) {
       const pal_real* column = columns + j * stride + first;
       const Lanes256 weight = PALPATE_256(set1)(weights[j]);
@@ -60,14 +60,14 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
 
 // The same with registers twice as wide, half as many of them or all rows at once.
 __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* columns, size_t stride,
-                                                           const pal_real* weights, uint32_t count,
-                                                           const pal_real* start, pal_real* sum) {
+                                                           const pal_real* weights, uint32_t count, bool onto,
+                                                           pal_real* sum) {
   constexpr uint32_t kLanes = sizeof(Lanes512) / sizeof(pal_real);
   constexpr uint32_t kRegisters = pack::kPanelRows / kLanes;
   Lanes512 sums[kRegisters];
 #pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r)
-    sums[r] = start == nullptr ? PALPATE_512(setzero)() : PALPATE_512(loadu)(start + kLanes * r);
+    sums[r] = onto ? PALPATE_512(loadu)(sum + kLanes * r) : PALPATE_512(setzero)();
   for (uint32_t j = 0; j < count; ++j) {
     const pal_real* column = columns + j * stride;
     const Lanes512 weight = PALPATE_512(set1)(weights[j]);

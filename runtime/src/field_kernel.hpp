@@ -10,19 +10,13 @@
 
 namespace palpate {
 
-// sum[i] = start[i] + sum over j of weights[j] * columns[j * stride + i], i < pack::kPanelRows. `start` may be
-// `sum`; null: zeros. Columns are aligned to 64 bytes. Reads count * 96 numbers once; that is what it costs.
+// sum[i] = (onto ? sum[i] : 0) + sum over j of weights[j] * columns[j * stride + i], i < pack::kPanelRows.
+// Columns are aligned to 64 bytes. Reads count * 96 numbers once; that is what it costs.
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
-                            const pal_real* start, pal_real* sum);
+                            bool onto, pal_real* sum);
 
-// The same of `count` panels and no columns.
-inline void copy_panels(const pal_real* start, uint32_t count, pal_real* sum) {
-  const size_t bytes = size_t{count} * pack::kPanelRows * sizeof *sum;
-  if (start == nullptr) {
-    memset(sum, 0, bytes);
-  } else if (start != sum) {
-    memcpy(sum, start, bytes);
-  }
+inline void clear_panels(uint32_t count, pal_real* sum) {
+  memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
 }
 
 struct FieldKernel {
@@ -33,7 +27,8 @@ struct FieldKernel {
 // Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may
 // vectorise them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same
 // bits). They differ from the scalar one by the rounding of `count` products at most:
-// |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|), epsilon that of pal_real.
+// |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|), epsilon that of
+// pal_real.
 inline constexpr uint32_t kMostFieldKernels = 3;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

@@ -21,23 +21,24 @@ double length(const double v[3]) {
 
 }  // namespace
 
-const pal_real* fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
-                          pal_real* rows) {
+bool fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
+               pal_real* rows) {
   const pal_pack& pack = *session.pack;
-  if (!pack.has_gravity) return nullptr;
-  memset(rows, 0, size_t{count} * pack::kPanelRows * sizeof *rows);
+  if (!pack.has_gravity) return false;
   const size_t begin = size_t{first} * pack::kPanelRows;
-  const size_t end = size_t{first + count} * pack::kPanelRows;
-  const size_t all = size_t{3} * pack.num_nodes;
-  for (size_t i = begin; i < (end < all ? end : all); ++i)
-    rows[i - begin] = static_cast<pal_real>((pack.rest_positions[i] - pack.positions[i]) * pack.metres);
-  if (turn == nullptr) return rows;
-  for (uint32_t panel = 0; panel < count; ++panel) {
-    pal_real* to = rows + size_t{panel} * pack::kPanelRows;
-    session.add_columns(pack.field_per_gravity + size_t{3} * (first + panel) * pack::kPanelRows,
-                        pack::kPanelRows, turn, 3, to, to);
+  const size_t wanted = size_t{count} * pack::kPanelRows;
+  const size_t left = size_t{3} * pack.num_nodes - begin;
+  const size_t given = left < wanted ? left : wanted;
+  for (size_t i = 0; i < given; ++i) {
+    const size_t dof = begin + i;
+    rows[i] = static_cast<pal_real>((pack.rest_positions[dof] - pack.positions[dof]) * pack.metres);
   }
-  return rows;
+  memset(rows + given, 0, (wanted - given) * sizeof *rows);
+  for (uint32_t panel = 0; panel < count && turn != nullptr; ++panel) {
+    session.add_columns(pack.field_per_gravity + size_t{3} * (first + panel) * pack::kPanelRows,
+                        pack::kPanelRows, turn, 3, true, rows + size_t{panel} * pack::kPanelRows);
+  }
+  return true;
 }
 
 void add_rest(const pal_session& session, const pal_real* turn, uint32_t node, pal_real* rows) {

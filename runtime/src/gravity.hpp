@@ -14,9 +14,9 @@
 namespace palpate {
 
 // Rows of `count` panels from `first` on: where the organ rests, API units, with gravity turned by `turn`
-// (model units; null: not at all). Returns `rows`; null where there is no gravity, and then writes nothing.
-const pal_real* fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
-                          pal_real* rows);
+// (t times the metres of a length unit; null: not at all). False where there is no gravity: nothing is written.
+bool fill_rest(const pal_session& session, const pal_real* turn, uint32_t first, uint32_t count,
+               pal_real* rows);
 
 // The same of one packed node, added to its three rows.
 void add_rest(const pal_session& session, const pal_real* turn, uint32_t node, pal_real* rows);

@@ -22,8 +22,8 @@ inline constexpr double kLargestPush =
     1e20;  // max_displacement in m over the compliance of a contact node: a force
 inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
 
-// Without its sign bit a number has the order of the integer of the same bits, infinity and the NaNs behind the
-// largest number.
+// Without its sign bit a number has the order of the integer of the same bits, infinity and the NaNs behind
+// the largest number. By reference: a load as a number would quieten a signalling NaN.
 inline uint32_t bits_of_size(const float& value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
@@ -36,13 +36,23 @@ inline uint64_t bits_of_size(const double& value) {
   return bits & (UINT64_MAX >> 1);
 }
 
-// |value| <= limit for all, which no NaN is. Compares bits, so that the loop vectorises: a difference below 0
-// sets the highest. Not inlined: in the midst of its callers GCC leaves it scalar.
+template <typename Number>
+using BitsOf = decltype(bits_of_size(Number{}));
+
+// Of differences of such, taken together by |: below 0 the highest bit is set.
+template <typename Bits>
+bool none_below_zero(Bits differences) {
+  return differences >> (8 * sizeof differences - 1) == 0;
+}
+
+// |value| <= limit for all, which no NaN is; limit >= 0. Not inlined: in the midst of its callers GCC does not
+// vectorise the loop.
 template <typename Number>
 [[gnu::noinline]] bool all_within(const Number* values, size_t count, Number limit) {
-  auto differences = bits_of_size(limit);
-  for (size_t i = 0; i < count; ++i) differences |= bits_of_size(limit) - bits_of_size(values[i]);
-  return differences >> (8 * sizeof differences - 1) == 0;
+  const BitsOf<Number> most = bits_of_size(limit);
+  BitsOf<Number> differences = 0;
+  for (size_t i = 0; i < count; ++i) differences |= most - bits_of_size(values[i]);
+  return none_below_zero(differences);
 }
 
 // A length, or what a unit means.

@@ -232,6 +232,16 @@ bool read_gravity(const pack::Gravity& gravity, uint64_t first_offset, bool trus
                      all_within(pack.contact_per_gravity, contacts, limit));
 }
 
+// Which no frame reads; but a pack is whole.
+bool are_inputs_inside(const pack::Pack& tables, uint64_t first_offset, const pal_pack& pack) {
+  for (const pack::InputFile* input : *tables.inputs()) {
+    const pack::Segment* contents = input->contents();
+    if (contents != nullptr && array_of<char>(pack, contents, first_offset, contents->bytes()) == nullptr)
+      return false;
+  }
+  return true;
+}
+
 bool is_error(double value) {
   return value >= 0 && value <= kLargestEnergy;
 }
@@ -274,6 +284,8 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
   if (!are_sound_tables(tables_bytes, header.tables_bytes)) return PAL_STATUS_CORRUPT_TABLES;
 
   const pack::Pack& tables = *pack::GetPack(tables_bytes);
+  if (tables.real_bytes() != sizeof(float) && tables.real_bytes() != sizeof(double))
+    return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.real_bytes() != sizeof(pal_real)) return PAL_STATUS_OTHER_PRECISION;
   pack = {};
   pack.bytes = bytes;
@@ -287,7 +299,8 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     pack.newtons = tables.units()->newtons();
     if (!is_scale(pack.metres) || !is_scale(pack.newtons)) return PAL_STATUS_CORRUPT_CONTENT;
   }
-  if (!read_geometry(*tables.geometry(), first_offset, pack) ||
+  if (!are_inputs_inside(tables, first_offset, pack) ||
+      !read_geometry(*tables.geometry(), first_offset, pack) ||
       !read_sites(*tables.sites(), first_offset, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }

@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+static_assert(sizeof(pack::Real) == sizeof(pal_real), "PALPATE_FLOAT64 is one for schemas and API");
+
 // One bin of an error survey; ErrorBin in schemas/pack.fbs.
 struct ErrorBinView {
   double to;  // upper end of |d| / max_displacement
@@ -17,8 +19,6 @@ struct ErrorBinView {
 };
 
 inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema that this library knows
-
-static_assert(sizeof(pack::Real) == sizeof(pal_real));
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model

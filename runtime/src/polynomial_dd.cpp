@@ -166,16 +166,15 @@ uint32_t num_field_weights(const pal_pack& pack) {
   return pack.radii == nullptr ? 0 : num_monomials(1, pack.degree);
 }
 
-void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum) {
+void fill_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, bool onto, pal_real* sum) {
   const uint32_t terms = num_monomials(1, pack.degree);
   const size_t panels = pack::num_panels(pack.num_nodes);
   for (uint32_t panel = 0; panel < count; ++panel) {
     const pal_real* coefficients =
         pack.field + (size_t{field.site} * panels + first + panel) * terms * pack::kPanelRows;
-    const size_t row = size_t{panel} * pack::kPanelRows;
-    add_columns(coefficients, pack::kPanelRows, field.weights, terms,
-                start == nullptr ? nullptr : start + row, sum + row);
+    add_columns(coefficients, pack::kPanelRows, field.weights, terms, onto,
+                sum + size_t{panel} * pack::kPanelRows);
   }
 }
 

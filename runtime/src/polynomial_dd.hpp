@@ -48,8 +48,8 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displac
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          double length_scale, PolynomialAnswer& answer, pal_real* weights);
 
-// sum[96 count] = start + u of the nodes of `count` panels from `first` on; start: `sum` itself, or null for zeros.
-void add_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                          AddColumns add_columns, const pal_real* start, pal_real* sum);
+// sum[96 count] = u of the nodes of `count` panels from `first` on, onto what is there or not.
+void fill_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
+                           AddColumns add_columns, bool onto, pal_real* sum);
 
 }  // namespace palpate

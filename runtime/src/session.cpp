@@ -115,7 +115,7 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   return counting.used();
 }
 
-// Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest cache.
+// Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest caches.
 constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
 
 const pal_real* turn_of(const FieldState& field) {
@@ -125,20 +125,19 @@ const pal_real* turn_of(const FieldState& field) {
 // sum = displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
                  pal_real* sum) {
-  const pal_real* rest = fill_rest(session, turn_of(field), first, count, sum);
+  const bool onto = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
-    add_compliance_field(*session.pack, field, first, count, session.add_columns, rest, sum);
+    fill_compliance_field(*session.pack, field, first, count, session.add_columns, onto, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    add_polynomial_field(*session.pack, field, first, count, session.add_columns, rest, sum);
-  } else {
-    copy_panels(rest, count, sum);
+    fill_polynomial_field(*session.pack, field, first, count, session.add_columns, onto, sum);
+  } else if (!onto) {
+    clear_panels(count, sum);
   }
 }
 
-// By contacts alone, of panels of a compressed compliance.
-void fill_compressed_panels(const pal_session& session, const FieldState& field, uint32_t first,
-                            uint32_t count, pal_real* sum) {
-  add_compliance_field(*session.pack, field, first, count, session.add_columns, nullptr, sum);
+// Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
+bool writes_once(const pal_session& session, const FieldState& field) {
+  return !session.pack->has_gravity && (field.model != PAL_MODEL_LINEAR || field.num_held <= 1);
 }
 
 constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
@@ -160,8 +159,8 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
-    const bool direct =
-        stride_bytes == kNodeBytes && reinterpret_cast<uintptr_t>(out) % alignof(pal_real) == 0;
+    const bool direct = stride_bytes == kNodeBytes && writes_once(session, field) &&
+                        reinterpret_cast<uintptr_t>(out) % alignof(pal_real) == 0;
     uint32_t left = session.pack->num_nodes;
     for (uint32_t first = 0; left > 0;) {
       const bool into_rows = !direct || left < pack::kPanelNodes;
@@ -194,7 +193,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
       const uint32_t left = pack.num_panels - first;
       const uint32_t count = left < kPanelsAtOnce ? left : kPanelsAtOnce;
-      fill_compressed_panels(session, field, first, count, rows);
+      fill_compressed_field(pack, field, first, count, session.add_columns, rows);
       for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
         const uint32_t node =
             pack.compressed_panels[first + place / pack::kPanelNodes].nodes[place % pack::kPanelNodes];
@@ -210,7 +209,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     const uint32_t index = session.requested_by_panel[i];
     const uint32_t place = pack.node_places[session.requested[index]];
     const uint32_t wanted = place / pack::kPanelNodes;
-    if (wanted != filled) fill_compressed_panels(session, field, wanted, 1, rows);
+    if (wanted != filled) fill_compressed_field(pack, field, wanted, 1, session.add_columns, rows);
     filled = wanted;
     pal_real* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
     add_rest(session, turn_of(field), session.requested[index], node_rows);

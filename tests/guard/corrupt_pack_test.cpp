@@ -251,6 +251,25 @@ TEST(CorruptPack, TrustGoesToNumbersOnly) {
   EXPECT_EQ(status_of(good.first(good.size() - 64), PAL_VERIFY_NEVER), PAL_STATUS_TRUNCATED);
 }
 
+TEST(CorruptPack, FieldsOfAnotherPrecisionAreRefused) {
+  const auto status_with_bytes = [](uint8_t count) {
+    AlignedBytes copy = copy_of(small_pack_bytes().bytes());
+    unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
+    unsigned char* real_bytes =
+        flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)->GetAddressOf(pack::Pack::VT_REAL_BYTES);
+    if (real_bytes == nullptr) throw std::runtime_error("not in the tables");
+    *real_bytes = count;
+    repair_checksum(copy.bytes());
+    return open_status(copy.bytes());
+  };
+  for (const uint8_t count : {uint8_t{4}, uint8_t{8}}) {
+    EXPECT_EQ(status_with_bytes(count),
+              count == sizeof(pal_real) ? PAL_STATUS_OK : PAL_STATUS_OTHER_PRECISION);
+  }
+  for (const uint8_t count : {uint8_t{0}, uint8_t{5}, uint8_t{255}})
+    EXPECT_EQ(status_with_bytes(count), PAL_STATUS_CORRUPT_CONTENT);
+}
+
 TEST(CorruptPack, EveryStatusHasItsOwnText) {
   std::set<std::string> texts;
   int known = 0;

@@ -17,8 +17,9 @@ const std::string kInclude = std::string(PALPATE_SOURCE_DIR) + "/runtime/include
 class Headers : public ::testing::Test {
  protected:
   // Compiles a file that includes `header` twice and nothing else, with `include` as the only folder.
-  CommandResult compile(const std::string& header, bool as_c, const std::string& include = kInclude) const {
-    const std::string text = "#include <palpate/" + header + ">\n";
+  CommandResult compile(const std::string& header, bool as_c, const std::string& include = kInclude,
+                        const std::string& before = "") const {
+    const std::string text = before + "#include <palpate/" + header + ">\n";
     const std::filesystem::path file =
         dir_.write(as_c ? "unit.c" : "unit.cpp", text + text + "int one_declaration;\n");
     return run_command(shell_word(as_c ? PALPATE_C : PALPATE_CXX) + (as_c ? " -std=c11" : " -std=c++20") +
@@ -47,6 +48,10 @@ TEST_F(Headers, CompileAlone) {
   EXPECT_EQ(as_cpp.exit_code, 0) << as_cpp.output;
   const CommandResult face = compile("palpate.hpp", false);
   EXPECT_EQ(face.exit_code, 0) << face.output;
+  for (const char* before : {"#define PALPATE_FLOAT64 1\n", "#define PALPATE_FLOAT64 0\n"}) {
+    EXPECT_EQ(compile("palpate.h", true, kInclude, before).exit_code, 0);
+    EXPECT_EQ(compile("palpate.hpp", false, kInclude, before).exit_code, 0);
+  }
 }
 
 TEST_F(Headers, CheckRefusesSpoiltHeaders) {

@@ -41,7 +41,8 @@ TEST(PackWriter, SegmentsAreAlignedAdjoiningAndPaddedWithZeros) {
         tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
         tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
         tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
-        tables.surface_bvh()->site_normals()}) {
+        tables.surface_bvh()->site_normals(), tables.inputs()->Get(0)->contents(),
+        tables.inputs()->Get(1)->contents()}) {
     EXPECT_EQ(segment->offset(), next);
     EXPECT_EQ(segment->offset() % pack::kAlignment, 0U);
     for (uint64_t byte = used; byte < segment->offset(); ++byte) ASSERT_EQ(file.bytes()[byte], 0);
@@ -116,10 +117,10 @@ TEST(PackWriter, EstimateOfTheSizeIsNear) {
 }
 
 TEST(PackWriter, UnreadableInputIsSaid) {
-  EXPECT_THROW(describe_input("/no/such/file"), std::runtime_error);
+  EXPECT_THROW(read_inputs({"/no/such/file"}), std::runtime_error);
   const TempDir dir;
-  const InputFile empty = describe_input(dir.write("empty.inp", ""));
-  EXPECT_EQ(empty.name, "empty.inp");
+  const InputFile empty = read_inputs({dir.write("empty.inp", "")}).front();
+  EXPECT_EQ(empty.path, "empty.inp");
   EXPECT_EQ(empty.hash, "99aa06d3014798d86001c324468d497f");  // XXH3-128 of nothing, from its specification
 }
 

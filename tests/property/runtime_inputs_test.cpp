@@ -164,7 +164,7 @@ TEST_P(RuntimeInputs, FieldIsRestBeforeTheFirstFrame) {
   for (const pal_real value : session_.field()) EXPECT_EQ(value, 0.0f);
 }
 
-TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
+TEST_P(RuntimeInputs, StridesWriteTheirThreeNumbersAndNoMore) {
   session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
   const std::vector<pal_real> field = session_.field();
   const uint32_t nodes = pack_.info().num_nodes;
@@ -182,7 +182,7 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeFloatsAndNoMore) {
     for (size_t byte = stride * nodes; byte < buffer.size(); ++byte) ASSERT_EQ(buffer[byte], kCanary);
   }
   Watched<pal_real> out;
-  for (const size_t stride : {size_t{0}, size_t{4}, size_t{11}})
+  for (const size_t stride : {size_t{0}, size_t{4}, kNodeBytes - 1})
     EXPECT_EQ(pal_visual_frame(session_.get(), &out.value, stride), PAL_STATUS_BAD_ARGUMENT);
   EXPECT_FALSE(out.touched());
 }

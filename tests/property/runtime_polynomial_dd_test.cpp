@@ -446,16 +446,16 @@ TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
     std::vector<pal_real> scalar(pack::kPanelRows);
     for (pal_real& start : scalar) start = any();
     const std::vector<pal_real> start = scalar;
-    kernels[0].add_columns(columns, kStride, weights.data(), count, scalar.data(), scalar.data());
+    kernels[0].add_columns(columns, kStride, weights.data(), count, true, scalar.data());
     std::vector<pal_real> fused;  // of the first that fuses products and sums
     for (uint32_t k = 0; k < num_kernels; ++k) {
       SCOPED_TRACE(kernels[k].name);
-      std::vector<pal_real> result(pack::kPanelRows);
-      kernels[k].add_columns(columns, kStride, weights.data(), count, start.data(), result.data());
+      std::vector<pal_real> result = start;
+      kernels[k].add_columns(columns, kStride, weights.data(), count, true, result.data());
       std::vector<pal_real> from_zero(pack::kPanelRows, 7);
-      kernels[k].add_columns(columns, kStride, weights.data(), count, nullptr, from_zero.data());
+      kernels[k].add_columns(columns, kStride, weights.data(), count, false, from_zero.data());
       std::vector<pal_real> added(pack::kPanelRows);
-      kernels[k].add_columns(columns, kStride, weights.data(), count, added.data(), added.data());
+      kernels[k].add_columns(columns, kStride, weights.data(), count, true, added.data());
       EXPECT_EQ(from_zero, added);
       for (size_t i = 0; i < pack::kPanelRows; ++i) {
         double magnitude =

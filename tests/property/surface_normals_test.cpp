@@ -77,7 +77,7 @@ TEST_F(SurfaceNormals, TurnWithTheSurface) {
     EXPECT_LE((at_node(after, node) - R * at_node(before, node)).norm(), kFloat);
 }
 
-TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
+TEST_F(SurfaceNormals, StridesWriteTheirThreeNumbersAndNoMore) {
   const std::vector<pal_real> expected = normals(rest_);
   constexpr unsigned char kCanary = 0xa5;
   for (const size_t stride : {kNodeBytes, kNodeBytes + 1, kNodeBytes + 20}) {
@@ -105,7 +105,9 @@ TEST_F(SurfaceNormals, StridesWriteTheirThreeFloatsAndNoMore) {
 }
 
 TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {
-  for (const pal_real size : {1e-44f, 1e20f, 3e38f, std::nanf(""), HUGE_VALF}) {
+  for (const pal_real size :
+       {std::numeric_limits<pal_real>::denorm_min(), pal_real{1e20f}, std::numeric_limits<pal_real>::max(),
+        pal_real{std::nanf("")}, std::numeric_limits<pal_real>::infinity()}) {
     std::vector<pal_real> displacements = rest_;
     for (size_t i = 0; i < displacements.size(); i += 2) displacements[i] = size;
     EXPECT_TRUE(all_finite(normals(displacements))) << size;

@@ -21,9 +21,9 @@ inline void require(pal_status status, const char* what) {
 // Of one node in a visual frame.
 inline constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
 
-// What rounding may make of a field: `float32`, or in a build with PALPATE_FLOAT64 what that promises.
-constexpr double field_tolerance(double float32) {
-  return sizeof(pal_real) == sizeof(float) ? float32 : 1e-10;
+// What rounding may make of a field: `in_float32`, or in a build with PALPATE_FLOAT64 what that promises.
+constexpr double field_tolerance(double in_float32) {
+  return sizeof(pal_real) == sizeof(float) ? in_float32 : 1e-10;
 }
 
 // A pack opened on bytes that must outlive it.

@@ -59,7 +59,8 @@ class SmallPack {
 
   PackContent content() const {
     PackContent content{model, scene, sites, &linear, &polynomials, kDegree, {}, surveys};
-    content.inputs = {{"block.toml", std::string(32, '0')}, {"block.inp", std::string(32, '1')}};
+    content.inputs = {{"block.toml", std::string(32, '0'), "a scene"},
+                      {"block.inp", std::string(32, '1'), "a model"}};
     return content;
   }
 

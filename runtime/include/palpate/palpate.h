@@ -60,9 +60,10 @@ extern "C" {
   { 0 }
 #endif
 
-/* The numbers of displacement fields, in packs and in visual frames; all else is double. Define PALPATE_FLOAT64
- * in programs that link a library built with it (CMake does): such a library reads packs of such a builder. */
-#ifdef PALPATE_FLOAT64
+/* The numbers of displacement fields, in packs and in visual frames; all else is double. Double in a library
+ * built with PALPATE_FLOAT64=1, which who links it defines too (CMake does it for targets); it opens packs of
+ * builders built like it, and no others. */
+#if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
 typedef double pal_real;
 /* So that the other kind of library does not link. */
 #define pal_visual_frame pal_visual_frame_float64
@@ -528,10 +529,10 @@ PAL_NODISCARD pal_status pal_session_replay(pal_session* session, const void* re
 /* ------------------------------------------------------------- picture -- */
 
 /* Displacements of all packed nodes from the mesh (pal_geometry::positions), gravity's among them, organ
- * frame, under the contacts of the last haptic or contact frame that
- * has returned: node i's three numbers are written at (char*)displacements + i * stride_bytes, stride_bytes >=
- * 3 sizeof(pal_real). m, or length unit. Cost: one pass over the coefficients in use; the haptic thread never waits for it.
- * Real-time safe: yes. */
+ * frame, under the contacts of the last haptic or contact frame that has returned: node i's three numbers are
+ * written at (char*)displacements + i * stride_bytes, stride_bytes >= 3 sizeof(pal_real). m, or length unit.
+ * The memory is written and never read: it may be a graphics card's. Cost: one pass over the coefficients in
+ * use; the haptic thread never waits for it. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_visual_frame(pal_session* session, pal_real* displacements,
                                           size_t stride_bytes) PAL_NOEXCEPT;
 
@@ -543,8 +544,8 @@ PAL_NODISCARD pal_status pal_session_request_nodes(pal_session* session, const u
 
 /* Unit normals, out of the tissue, of the surface under displacements as pal_visual_frame writes them; zero
  * for nodes without a triangle (pal_geometry). Node i's three numbers are at (char*)normals + i *
- * normal_stride. Both strides in bytes, >= 3 sizeof(pal_real); the buffers must not overlap. Cost: one pass over the
- * triangles. Any thread. Real-time safe: yes. */
+ * normal_stride. Both strides in bytes, >= 3 sizeof(pal_real); the buffers must not overlap. Cost: one pass
+ * over the triangles. Any thread. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_pack_compute_normals(const pal_pack* pack, const pal_real* displacements,
                                                   size_t displacement_stride, pal_real* normals,
                                                   size_t normal_stride) PAL_NOEXCEPT;
