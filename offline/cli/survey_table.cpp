@@ -17,7 +17,7 @@ std::string row_text(const std::string& model, const SurveyBin& bin, const std::
 }
 
 nlohmann::json figures_json(const ErrorFigures& figures) {
-  return {{"median", figures.median}, {"p95", figures.p95}, {"max", figures.max}};
+  return {{"median", figures.median}, {"p95", figures.p95}, {"max", figures.max}, {"bound", figures.bound}};
 }
 
 nlohmann::json row_json(const SurveyBin& bin) {
@@ -29,11 +29,12 @@ nlohmann::json row_json(const SurveyBin& bin) {
 }
 
 SurveyBin bin_of(const pack::ErrorBin& bin) {
-  return {bin.from(),
-          bin.to(),
-          static_cast<int>(bin.samples()),
-          {bin.displacement_median(), bin.displacement_p95(), bin.displacement_max()},
-          {bin.force_median(), bin.force_p95(), bin.force_max()}};
+  return {
+      bin.from(),
+      bin.to(),
+      static_cast<int>(bin.samples()),
+      {bin.displacement_median(), bin.displacement_p95(), bin.displacement_max(), bin.displacement_bound()},
+      {bin.force_median(), bin.force_p95(), bin.force_max(), bin.force_bound()}};
 }
 
 }  // namespace

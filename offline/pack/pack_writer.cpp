@@ -204,7 +204,8 @@ Model at_rest(const PackContent& content) {
 flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::FlatBufferBuilder& builder) {
   return pack::CreateErrorBin(builder, bin.from, bin.to, static_cast<uint32_t>(bin.samples),
                               bin.displacement.median, bin.displacement.p95, bin.displacement.max,
-                              bin.force.median, bin.force.p95, bin.force.max);
+                              bin.force.median, bin.force.p95, bin.force.max, bin.displacement.bound,
+                              bin.force.bound);
 }
 
 pack::ResponseModel schema_model(SurveyedModel model) {

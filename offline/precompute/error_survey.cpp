@@ -10,10 +10,28 @@ constexpr double kForceFloor =
     0.05;  // of the survey's largest force: a light touch is not divided by nearly nothing
 
 ErrorFigures figures(const std::vector<double>& errors) {
-  return {quantile(errors, 0.5), quantile(errors, 0.95), quantile(errors, 1.0)};
+  return {quantile(errors, 0.5), quantile(errors, 0.95), quantile(errors, 1.0), covering_bound(errors)};
 }
 
 }  // namespace
+
+double covering_bound(std::vector<double> values) {
+  constexpr double kCovered = 0.95;
+  constexpr double kConfidence = 0.95;
+  if (values.empty()) return 1;
+  std::sort(values.begin(), values.end());
+  const auto n = static_cast<double>(values.size());
+  // P(fewer than k): from the largest k downward, where n - k more is a rare event and no term underflows.
+  double at_least = 0;  // P(k or more)
+  size_t k = values.size();
+  for (; k > 0; --k) {
+    const auto i = static_cast<double>(k);
+    at_least += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) +
+                         i * std::log(kCovered) + (n - i) * std::log1p(-kCovered));
+    if (at_least > 1 - kConfidence) break;
+  }
+  return values[std::min(k, values.size() - 1)];
+}
 
 double quantile(std::vector<double> values, double q) {
   if (values.empty()) return 1;

@@ -14,11 +14,12 @@ namespace palpate {
 // Quartiles of |d| / max_displacement, so that a reader sees the error grow.
 inline constexpr int kSurveyBins = pack::kSurveyBins;
 
-// Median, 95th percentile and maximum of a set of errors.
+// Of a set of errors: median, 95th percentile, maximum, and the bound that covers 95 % of further ones.
 struct ErrorFigures {
   double median = 0;
   double p95 = 0;
   double max = 0;
+  double bound = 0;
 };
 
 struct SurveyBin {
@@ -62,6 +63,12 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
 // Both.
 SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
                           const Responder& model);
+
+// The smallest of `values` that at least 95 % of all errors of their kind are below, with a confidence of 95 %
+// whatever their distribution: the k-th of n, k the least with P(Binomial(n, 0.95) < k) >= 0.95 (Wilks 1941,
+// Determination of sample sizes for setting tolerance limits). The largest where n < 59 are too few for that; of
+// none, 1.
+double covering_bound(std::vector<double> values);
 
 // Value below which the fraction q of `values` lies, interpolated between neighbours; of none, 1: an error
 // that was not measured may be all there is.

@@ -256,12 +256,12 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
     double from = 0;
     for (const pack::ErrorBin* bin : *survey->bins()) {
       if (!(bin->from() == from) || !(bin->to() > from && bin->to() <= kLargestScale) ||
-          !is_error(bin->displacement_p95()) || !is_error(bin->force_p95())) {
+          !is_error(bin->displacement_bound()) || !is_error(bin->force_bound())) {
         return false;
       }
-      if (bin->samples() == 0 && !(bin->displacement_p95() >= 1 && bin->force_p95() >= 1)) return false;
+      if (bin->samples() == 0 && !(bin->displacement_bound() >= 1 && bin->force_bound() >= 1)) return false;
       from = bin->to();
-      view.bins[view.num_bins++] = {bin->to(), bin->displacement_p95(), bin->force_p95()};
+      view.bins[view.num_bins++] = {bin->to(), bin->displacement_bound(), bin->force_bound()};
     }
     if (from != 1.0) return false;
   }

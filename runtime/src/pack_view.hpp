@@ -14,8 +14,8 @@ static_assert(sizeof(pack::Real) == sizeof(pal_real), "PALPATE_FLOAT64 is one fo
 // One bin of an error survey; ErrorBin in schemas/pack.fbs.
 struct ErrorBinView {
   double to;  // upper end of |d| / max_displacement
-  double displacement_p95;
-  double force_p95;
+  double displacement_bound;
+  double force_bound;
 };
 
 inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema that this library knows

@@ -63,8 +63,8 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
     // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
     if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
-      result.displacement_error = survey.bins[bin].displacement_p95;
-      result.force_error = survey.bins[bin].force_p95;
+      result.displacement_error = survey.bins[bin].displacement_bound;
+      result.force_error = survey.bins[bin].force_bound;
       return;
     }
   }

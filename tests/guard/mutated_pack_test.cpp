@@ -331,16 +331,16 @@ TEST_F(Contradiction, Surveys) {
   broken.table.bins[1].from = 0.3;  // a gap
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   broken = survey;
-  broken.table.bins[2].displacement.p95 = std::nan("");
+  broken.table.bins[2].displacement.bound = std::nan("");
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   broken = survey;
-  broken.table.bins[2].force.p95 = -1;
+  broken.table.bins[2].force.bound = -1;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   broken = survey;
   broken.table.bins[2].samples = 0;  // measured on nothing, and yet sure
-  broken.table.bins[2].force.p95 = 0.5;
+  broken.table.bins[2].force.bound = 0.5;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
-  broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1};
+  broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1, 1};
   EXPECT_EQ(written({broken}), PAL_STATUS_OK);
   broken = survey;
   broken.table.bins.back().to = 0.9;  // not the whole range

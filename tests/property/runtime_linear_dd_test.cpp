@@ -379,8 +379,8 @@ TEST_F(RuntimeLinearDd, ErrorEstimateIsTheSurveysBin) {
   for (int bin = 0; bin < kSurveyBins; ++bin) {
     const double size = kMaxDisplacement * (bin + 0.9) / kSurveyBins;
     const auto result = session_.touch(as_runtime({{4, {0, 0, -size}}})).front();
-    EXPECT_EQ(result.displacement_error, table.bins[static_cast<size_t>(bin)].displacement.p95);
-    EXPECT_EQ(result.force_error, table.bins[static_cast<size_t>(bin)].force.p95);
+    EXPECT_EQ(result.displacement_error, table.bins[static_cast<size_t>(bin)].displacement.bound);
+    EXPECT_EQ(result.force_error, table.bins[static_cast<size_t>(bin)].force.bound);
     EXPECT_EQ(result.flags, 0U);
   }
   const auto beyond = session_.touch(as_runtime({{4, {0, 0, -1.1 * kMaxDisplacement}}})).front();

@@ -357,7 +357,7 @@ TEST_F(InwardPolynomialDd, InsideItIsThePlainPolynomial) {
     const Eigen::Vector3d d = tilted(site, 0.3, 0.8);
     const auto result = touch(site, d);
     EXPECT_EQ(result.flags, 0U);
-    EXPECT_EQ(result.displacement_error, small_.surveys[1].table.bins.back().displacement.p95);
+    EXPECT_EQ(result.displacement_error, small_.surveys[1].table.bins.back().displacement.bound);
     const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
     EXPECT_EQ(Eigen::Vector3d(result.force), Eigen::Vector3d(expected.force));
     EXPECT_EQ(session_.field(), session.field());

@@ -1,0 +1,52 @@
+// Figures of a set of errors, against tables and chance.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "offline/precompute/error_survey.hpp"
+
+namespace palpate {
+namespace {
+
+// Of 1, 2, ... n.
+double bound_of_the_first(int n) {
+  std::vector<double> values(static_cast<size_t>(n));
+  std::iota(values.begin(), values.end(), 1.0);
+  return covering_bound(values);
+}
+
+// Sample sizes from which the 1st, 2nd, ... largest is a 95 % / 95 % tolerance limit: Somerville 1958, Tables
+// for obtaining non-parametric tolerance limits.
+TEST(CoveringBound, IsThatOfTheTables) {
+  const int sizes[] = {59, 93, 124, 153, 181, 208};
+  for (int place = 0; place < 6; ++place) {
+    EXPECT_EQ(bound_of_the_first(sizes[place]), sizes[place] - place);
+    EXPECT_EQ(bound_of_the_first(sizes[place] - 1), sizes[place] - 1 - std::max(place - 1, 0));
+  }
+  EXPECT_EQ(bound_of_the_first(1), 1);
+  EXPECT_EQ(covering_bound({}), 1) << "an error that was not measured may be all there is";
+}
+
+// In 95 % of surveys it covers 95 % of what comes after.
+TEST(CoveringBound, CoversAsOftenAsItSays) {
+  constexpr int kSurveys = 4000;
+  std::mt19937_64 random(3);
+  std::lognormal_distribution<double> error(-3, 1);
+  for (const int n : {59, 120, 480}) {
+    int covering = 0;
+    for (int survey = 0; survey < kSurveys; ++survey) {
+      std::vector<double> values(static_cast<size_t>(n));
+      for (double& value : values) value = error(random);
+      const double below = 0.5 * std::erfc(-(std::log(covering_bound(values)) + 3) / std::sqrt(2.0));
+      covering += below >= 0.95 ? 1 : 0;
+    }
+    EXPECT_GE(covering, 0.94 * kSurveys) << n;
+    EXPECT_LE(covering, 0.985 * kSurveys) << n << ": as small as may be";
+  }
+}
+
+}  // namespace
+}  // namespace palpate
