@@ -71,12 +71,14 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {
-    // Each energy term enters the value, three first and six second derivatives, with two products each.
+    // Six entries of the Hessian, three products each, for every monomial two degrees below a term of the energy
+    // (runtime/src/polynomial_dd.cpp).
     const std::uint64_t energy_terms = pack::num_monomials(2, static_cast<uint32_t>(content.degree) + 1);
     const std::uint64_t field_terms = pack::num_monomials(1, static_cast<uint32_t>(content.degree));
     FrameCost cost;
     cost.model = SurveyedModel::polynomial_dd;
-    cost.force_operations = 20 * energy_terms;
+    cost.force_operations =
+        std::uint64_t{18} * pack::num_monomials(0, static_cast<uint32_t>(content.degree) - 1);
     cost.force_bytes = energy_terms * sizeof(double);
     cost.field_operations = rows * field_terms;
     cost.field_bytes = rows * field_terms * sizeof(pack::Real);

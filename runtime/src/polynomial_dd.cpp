@@ -8,11 +8,10 @@
 namespace palpate {
 namespace {
 
-using pack::monomial_index;
 using pack::monomial_start;
 using pack::num_monomials;
 
-constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree + 1);
+constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree);
 // Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
 constexpr double kRounding = 1e-9;
 
@@ -23,40 +22,48 @@ struct Part {
   double hessian[6];
 };
 
-// d/dx of x^a y^b z^c is a x^(a-1) y^b z^c, and so on: derivatives are lower monomials.
-Part differentiate(const double* monomials, const double* coefficients, uint32_t degree) {
+// Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions:
+// grad E = Hess E x / (n - 1), E = grad E . x / n. What is left is the Hessian, whose entries have the monomials
+// x^a y^b z^c of degree n - 2. Behind the j-th of them, with b + c = rest, stand x^(a+2) y^b z^c at place j of
+// degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each with one y
+// less and one z more next to it (monomials.hpp). Cost: some 30
+// operations for each of n (n - 1) / 2 monomials.
+Part differentiate(const double x[3], const double* monomials, const double* coefficients, uint32_t degree) {
   Part part = {};
-  const auto at = [&](uint32_t a, uint32_t b, uint32_t c) { return monomials[monomial_index(a, b, c)]; };
-  uint32_t term = 0;
-  for (uint32_t a = degree + 1; a-- > 0;) {
-    for (uint32_t b = degree - a + 1; b-- > 0; ++term) {
-      const uint32_t c = degree - a - b;
-      const double k = coefficients[term];
-      const double ka = k * a;
-      const double kb = k * b;
-      const double kc = k * c;
-      part.value += k * monomials[monomial_start(degree) + term];
-      if (a > 0) part.gradient[0] += ka * at(a - 1, b, c);
-      if (b > 0) part.gradient[1] += kb * at(a, b - 1, c);
-      if (c > 0) part.gradient[2] += kc * at(a, b, c - 1);
-      if (a > 1) part.hessian[0] += ka * (a - 1) * at(a - 2, b, c);
-      if (a > 0 && b > 0) part.hessian[1] += ka * b * at(a - 1, b - 1, c);
-      if (a > 0 && c > 0) part.hessian[2] += ka * c * at(a - 1, b, c - 1);
-      if (b > 1) part.hessian[3] += kb * (b - 1) * at(a, b - 2, c);
-      if (b > 0 && c > 0) part.hessian[4] += kb * c * at(a, b - 1, c - 1);
-      if (c > 1) part.hessian[5] += kc * (c - 1) * at(a, b, c - 2);
+  double* H = part.hessian;
+  const double* lower = monomials + monomial_start(degree - 2);
+  const double* xx = coefficients;
+  double a = degree - 2;
+  for (uint32_t rest = 0; rest + 2 <= degree; ++rest, a -= 1) {
+    const double* xy = xx + rest + 1;
+    const double* yy = xy + rest + 2;
+    double b = rest;
+    double c = 0;
+    for (uint32_t i = 0; i <= rest; ++i, b -= 1, c += 1) {
+      const double m = *lower++;
+      H[0] += (a + 2) * (a + 1) * xx[i] * m;
+      H[1] += (a + 1) * (b + 1) * xy[i] * m;
+      H[2] += (a + 1) * (c + 1) * xy[i + 1] * m;
+      H[3] += (b + 2) * (b + 1) * yy[i] * m;
+      H[4] += (b + 1) * (c + 1) * yy[i + 1] * m;
+      H[5] += (c + 2) * (c + 1) * yy[i + 2] * m;
     }
+    xx = xy;
   }
+  const double to_gradient = 1.0 / (degree - 1);
+  part.gradient[0] = (H[0] * x[0] + H[1] * x[1] + H[2] * x[2]) * to_gradient;
+  part.gradient[1] = (H[1] * x[0] + H[3] * x[1] + H[4] * x[2]) * to_gradient;
+  part.gradient[2] = (H[2] * x[0] + H[4] * x[1] + H[5] * x[2]) * to_gradient;
+  part.value = (part.gradient[0] * x[0] + part.gradient[1] * x[1] + part.gradient[2] * x[2]) / degree;
   return part;
 }
 
-// g(s) = q_n(s) / s^n and its first two derivatives; 1, 0, 0 inside the ball.
+// g(s) = q_n(s) / s^n and its first two derivatives, s > 1.
 struct Continuation {
   double g, first, second;
 };
 
 Continuation continue_energy(uint32_t degree, double s) {
-  if (s <= 1.0) return {1.0, 0.0, 0.0};
   const double n = degree;
   const double t = s - 1.0;
   const double q = 1.0 + n * t + 0.5 * n * (n - 1.0) * t * t;
@@ -85,17 +92,21 @@ Fade fade_behind_surface(double c) {
 // Adds g(s) E_n with t = x / s:  grad = g grad E + E g' t,
 // Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
 void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
+  if (s <= 1.0) {
+    sum.value += part.value;
+    for (int i = 0; i < 3; ++i) sum.gradient[i] += part.gradient[i];
+    for (int ij = 0; ij < 6; ++ij) sum.hessian[ij] += part.hessian[ij];
+    return;
+  }
   const Continuation continuation = continue_energy(degree, s);
   sum.value += continuation.g * part.value;
   for (int i = 0, ij = 0; i < 3; ++i) {
     sum.gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
     for (int j = i; j < 3; ++j, ++ij) {
-      sum.hessian[ij] += continuation.g * part.hessian[ij];
-      if (s > 1.0) {
-        sum.hessian[ij] += continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
-                           part.value * (continuation.second * t[i] * t[j] +
-                                         continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
-      }
+      sum.hessian[ij] += continuation.g * part.hessian[ij] +
+                         continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
+                         part.value * (continuation.second * t[i] * t[j] +
+                                       continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
     }
   }
 }
@@ -122,14 +133,14 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displ
   }
 
   double monomials[kMostMonomials];
-  pack::evaluate_monomials(x, pack.degree + 1, monomials);
+  pack::evaluate_monomials(x, pack.degree, monomials);
 
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + size_t{site} * num_monomials(2, pack.degree + 1);
   Part quadratic = {};
   Part rest = {};
   for (uint32_t degree = 2; degree <= pack.degree + 1; ++degree) {
-    const Part part = differentiate(monomials, coefficients, degree);
+    const Part part = differentiate(x, monomials, coefficients, degree);
     coefficients += num_monomials(degree);
     add_continued(part, degree, s, t, degree == 2 ? quadratic : rest);
   }

@@ -44,7 +44,7 @@ bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displac
 
 // Force and stiffness at a site of the pack for a finite displacement, model units; and the weights of the
 // field, [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale.
-// Cost at degree 3: 31 energy terms, about 700 multiply-adds.
+// Cost at degree 3: 31 energy terms, about 400 operations.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          double length_scale, PolynomialAnswer& answer, pal_real* weights);
 
