@@ -115,8 +115,16 @@ int run_build(const BuildArguments& arguments) {
   plan.jobs = arguments.jobs > 0 ? arguments.jobs
                                  : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const ContactSites sites = find_contact_sites(scene, model);
-  // Few sites are measured more often, so that a bin's p95 stands on some thirty solves at least.
-  constexpr int kFewestSurveySolves = 128;
+  // Below it energies and forces lose to rounding what a polynomial is fitted to.
+  constexpr double kLeastReach = 1e-6;  // of h
+  if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
+    throw std::runtime_error(fmt::format(
+        "{}: max_displacement = {:g} is below a millionth of the mean surface edge {:.4g}, too little for a "
+        "nonlinear model; raise it, or write [models] polynomial = false",
+        scene.file.string(), scene.max_displacement, sites.mean_surface_edge));
+  }
+  // Few sites are measured more often, so that 95 % of each bin's errors are told with a confidence of 95 %.
+  constexpr int kFewestSurveySolves = 4 * 60;
   const int num_sites = static_cast<int>(sites.sites.size());
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {

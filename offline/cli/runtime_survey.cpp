@@ -22,10 +22,7 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
     survey.displacement_covered += errors[i].displacement <= estimate->displacement ? 1 : 0;
     survey.force_covered += errors[i].force <= estimate->force ? 1 : 0;
     ++estimate;
-  }
-  if (!estimates.empty()) {
-    survey.displacement_covered /= static_cast<double>(estimates.size());
-    survey.force_covered /= static_cast<double>(estimates.size());
+    ++survey.solved;
   }
   return survey;
 }

@@ -10,9 +10,10 @@ namespace palpate {
 
 struct RuntimeSurvey {
   SurveyTable table;
-  // Part of the pushes with an equilibrium whose error is within what the runtime estimated for it.
-  double displacement_covered = 0;
-  double force_covered = 0;
+  // Pushes with an equilibrium, and those of them whose error is within what the runtime estimated for it.
+  int solved = 0;
+  int displacement_covered = 0;
+  int force_covered = 0;
 };
 
 // The pack carries the model.

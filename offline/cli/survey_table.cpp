@@ -16,7 +16,8 @@ std::string row_text(const std::string& model, const SurveyBin& bin, const std::
                      100 * bin.force.max);
 }
 
-nlohmann::json figures_json(const ErrorFigures& figures) {
+nlohmann::json figures_json(const ErrorFigures& figures, bool measured) {
+  if (!measured) return nullptr;
   return {{"median", figures.median}, {"p95", figures.p95}, {"max", figures.max}, {"bound", figures.bound}};
 }
 
@@ -24,8 +25,8 @@ nlohmann::json row_json(const SurveyBin& bin) {
   return {{"from", bin.from},
           {"to", bin.to},
           {"samples", bin.samples},
-          {"displacement", figures_json(bin.displacement)},
-          {"force", figures_json(bin.force)}};
+          {"displacement", figures_json(bin.displacement, bin.samples > 0)},
+          {"force", figures_json(bin.force, bin.samples > 0)}};
 }
 
 SurveyBin bin_of(const pack::ErrorBin& bin) {

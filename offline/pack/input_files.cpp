@@ -45,6 +45,9 @@ std::vector<InputFile> read_inputs(const std::vector<std::filesystem::path>& fil
   const std::filesystem::path folder = nearest_common_folder(absolute);
   std::vector<InputFile> inputs;
   for (size_t i = 0; i < files.size(); ++i) {
+    // A pipe has given its bytes to whoever read it first.
+    if (!std::filesystem::is_regular_file(files[i]) && std::filesystem::exists(files[i]))
+      throw std::runtime_error(files[i].string() + ": is not a file that a pack could carry; save it as one");
     std::ifstream stream(files[i], std::ios::binary);
     InputFile input;
     input.contents.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());

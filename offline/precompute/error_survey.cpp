@@ -9,6 +9,15 @@ namespace {
 constexpr double kForceFloor =
     0.05;  // of the survey's largest force: a light touch is not divided by nearly nothing
 
+constexpr double kCovered = 0.95;
+constexpr double kConfidence = 0.95;
+
+// P(Binomial(n, kCovered) = k).
+double chance_of(int k, int n) {
+  return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
+                  k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
+}
+
 ErrorFigures figures(const std::vector<double>& errors) {
   return {quantile(errors, 0.5), quantile(errors, 0.95), quantile(errors, 1.0), covering_bound(errors)};
 }
@@ -16,21 +25,23 @@ ErrorFigures figures(const std::vector<double>& errors) {
 }  // namespace
 
 double covering_bound(std::vector<double> values) {
-  constexpr double kCovered = 0.95;
-  constexpr double kConfidence = 0.95;
   if (values.empty()) return 1;
   std::sort(values.begin(), values.end());
-  const auto n = static_cast<double>(values.size());
-  // P(fewer than k): from the largest k downward, where n - k more is a rare event and no term underflows.
-  double at_least = 0;  // P(k or more)
-  size_t k = values.size();
+  const auto n = static_cast<int>(values.size());
+  // P(k or more), from the rare end.
+  double at_least = 0;
+  int k = n;
   for (; k > 0; --k) {
-    const auto i = static_cast<double>(k);
-    at_least += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) +
-                         i * std::log(kCovered) + (n - i) * std::log1p(-kCovered));
+    at_least += chance_of(k, n);
     if (at_least > 1 - kConfidence) break;
   }
-  return values[std::min(k, values.size() - 1)];
+  return values[static_cast<size_t>(std::min(k, n - 1))];
+}
+
+double chance_of_covering(int covered, int n) {
+  double more = 0;
+  for (int k = n; k > covered; --k) more += chance_of(k, n);
+  return 1 - more;
 }
 
 double quantile(std::vector<double> values, double q) {

@@ -70,6 +70,9 @@ SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_d
 // none, 1.
 double covering_bound(std::vector<double> values);
 
+// P(Binomial(n, 0.95) <= covered): small where a bound that covers 95 % would cover so few of n by bad luck alone.
+double chance_of_covering(int covered, int n);
+
 // Value below which the fraction q of `values` lies, interpolated between neighbours; of none, 1: an error
 // that was not measured may be all there is.
 double quantile(std::vector<double> values, double q);
