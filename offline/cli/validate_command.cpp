@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
@@ -229,7 +230,9 @@ void add_validate_command(CLI::App& app, int& exit_code) {
                    "Pushes; default 128, as many in each quarter of the range")
       ->type_name("N")
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")->type_name("S");
+  command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")
+      ->type_name("S")
+      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
   command->add_option("--jobs", arguments->jobs, "Threads; default: one for each core")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
