@@ -7,11 +7,11 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/compliance_errors.hpp"
 #include "offline/cli/frame_timing.hpp"
+#include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/progress_bar.hpp"
@@ -25,7 +25,7 @@ namespace {
 struct BuildArguments {
   std::filesystem::path scene;
   std::filesystem::path pack;
-  int jobs = 0;
+  int jobs = 1;
   bool json = false;
 };
 
@@ -51,7 +51,7 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
 // What is about to be done, and about how long it takes: a full solve near its neighbour costs two to three
 // factors.
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
-                const SamplingPlan& plan) {
+                const std::vector<InputFile>& inputs, const SamplingPlan& plan) {
   StaticSolver solver(assembly);
   const Clock::time_point start = Clock::now();
   const bool factored =
@@ -63,9 +63,10 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   const int jobs = std::min(plan.jobs, static_cast<int>(surveyed));
-  const double bytes =
+  double bytes =
       estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(), sites.sites.size(),
                           scene.linear, scene.polynomial, plan.degree, compressed);
+  for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
@@ -112,8 +113,7 @@ int run_build(const BuildArguments& arguments) {
   std::vector<InputFile> input_files = read_inputs(inputs);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;
-  plan.jobs = arguments.jobs > 0 ? arguments.jobs
-                                 : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  plan.jobs = arguments.jobs;
   const ContactSites sites = find_contact_sites(scene, model);
   // Below it energies and forces lose to rounding what a polynomial is fitted to.
   constexpr double kLeastReach = 1e-6;  // of h
@@ -143,7 +143,7 @@ int run_build(const BuildArguments& arguments) {
         scene.file.string(), sites.sites_at_fixed_nodes, num_sites);
   }
   const Assembly assembly(model, model.fixed_dofs());
-  if (!arguments.json) print_plan(model, scene, sites, assembly, plan);
+  if (!arguments.json) print_plan(model, scene, sites, assembly, input_files, plan);
 
   const RestState rest = find_rest(assembly, scene);
   LinearDd linear;
@@ -290,11 +290,7 @@ void add_build_command(CLI::App& app, int& exit_code) {
       ->type_name("")
       ->required();
   command->add_option("-o,--output", arguments->pack, "Pack to write")->type_name("PACK")->required();
-  command
-      ->add_option("--jobs", arguments->jobs,
-                   "Threads; default: one for each core. The pack does not depend on it")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_build(*arguments); });
 }

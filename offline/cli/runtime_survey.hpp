@@ -16,7 +16,9 @@ struct RuntimeSurvey {
   int force_covered = 0;
 };
 
-// The pack carries the model.
+// Of a model that the pack carries; sites of `samples` are the pack's, lengths and forces in the model's units.
+// Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual
+// frame a sample.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement);
 

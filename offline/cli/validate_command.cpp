@@ -10,9 +10,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <thread>
 
 #include "offline/cli/commands.hpp"
+#include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/progress_bar.hpp"
@@ -36,7 +36,7 @@ struct ValidateArguments {
   std::filesystem::path pack;
   int samples = 128;
   std::int64_t seed = 1;
-  int jobs = 0;
+  int jobs = 1;
   bool json = false;
 };
 
@@ -169,13 +169,15 @@ int run_validate(const ValidateArguments& arguments) {
   const Assembly assembly(model, model.fixed_dofs());
   const RestState rest = find_rest(assembly, scene);
   const std::vector<Push> pushes = draw_pushes(opened, scene, sites, arguments);
-  const int jobs = arguments.jobs > 0 ? arguments.jobs
-                                      : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   std::vector<SurveySample> samples;
   {
     ProgressBar bar("solving pushes", arguments.samples);
     samples = solve_pushes(
-        assembly, sites, pushes, jobs, [&](int done, int) { bar.show(done); }, rest);
+        assembly, sites, pushes, arguments.jobs,
+        [&](int done, int total) {
+          bar.show(static_cast<int>(std::int64_t{arguments.samples} * done / total));
+        },
+        rest);
   }
   const auto unsolved =
       std::count_if(samples.begin(), samples.end(), [](const SurveySample& one) { return !one.solved; });
@@ -233,9 +235,7 @@ void add_validate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")
       ->type_name("S")
       ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
-  command->add_option("--jobs", arguments->jobs, "Threads; default: one for each core")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_jobs_option(*command, arguments->jobs);
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_validate(*arguments); });
 }

@@ -248,7 +248,6 @@ AlignedBytes write_pack(const PackContent& content) {
   // The size of the tables does not depend on the offsets in them: written once to learn it, then with true
   // offsets.
   const auto write_tables = [&](uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
-    builder.ForceDefaults(true);  // what a pack says does not rest on what its reader takes for granted
     const auto at = [base](const pack::Segment& segment) {
       return pack::Segment(base + segment.offset(), segment.bytes());
     };

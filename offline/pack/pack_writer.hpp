@@ -54,7 +54,8 @@ class AlignedBytes {
 // Same content, same bytes. Cost: about twice the pack in memory.
 AlignedBytes write_pack(const PackContent& content);
 
-// Bytes that write_pack would make, to a percent, from counts alone; of a compressed compliance to a third.
+// Bytes that write_pack would make but for the input files, to a percent, from counts alone; of a compressed
+// compliance to a third.
 double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
                            bool polynomial, int degree, bool compressed = false);
 

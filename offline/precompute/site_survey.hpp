@@ -32,12 +32,15 @@ struct Push {
   int increments = 1;
 };
 
-// Within the half that Newton takes from rest in one.
+// How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
 inline int survey_increments(double part_of_range) {
   return part_of_range > 0.5 ? 2 : 1;
 }
 
-// The truth of each push, in their order, on `jobs` threads. `progress` as below, of the sites.
+// The truth of each push, in their order, on `jobs` threads; the result does not depend on how many. Pushes
+// without equilibrium come back unsolved. `progress` gets sites done, total, never from two threads at once.
+// Throws std::runtime_error where the organ at rest has no stable answer to a push. Cost: two to four
+// factorisations a push, and one a site.
 std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSites& sites,
                                        const std::vector<Push>& pushes, int jobs,
                                        const std::function<void(int, int)>& progress = {},

@@ -212,9 +212,7 @@ TEST_F(RuntimeLinearDd, StiffnessIsSymmetricAndPositive) {
 TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
   TouchedBlock block = touched_block(4, 0.26);
   block.model.materials.front().law = LinearElastic{3.0, 0.3};
-  block.scene.output_nodes.clear();
-  for (int node = 0; node < block.model.num_nodes(); ++node) block.scene.output_nodes.push_back(node);
-  block.sites = find_contact_sites(block.scene, block.model);
+  show_every_node(block);
   const Assembly assembly(block.model, block.model.fixed_dofs());
   const LinearDd linear = compute_linear_dd(assembly, block.sites);
   const AlignedBytes bytes = write_pack({block.model, block.scene, block.sites, &linear, nullptr, 0, {}, {}});
@@ -242,9 +240,7 @@ TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
 TEST(RuntimeLinearDdWhole, FieldOfManyPanelsWhereverItGoes) {
   TouchedBlock block = touched_block(10, 0);
   block.scene.sites.resize(2);
-  block.scene.output_nodes.clear();
-  for (int node = 0; node < block.model.num_nodes(); ++node) block.scene.output_nodes.push_back(node);
-  block.sites = find_contact_sites(block.scene, block.model);
+  show_every_node(block);
   const Assembly assembly(block.model, block.model.fixed_dofs());
   const LinearDd linear = compute_linear_dd(assembly, block.sites);
   const AlignedBytes bytes = write_pack({block.model, block.scene, block.sites, &linear, nullptr, 0, {}, {}});

@@ -148,9 +148,7 @@ TEST(CompressedCompliance, ABodyThatFloatsIsRefused) {
 // Shown nodes that no tool can touch, more than there are that it can.
 TEST(CompressedCompliance, ShownNodesNeedNotBeTouchable) {
   TouchedBlock block = touched_block(6, 0.2);
-  block.scene.output_nodes.clear();
-  for (int node = 0; node < block.model.num_nodes(); ++node) block.scene.output_nodes.push_back(node);
-  block.sites = find_contact_sites(block.scene, block.model);
+  show_every_node(block);
   const Assembly assembly(block.model, block.model.fixed_dofs());
   const LinearDd exact = compute_linear_dd(assembly, block.sites);
   const CompressedCompliance compressed = compress_linear_dd(assembly, block.sites, 1e-4);

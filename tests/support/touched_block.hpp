@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <numeric>
 
 #include "offline/mesh/surface.hpp"
 #include "offline/precompute/contact_sites.hpp"
@@ -32,6 +33,13 @@ inline TouchedBlock touched_block(int cells, double tip_radius) {
   block.scene.output_nodes = extract_surface(block.model).nodes;
   block.sites = find_contact_sites(block.scene, block.model);
   return block;
+}
+
+// All nodes of the block packed, inner ones too.
+inline void show_every_node(TouchedBlock& block) {
+  block.scene.output_nodes.resize(static_cast<std::size_t>(block.model.num_nodes()));
+  std::iota(block.scene.output_nodes.begin(), block.scene.output_nodes.end(), 0);
+  block.sites = find_contact_sites(block.scene, block.model);
 }
 
 }  // namespace palpate::test

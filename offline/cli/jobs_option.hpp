@@ -1,0 +1,20 @@
+// --jobs, as every command with threads has it.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <string>
+#include <thread>
+
+namespace palpate {
+
+// Sets `jobs` to one for each core until the command line says otherwise. `note` ends the option's line of help.
+inline void add_jobs_option(CLI::App& command, int& jobs, const std::string& note = "") {
+  jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  command.add_option("--jobs", jobs, "Threads; default: one for each core" + note)
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+}
+
+}  // namespace palpate
