@@ -55,11 +55,72 @@ void copy_of_same_bytes(benchmark::State& state) {
                           static_cast<int64_t>(from.count * sizeof(pal_real)));
 }
 
-// Rows shown (3 a node) and columns: one held node of linear_dd, a patch of 7, polynomials of degree 3 and 5.
+// Rows shown (3 a node) and columns: one held node of linear_dd, a patch of 7, polynomials of rank 8, 16 and 32.
 void shapes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"rows", "columns"});
   for (const int rows : {960, 4800, 9600}) {
-    for (const int columns : {3, 21, 19, 55}) bench->Args({rows, columns});
+    for (const int columns : {3, 21, 11, 19, 35}) bench->Args({rows, columns});
+  }
+}
+
+// A polynomial's panels with bases of int16.
+struct RoundedPanels {
+  RoundedPanels(size_t panels, uint32_t rank)
+      : panel_bytes(palpate::pack::polynomial_panel_bytes(rank, true)),
+        count(panels * panel_bytes),
+        bytes(static_cast<unsigned char*>(::operator new(count, std::align_val_t(64)))) {
+    for (size_t panel = 0; panel < panels; ++panel) {
+      unsigned char* to = bytes + panel * panel_bytes;
+      auto* columns = reinterpret_cast<pal_real*>(to);
+      for (size_t i = 0; i < size_t{3} * kPanelRows; ++i) columns[i] = static_cast<pal_real>(i % 17) / 10;
+      auto* pairs = reinterpret_cast<int16_t*>(columns + size_t{3} * kPanelRows);
+      for (size_t i = 0; i < size_t{rank} * kPanelRows; ++i) pairs[i] = static_cast<int16_t>(997 * i % 32767);
+    }
+  }
+  ~RoundedPanels() { ::operator delete(bytes, std::align_val_t(64)); }
+  RoundedPanels(const RoundedPanels&) = delete;
+  RoundedPanels& operator=(const RoundedPanels&) = delete;
+  size_t panel_bytes;
+  size_t count;
+  unsigned char* bytes;
+};
+
+void rounded_field(benchmark::State& state, palpate::AddRounded add_rounded) {
+  const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
+  const auto rank = static_cast<uint32_t>(state.range(1));
+  const RoundedPanels field(panels, rank);
+  const pal_real weights[3] = {0.5f, -0.25f, 0.125f};
+  palpate::RoundedWeights rounded = {};
+  rounded.num_pairs = rank / 2;
+  rounded.unit = pal_real(1e-9);
+  for (uint32_t k = 0; k < rank; ++k) rounded.weights[k] = static_cast<int16_t>(65000 / rank);
+  alignas(64) pal_real sum[kPanelRows];
+  for (auto _ : state) {
+    for (size_t panel = 0; panel < panels; ++panel) {
+      const auto* columns = reinterpret_cast<const pal_real*>(field.bytes + panel * field.panel_bytes);
+      add_rounded(columns, weights,
+                  reinterpret_cast<const int16_t*>(columns + size_t{3} * kPanelRows), rounded, false, sum);
+      benchmark::DoNotOptimize(sum);
+    }
+  }
+  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(field.count));
+}
+
+void copy_of_same_rounded_bytes(benchmark::State& state) {
+  const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
+  const RoundedPanels from(panels, static_cast<uint32_t>(state.range(1)));
+  const RoundedPanels to(panels, static_cast<uint32_t>(state.range(1)));
+  for (auto _ : state) {
+    std::memcpy(to.bytes, from.bytes, from.count);
+    benchmark::ClobberMemory();
+  }
+  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(from.count));
+}
+
+void rounded_shapes(benchmark::internal::Benchmark* bench) {
+  bench->ArgNames({"rows", "rank"});
+  for (const int rows : {960, 4800, 9600}) {
+    for (const int rank : {8, 16, 32}) bench->Args({rows, rank});
   }
 }
 
@@ -80,9 +141,18 @@ BENCHMARK(snapshot_hand_over);
 const bool field_kernels_are_registered = [] {
   palpate::FieldKernel kernels[palpate::kMostFieldKernels];
   const uint32_t count = palpate::list_field_kernels(kernels);
-  for (uint32_t k = 0; k < count; ++k)
-    shapes(benchmark::RegisterBenchmark((std::string("field_") + kernels[k].name).c_str(), field,
-                                        kernels[k].add_columns));
+  for (uint32_t k = 0; k < count; ++k) {
+    // A name may be another's but for one of the two loops.
+    if (k == 0 || kernels[k].add_columns != kernels[k - 1].add_columns) {
+      shapes(benchmark::RegisterBenchmark((std::string("field_") + kernels[k].name).c_str(), field,
+                                          kernels[k].add_columns));
+    }
+    if (k == 0 || kernels[k].add_rounded != kernels[k - 1].add_rounded) {
+      rounded_shapes(benchmark::RegisterBenchmark((std::string("rounded_field_") + kernels[k].name).c_str(),
+                                                  rounded_field, kernels[k].add_rounded));
+    }
+  }
   return true;
 }();
 BENCHMARK(copy_of_same_bytes)->Apply(shapes);
+BENCHMARK(copy_of_same_rounded_bytes)->Apply(rounded_shapes);

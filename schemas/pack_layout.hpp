@@ -15,11 +15,13 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 4;
+inline constexpr uint32_t kFormatVersion = 5;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
 inline constexpr uint32_t kMaxDegree = 7;      // of a displacement polynomial
+inline constexpr uint32_t kMostRank = 64;      // of a site's basis
+inline constexpr int kBasisUnit = 32767;       // 1 in a basis of int16
 inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement
 inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
@@ -42,6 +44,21 @@ struct PackHeader {
   uint8_t reserved[16];  // zero
 };
 static_assert(sizeof(PackHeader) == kAlignment);
+
+// A site of PolynomialDd.
+struct PolynomialSite {
+  double to_unit[9];            // A, row-major; 1 / length unit
+  double min_jacobian;          // smallest det F of any element in its samples
+  double basis_error;           // max |u of L, B and C - u as it was fitted| / |d|, over the sampled domain
+  uint64_t energy_start;        // in `energy`, numbers
+  uint64_t coefficients_start;  // in `coefficients`, numbers
+  uint64_t field_start;         // in `field`, bytes; a multiple of 64
+  uint32_t degree;
+  uint32_t rank;     // columns of B; even where they are int16
+  uint32_t samples;  // nonlinear solves that it was fitted to
+  uint32_t reserved;
+};
+static_assert(sizeof(PolynomialSite) == 128);
 
 // A node of SurfaceBvh. Nodes lie in depth-first order, node 0 the root: an interior node's left child
 // follows it, then the left child's whole subtree, then the right child. Leaves count the primitives up in
@@ -85,6 +102,11 @@ constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
 // rows.
 constexpr uint64_t lower_block(uint64_t i, uint64_t j) {
   return i * (i + 1) / 2 + j;
+}
+
+// Of a panel of a polynomial's field.
+constexpr uint64_t polynomial_panel_bytes(uint32_t rank, bool rounded) {
+  return kPanelRows * (3 * sizeof(Real) + rank * (rounded ? sizeof(int16_t) : sizeof(Real)));
 }
 
 constexpr uint32_t num_panels(uint32_t num_nodes) {

@@ -25,6 +25,7 @@ namespace {
 struct BuildArguments {
   std::filesystem::path scene;
   std::filesystem::path pack;
+  std::filesystem::path samples;
   int jobs = 1;
   bool json = false;
 };
@@ -57,15 +58,17 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const bool factored =
       solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
   const double factor_seconds = factored ? seconds_since(start) : 0;
-  const int solves_per_site = (scene.polynomial ? plan.samples : 0) + plan.survey_samples;
+  const int solves_per_site =
+      (scene.polynomial ? static_cast<int>(plan.least_samples) : 0) + plan.survey_samples;
   const size_t surveyed = plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
   const double solves = static_cast<double>(solves_per_site) * static_cast<double>(surveyed);
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   const int jobs = std::min(plan.jobs, static_cast<int>(surveyed));
+  constexpr int kUsualRank = 8;
   double bytes =
       estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(), sites.sites.size(),
-                          scene.linear, scene.polynomial, plan.degree, compressed);
+                          scene.linear, scene.polynomial ? kUsualRank : -1, plan.rounded, compressed);
   for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
@@ -102,6 +105,29 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   return surveys;
 }
 
+std::filesystem::path sample_folder(const BuildArguments& arguments) {
+  if (!arguments.samples.empty()) return arguments.samples;
+  std::filesystem::path folder = arguments.pack;
+  return folder += ".samples";
+}
+
+// All that changes a digit of what sample_sites solves at a site, whose label names its file. Targets, degrees and
+// precisions do not.
+std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
+                                   const std::vector<InputFile>& inputs) {
+  constexpr int kSamplingVersion = 1;  // of the solves and of the order in which they follow from one another
+  std::string key = fmt::format("{} {} {:a} {:a} {} {}", PALPATE_VERSION, kSamplingVersion,
+                                scene.max_displacement, scene.tip_radius, static_cast<int>(scene.directions),
+                                static_cast<int>(scene.polynomial_method));
+  for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first is the scene
+  if (scene.gravity) {
+    for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
+  }
+  for (const int node : sites.packed_nodes)
+    key += fmt::format(" {}", model.labels[static_cast<size_t>(node)]);
+  return key;
+}
+
 int run_build(const BuildArguments& arguments) {
   const Clock::time_point start = Clock::now();
   const auto [scene, model] = read_scene(arguments.scene);
@@ -114,6 +140,12 @@ int run_build(const BuildArguments& arguments) {
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   SamplingPlan plan;
   plan.jobs = arguments.jobs;
+  plan.target = scene.accuracy_target;
+  // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
+  constexpr double kRoundedFrom = 2e-4;
+  plan.rounded = scene.precision == FieldPrecision::rounded ||
+                 (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
+                  scene.accuracy_target >= kRoundedFrom);
   const ContactSites sites = find_contact_sites(scene, model);
   // Below it energies and forces lose to rounding what a polynomial is fitted to.
   constexpr double kLeastReach = 1e-6;  // of h
@@ -164,12 +196,14 @@ int run_build(const BuildArguments& arguments) {
   }
   std::vector<SiteResult> results;
   {
+    const SampleStore store(sample_folder(arguments),
+                            what_samples_depend_on(model, scene, sites, input_files));
     ProgressBar bar("sampling sites", num_surveyed);
     results = sample_sites(
-        assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest);
+        assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest, &store);
   }
 
-  PackContent content{model, scene, sites, nullptr, nullptr, plan.degree, std::move(input_files), {}};
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
   content.rest = &rest;
   if (is_compressed) content.compressed = &compressed;
   if (scene.linear && !is_compressed) content.linear = &linear;
@@ -193,11 +227,13 @@ int run_build(const BuildArguments& arguments) {
   int unsolved = 0;
   for (const SiteResult& result : results) {
     counts.solves += result.counts.solves;
+    counts.reused += result.counts.reused;
     counts.iterations += result.counts.iterations;
     counts.factorizations += result.counts.factorizations;
     min_jacobian = std::min(min_jacobian, result.min_jacobian);
     unsolved += result.unsolved;
-    if (scene.polynomial && result.polynomial.radius < scene.max_displacement) ++shortened;
+    if (scene.polynomial && is_shortened(least_reach(result.polynomial.to_unit), scene.max_displacement))
+      ++shortened;
   }
   const SurveyTable& best = content.surveys.back().table;
   const bool measured =
@@ -212,6 +248,7 @@ int run_build(const BuildArguments& arguments) {
                           {"sites", sites.sites.size()},
                           {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
                           {"solves", counts.solves},
+                          {"reused", counts.reused},
                           {"iterations", counts.iterations},
                           {"factorizations", counts.factorizations},
                           {"min_J", min_jacobian},
@@ -232,6 +269,8 @@ int run_build(const BuildArguments& arguments) {
     }
     fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
                counts.solves, counts.iterations, counts.factorizations, min_jacobian);
+    fmt::print("samples    {} kept in {}, {} of them taken from there\n", counts.solves + counts.reused,
+               sample_folder(arguments).string(), counts.reused);
     fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", arguments.pack.string(),
                static_cast<double>(bytes.bytes().size()) / 1e6, seconds);
     fmt::print(
@@ -290,6 +329,12 @@ void add_build_command(CLI::App& app, int& exit_code) {
       ->type_name("")
       ->required();
   command->add_option("-o,--output", arguments->pack, "Pack to write")->type_name("PACK")->required();
+  command
+      ->add_option("--samples", arguments->samples,
+                   "Folder for what was solved, which another build takes up: one that goes on after it was "
+                   "killed, or "
+                   "one with another target or precision; default: PACK.samples")
+      ->type_name("DIR");
   add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_build(*arguments); });

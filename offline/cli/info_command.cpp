@@ -4,12 +4,15 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/survey_table.hpp"
+#include "offline/precompute/site_survey.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -37,7 +40,8 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
            tables.linear_dd()->field_compliance()->bytes();
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
-  return polynomial.radii()->bytes() + polynomial.energy()->bytes() + polynomial.field()->bytes();
+  return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +
+         polynomial.field()->bytes();
 }
 
 // Zero in packs of builders that did not know it.
@@ -48,10 +52,65 @@ size_t surface_bytes(const pack::Pack& tables) {
          surface->site_normals()->bytes();
 }
 
-// How far each site was sampled; empty without polynomial_dd.
-std::span<const double> sampled_radii(const OpenedPack& opened) {
+// Empty without polynomial_dd.
+std::span<const pack::PolynomialSite> polynomial_sites(const OpenedPack& opened) {
   const pack::PolynomialDd* polynomial = opened.tables().polynomial_dd();
-  return polynomial == nullptr ? std::span<const double>() : opened.segment<double>(*polynomial->radii());
+  return polynomial == nullptr ? std::span<const pack::PolynomialSite>()
+                               : opened.segment<pack::PolynomialSite>(*polynomial->sites());
+}
+
+// In every direction.
+double sampled_to(const pack::PolynomialSite& site) {
+  return least_reach(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit));
+}
+
+bool is_rounded(const pack::PolynomialDd& polynomial) {
+  return polynomial.precision() == pack::FieldPrecision::i16;
+}
+
+const char* precision_name(const pack::PolynomialDd& polynomial) {
+  if (is_rounded(polynomial)) return "i16";
+  return sizeof(pack::Real) == sizeof(float) ? "f32" : "f64";
+}
+
+// "3 to 5"; "4" where all are the same.
+template <typename Member>
+std::string range_of(std::span<const pack::PolynomialSite> sites, Member member) {
+  const auto [least, most] = std::minmax_element(
+      sites.begin(), sites.end(), [&](const auto& a, const auto& b) { return a.*member < b.*member; });
+  return (*least).*member == (*most).*member ? fmt::format("{}", (*least).*member)
+                                             : fmt::format("{} to {}", (*least).*member, (*most).*member);
+}
+
+void print_polynomials(const OpenedPack& opened) {
+  const std::span<const pack::PolynomialSite> sites = polynomial_sites(opened);
+  if (sites.empty()) return;
+  double reach = std::numeric_limits<double>::infinity();
+  double min_jacobian = 1;
+  double basis_error = 0;
+  const double full = opened.tables().sites()->max_displacement();
+  int shorter = 0;
+  for (const pack::PolynomialSite& site : sites) {
+    reach = std::min(reach, sampled_to(site));
+    min_jacobian = std::min(min_jacobian, site.min_jacobian);
+    basis_error = std::max(basis_error, site.basis_error);
+    shorter += is_shortened(sampled_to(site), full) ? 1 : 0;
+  }
+  fmt::print(
+      "  polynomials    of degree {}, from {} solves a site; sampled to {:.4g}{} ({:.2f} h), smallest J "
+      "{:.3f}\n",
+      range_of(sites, &pack::PolynomialSite::degree), range_of(sites, &pack::PolynomialSite::samples), reach,
+      opened.length_suffix(), reach / opened.tables().geometry()->mean_surface_edge(), min_jacobian);
+  fmt::print("                 their fields in {} directions ({}), which leave out at most {:.2g} % of |d|\n",
+             range_of(sites, &pack::PolynomialSite::rank), precision_name(*opened.tables().polynomial_dd()),
+             100 * basis_error);
+  if (shorter > 0) {
+    fmt::print(
+        "                 {} sites are sampled less far than {:.4g}{} in some directions: there is no "
+        "equilibrium, or\n"
+        "                 an element nearly inverts\n",
+        shorter, full, opened.length_suffix());
+  }
 }
 
 nlohmann::json sites_json(const OpenedPack& opened) {
@@ -60,14 +119,23 @@ nlohmann::json sites_json(const OpenedPack& opened) {
   const std::span<const std::uint32_t> members = opened.segment(*sites.patch_nodes());
   const std::span<const std::uint32_t> contact_nodes = opened.segment(*sites.contact_nodes());
   const std::int32_t* labels = opened.pack().geometry().labels;
-  const std::span<const double> radii = sampled_radii(opened);
+  const std::span<const pack::PolynomialSite> polynomials = polynomial_sites(opened);
+  const double h = opened.tables().geometry()->mean_surface_edge();
   nlohmann::json list = nlohmann::json::array();
   for (size_t site = 0; site < sites.num_sites(); ++site) {
     nlohmann::json patch = nlohmann::json::array();
     for (std::uint32_t i = starts[site]; i < starts[site + 1]; ++i)
       patch.push_back(labels[contact_nodes[members[i]]]);
     list.push_back({{"node", opened.label_of_site(site)}, {"patch", patch}});
-    if (!radii.empty()) list.back()["sampled_to"] = radii[site];
+    if (polynomials.empty()) continue;
+    const pack::PolynomialSite& polynomial = polynomials[site];
+    list.back().update({{"sampled_to", sampled_to(polynomial)},
+                        {"sampled_to_over_h", sampled_to(polynomial) / h},
+                        {"min_J", polynomial.min_jacobian},
+                        {"samples", polynomial.samples},
+                        {"degree", polynomial.degree},
+                        {"rank", polynomial.rank},
+                        {"basis_error", polynomial.basis_error}});
   }
   return list;
 }
@@ -109,8 +177,10 @@ int run_info(const InfoArguments& arguments) {
                                                             {"field_operations", cost->field_operations()},
                                                             {"field_bytes", cost->field_bytes()}};
     }
-    if (tables.polynomial_dd() != nullptr)
+    if (tables.polynomial_dd() != nullptr) {
       models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
+      models["polynomial_dd"]["precision"] = precision_name(*tables.polynomial_dd());
+    }
     fmt::print("{}\n",
                json_text({{"tool_version", tables.tool_version()->str()},
                           {"bytes", opened.bytes().size()},
@@ -161,15 +231,7 @@ int run_info(const InfoArguments& arguments) {
       info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
       tables.sites()->max_displacement(), length, info.max_contacts);
   fmt::print("  site nodes     {}\n", site_labels(opened));
-  const std::span<const double> radii = sampled_radii(opened);
-  const double full = tables.sites()->max_displacement();
-  if (const auto shorter = std::count_if(radii.begin(), radii.end(), [&](double r) { return r < full; });
-      shorter > 0) {
-    fmt::print(
-        "  sampled        less far at {} sites, where the solver found no equilibrium: the shortest to "
-        "{:.4g}{}\n",
-        shorter, *std::min_element(radii.begin(), radii.end()), length);
-  }
+  print_polynomials(opened);
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",
                static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(),

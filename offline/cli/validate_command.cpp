@@ -4,6 +4,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -84,11 +85,17 @@ LoadedScene read_scene_of(const OpenedPack& opened) {
   }
 }
 
-// How far each site was sampled.
-double reach_of(const OpenedPack& opened, size_t site) {
+// From the unit ball to the displacements that were sampled at a site.
+Eigen::Matrix3d sampled_domain(const OpenedPack& opened, const Scene& scene, const ContactSites& sites,
+                               size_t site) {
   const pack::PolynomialDd* polynomial = opened.tables().polynomial_dd();
-  return polynomial == nullptr ? opened.tables().sites()->max_displacement()
-                               : opened.segment<double>(*polynomial->radii())[site];
+  if (polynomial != nullptr) {
+    const double* to_unit = opened.segment<pack::PolynomialSite>(*polynomial->sites())[site].to_unit;
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(to_unit).inverse();
+  }
+  const bool half = scene.directions == Directions::inward;
+  const Eigen::Matrix3d frame = half ? frame_about(sites.sites[site].inward) : Eigen::Matrix3d::Identity();
+  return scene.max_displacement * frame;
 }
 
 // At sites drawn with the same chance, as many in each quarter of the range.
@@ -102,8 +109,8 @@ std::vector<Push> draw_pushes(const OpenedPack& opened, const Scene& scene, cons
   std::vector<Push> pushes;
   for (const Eigen::Vector3d& point : points) {
     const size_t site = random() % sites.sites.size();
-    const Eigen::Matrix3d frame = half ? frame_about(sites.sites[site].inward) : Eigen::Matrix3d::Identity();
-    pushes.push_back({site, reach_of(opened, site) * frame * point, survey_increments(point.norm())});
+    pushes.push_back(
+        {site, sampled_domain(opened, scene, sites, site) * point, survey_increments(point.norm())});
   }
   return pushes;
 }

@@ -488,7 +488,8 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 }
 
 bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
-                                    const Eigen::MatrixXd& directions, Eigen::MatrixXd& response) {
+                                    const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
+                                    const Eigen::MatrixXd& forces) {
   constexpr double kTolerance = 1e-10;
   constexpr double kContraction = 0.3;  // slower than this, a fresh factor is cheaper
   // With the exact factor the second correction is rounding: of 1e-16 times the condition of K. Above this
@@ -509,6 +510,7 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
   double before = std::numeric_limits<double>::infinity();
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     Eigen::MatrixXd correction = -(stiffness_.selfadjointView<Eigen::Lower>() * packed);
+    if (forces.size() > 0) correction += forces(dofs, Eigen::all);
     for (size_t equation = 0; equation < dofs.size(); ++equation) {
       if (factored_held_[equation]) correction.row(static_cast<Eigen::Index>(equation)).setZero();
     }

@@ -123,13 +123,15 @@ class StaticSolver {
   // On failure `displacement` is unchanged.
   SolveReport correct(const LoadCase& load, Eigen::VectorXd& displacement, const SolverSettings& settings);
 
-  // du for given changes of the held dofs at an equilibrium: columns of `directions` (num_dofs rows, nonzero
-  // at held dofs only) -> full-length columns with those values there and the free dofs following, K_ff du_f
-  // = -K_fc du_c. The linearised DD function; exact to 1e-10, or to what the condition of K leaves of 16
-  // digits. Needs K positive definite there and no pressures; false where it is not, or leaves fewer than
-  // six.
+  // du for given changes of the held dofs at an equilibrium, and of the outer forces on the free ones where
+  // there are such: columns of `directions` (num_dofs rows, nonzero at held dofs only) and of `forces` (as
+  // many, or none) -> full-length columns with the directions at held dofs and the free dofs following,
+  // K_ff du_f = df_f - K_fc du_c. The linearised DD function; exact to 1e-10, or to what the condition of K
+  // leaves of 16 digits. Needs K positive definite there and no pressures; false where it is not, or leaves
+  // fewer than six.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
-                                      const Eigen::MatrixXd& directions, Eigen::MatrixXd& response);
+                                      const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
+                                      const Eigen::MatrixXd& forces = {});
 
   // Factors K at `displacement` with the held dofs of `load` taken out. False where it is not positive
   // definite; conjugate gradients find that out in the solve.

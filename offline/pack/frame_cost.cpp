@@ -73,15 +73,21 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
   if (content.polynomials != nullptr) {
     // Six entries of the Hessian, three products each, for every monomial two degrees below a term of the energy
     // (runtime/src/polynomial_dd.cpp).
-    const std::uint64_t energy_terms = pack::num_monomials(2, static_cast<uint32_t>(content.degree) + 1);
-    const std::uint64_t field_terms = pack::num_monomials(1, static_cast<uint32_t>(content.degree));
     FrameCost cost;
     cost.model = SurveyedModel::polynomial_dd;
-    cost.force_operations =
-        std::uint64_t{18} * pack::num_monomials(0, static_cast<uint32_t>(content.degree) - 1);
-    cost.force_bytes = energy_terms * sizeof(double);
-    cost.field_operations = rows * field_terms;
-    cost.field_bytes = rows * field_terms * sizeof(pack::Real);
+    for (const SiteResult& result : *content.polynomials) {
+      const auto degree = static_cast<uint32_t>(result.polynomial.degree);
+      const auto rank = static_cast<uint32_t>(result.polynomial.basis.cols());
+      const std::uint64_t field_terms = std::uint64_t{rank} * pack::num_monomials(2, degree);
+      cost.force_operations = std::max<std::uint64_t>(cost.force_operations,
+                                                      std::uint64_t{18} * pack::num_monomials(0, degree - 1));
+      cost.force_bytes =
+          std::max<std::uint64_t>(cost.force_bytes, pack::num_monomials(2, degree + 1) * sizeof(double));
+      cost.field_operations = std::max(cost.field_operations, rows * (3 + rank) + field_terms);
+      cost.field_bytes = std::max<std::uint64_t>(
+          cost.field_bytes, rows / pack::kPanelRows * pack::polynomial_panel_bytes(rank, content.rounded) +
+                                field_terms * sizeof(pack::Real));
+    }
     costs.push_back(cost);
   }
   return costs;

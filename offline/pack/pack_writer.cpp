@@ -57,7 +57,7 @@ struct CompressedSegments {
   pack::Segment panels, node_places, basis, blocks, coefficients;
 };
 struct PolynomialSegments {
-  pack::Segment radii, energy, field;
+  pack::Segment sites, energy, coefficients, field;
 };
 struct GravitySegments {
   pack::Segment acceleration, rest_positions, field_per_gravity, contact_per_gravity;
@@ -146,25 +146,64 @@ CompressedSegments add_compressed(const CompressedCompliance& compressed, Segmen
           store.add(compressed.blocks), store.add_reals(compressed.coefficients)};
 }
 
-PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& sites,
-                                   SegmentStore& store) {
-  std::vector<double> radii;
-  std::vector<double> energy;
-  std::vector<pack::Real> field;
-  const size_t panels = num_panels(sites);
-  for (const SiteResult& result : results) {
-    const SitePolynomial& polynomial = result.polynomial;
-    radii.push_back(polynomial.radius);
-    energy.insert(energy.end(), polynomial.energy.begin(), polynomial.energy.end());
-    for (size_t panel = 0; panel < panels; ++panel) append_panel(polynomial.field, panel, field);
-  }
-  return {store.add(radii), store.add(energy), store.add(field)};
-}
-
 std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
   std::vector<double> numbers;
   for (const auto& row : matrix.rowwise()) numbers.insert(numbers.end(), row.begin(), row.end());
   return numbers;
+}
+
+void append_bytes(const void* data, size_t count, std::vector<unsigned char>& bytes) {
+  const auto* from = static_cast<const unsigned char*>(data);
+  bytes.insert(bytes.end(), from, from + count);
+}
+
+// The panel's rows of a basis, two columns by turns, in units of 1 / kBasisUnit.
+void append_rounded(const Eigen::MatrixXd& basis, size_t panel, std::vector<unsigned char>& bytes) {
+  const auto first = static_cast<Eigen::Index>(panel * pack::kPanelRows);
+  for (Eigen::Index pair = 0; pair < basis.cols(); pair += 2) {
+    for (Eigen::Index row = first; row < first + Eigen::Index{pack::kPanelRows}; ++row) {
+      for (Eigen::Index column = pair; column < pair + 2; ++column) {
+        const double entry = row < basis.rows() ? basis(row, column) : 0;
+        const auto integer = static_cast<std::int16_t>(std::lround(pack::kBasisUnit * entry));
+        append_bytes(&integer, sizeof integer, bytes);
+      }
+    }
+  }
+}
+
+PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& contact_sites,
+                                   bool rounded, SegmentStore& store) {
+  std::vector<pack::PolynomialSite> sites;
+  std::vector<double> energy;
+  std::vector<pack::Real> coefficients;
+  std::vector<unsigned char> field;
+  const size_t panels = num_panels(contact_sites);
+  std::vector<pack::Real> columns;
+  for (const SiteResult& result : results) {
+    const SitePolynomial& polynomial = result.polynomial;
+    pack::PolynomialSite site = {};
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit) = polynomial.to_unit;
+    site.min_jacobian = result.min_jacobian;
+    site.basis_error = polynomial.basis_error;
+    site.energy_start = energy.size();
+    site.coefficients_start = coefficients.size();
+    site.field_start = field.size();
+    site.degree = static_cast<std::uint32_t>(polynomial.degree);
+    site.rank = static_cast<std::uint32_t>(polynomial.basis.cols());
+    site.samples = static_cast<std::uint32_t>(result.samples);
+    sites.push_back(site);
+    energy.insert(energy.end(), polynomial.energy.begin(), polynomial.energy.end());
+    const std::vector<double> rows = by_rows(polynomial.coefficients);
+    for (const double number : rows) coefficients.push_back(static_cast<pack::Real>(number));
+    for (size_t panel = 0; panel < panels; ++panel) {
+      columns.clear();
+      append_panel(polynomial.linear, panel, columns);
+      if (!rounded) append_panel(polynomial.basis, panel, columns);
+      append_bytes(columns.data(), columns.size() * sizeof(pack::Real), field);
+      if (rounded) append_rounded(polynomial.basis, panel, field);
+    }
+  }
+  return {store.add(sites), store.add(energy), store.add(coefficients), store.add(field)};
 }
 
 GravitySegments add_gravity(const PackContent& content, SegmentStore& store) {
@@ -235,7 +274,7 @@ AlignedBytes write_pack(const PackContent& content) {
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
   if (content.compressed != nullptr) compressed = add_compressed(*content.compressed, store);
   if (content.polynomials != nullptr)
-    polynomial = add_polynomials(*content.polynomials, content.sites, store);
+    polynomial = add_polynomials(*content.polynomials, content.sites, content.rounded, store);
   const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
   GravitySegments gravity;
   if (has_gravity) gravity = add_gravity(content, store);
@@ -303,11 +342,14 @@ AlignedBytes write_pack(const PackContent& content) {
     }
     flatbuffers::Offset<pack::PolynomialDd> polynomial_table;
     if (content.polynomials != nullptr) {
-      const pack::Segment radii = at(polynomial.radii);
+      const pack::Segment sites_at = at(polynomial.sites);
       const pack::Segment energy = at(polynomial.energy);
+      const pack::Segment coefficients = at(polynomial.coefficients);
       const pack::Segment field = at(polynomial.field);
       polynomial_table =
-          pack::CreatePolynomialDd(builder, static_cast<uint32_t>(content.degree), &radii, &energy, &field);
+          pack::CreatePolynomialDd(builder, static_cast<uint32_t>(highest_degree(*content.polynomials)),
+                                   content.rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real,
+                                   &sites_at, &energy, &coefficients, &field);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);
@@ -367,8 +409,14 @@ AlignedBytes write_pack(const PackContent& content) {
   return file;
 }
 
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           bool polynomial, int degree, bool compressed) {
+int highest_degree(const std::vector<SiteResult>& results) {
+  int highest = 0;
+  for (const SiteResult& result : results) highest = std::max(highest, result.polynomial.degree);
+  return highest;
+}
+
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear, int rank,
+                           bool rounded, bool compressed) {
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
   // A closed surface has two triangles a node, and its tree about one node a triangle.
@@ -381,9 +429,9 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
   if (linear)
     bytes += compressed ? estimate_compressed_bytes(packed_nodes, contact_nodes)
                         : dense_compliance_bytes(packed_nodes, contact_nodes);
-  if (polynomial)
-    bytes += static_cast<double>(sites) * rows * pack::num_monomials(1, static_cast<uint32_t>(degree)) *
-             sizeof(pack::Real);
+  if (rank >= 0)
+    bytes += static_cast<double>(sites) * rows / pack::kPanelRows *
+             static_cast<double>(pack::polynomial_panel_bytes(static_cast<uint32_t>(rank), rounded));
   return bytes;
 }
 

@@ -28,7 +28,7 @@ struct PackContent {
   const ContactSites& sites;
   const LinearDd* linear = nullptr;  // null: not carried, or compressed
   const std::vector<SiteResult>* polynomials = nullptr;
-  int degree = 0;  // of `polynomials`
+  bool rounded = false;  // whose bases are in multiples of 1 / pack::kBasisUnit
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
   const RestState* rest = nullptr;                   // null, or that of the mesh: no gravity
@@ -54,9 +54,12 @@ class AlignedBytes {
 // Same content, same bytes. Cost: about twice the pack in memory.
 AlignedBytes write_pack(const PackContent& content);
 
+// The largest of any site; 0 where nothing was fitted.
+int highest_degree(const std::vector<SiteResult>& results);
+
 // Bytes that write_pack would make but for the input files, to a percent, from counts alone; of a compressed
-// compliance to a third.
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           bool polynomial, int degree, bool compressed = false);
+// compliance to a third. `rank` of each site's basis; negative: no polynomials.
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear, int rank,
+                           bool rounded, bool compressed = false);
 
 }  // namespace palpate

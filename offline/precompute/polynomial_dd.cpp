@@ -1,72 +1,251 @@
 #include "offline/precompute/polynomial_dd.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
+#include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
 
-Eigen::MatrixXd least_squares(const Eigen::MatrixXd& design, const Eigen::MatrixXd& values) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(design);
-  if (factor.rank() < design.cols())
-    throw std::invalid_argument("the samples do not determine the polynomial");
-  return factor.solve(values);
+Eigen::Index num_terms(int first, int last) {
+  return pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(last));
+}
+
+// R: partial derivatives by x = A d, up to `order` and in the order of a pack, are R times those by d. With M = A^-1,
+// d/dx_i = sum_j M_ji d/dd_j for each index of a derivative.
+Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
+  const Eigen::Index size = num_terms(0, order);
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(size, size);
+  pack::for_each_monomial(static_cast<uint32_t>(order),
+                          [&](uint32_t row, uint32_t a, uint32_t b, uint32_t c) {
+                            std::vector<int> by;  // x_i, each as often as it is differentiated by
+                            by.insert(by.end(), a, 0);
+                            by.insert(by.end(), b, 1);
+                            by.insert(by.end(), c, 2);
+                            // All tuples of d_j, one for each.
+                            int tuples = 1;
+                            for (size_t k = 0; k < by.size(); ++k) tuples *= 3;
+                            for (int tuple = 0; tuple < tuples; ++tuple) {
+                              std::array<uint32_t, 3> powers = {};
+                              double factor = 1;
+                              int left = tuple;
+                              for (const int i : by) {
+                                const int j = left % 3;
+                                left /= 3;
+                                ++powers[static_cast<size_t>(j)];
+                                factor *= M(j, i);
+                              }
+                              map(row, pack::monomial_index(powers[0], powers[1], powers[2])) += factor;
+                            }
+                          });
+  return map;
+}
+
+// A least-squares problem in blocks of rows, one for each sample.
+struct HermiteSystem {
+  Eigen::MatrixXd to_monomials;  // T of ball_polynomials.hpp: the columns of `design` are q = T^T m
+  Eigen::MatrixXd design;
+  Eigen::MatrixXd values;
+  Eigen::Index block = 0;  // rows of each sample
+};
+
+// For a function in terms of degrees first .. last. `known` of sample i: what is known of it there, functions as
+// columns, derivatives by d up to `order` as rows. A derivative weighs as one of (its order - unweighed).
+template <typename Known>
+HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, int order, int unweighed,
+                             Known&& known) {
+  HermiteSystem system;
+  system.to_monomials = orthonormal_on_ball(first, last, samples.half);
+  system.block = num_terms(0, order);
+  const auto count = static_cast<Eigen::Index>(samples.samples.size());
+  system.design.resize(system.block * count, system.to_monomials.cols());
+  Eigen::VectorXd weights(system.block);
+  for (int k = 0; k <= order; ++k) {
+    weights.segment(num_terms(0, k) - num_terms(k, k), num_terms(k, k))
+        .setConstant(derivative_weight(last - unweighed, std::max(0, k - unweighed)));
+  }
+  const Eigen::MatrixXd to_values =
+      weights.asDiagonal() * derivatives_by_unit(order, samples.to_unit.inverse());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Sample& sample = samples.samples[static_cast<size_t>(i)];
+    const Eigen::Vector3d x = samples.to_unit * sample.displacement;
+    system.design.middleRows(system.block * i, system.block) =
+        weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
+    const Eigen::MatrixXd values = to_values * known(sample);
+    if (i == 0) system.values.resize(system.block * count, values.cols());
+    system.values.middleRows(system.block * i, system.block) = values;
+  }
+  return system;
+}
+
+// u - L d, known with its first and second derivatives, in terms of degree 2 .. degree.
+HermiteSystem field_system(const SiteSamples& samples, int degree) {
+  const Eigen::MatrixXd& L = samples.linear.field;
+  return hermite_system(samples, 2, degree, 2, 0, [&](const Sample& sample) {
+    Eigen::MatrixXd known(10, L.rows());
+    known.row(0) = (sample.field - L * sample.displacement).transpose();
+    known.middleRows<3>(1) = (sample.field_tangent - L).transpose();
+    known.middleRows<6>(4) = sample.field_curvature.transpose();
+    return known;
+  });
+}
+
+// E - d S d / 2, known with its derivatives up to the third, in terms of degree 3 .. degree + 1. The force is what is
+// wanted, so the weights count from the gradient.
+HermiteSystem energy_system(const SiteSamples& samples, int degree) {
+  const Eigen::Matrix3d& S = samples.linear.stiffness;
+  return hermite_system(samples, 3, degree + 1, 3, 1, [&](const Sample& sample) {
+    Eigen::MatrixXd known(20, 1);
+    const Eigen::Matrix3d excess = sample.stiffness - S;
+    known << sample.energy - 0.5 * sample.displacement.dot(S * sample.displacement),
+        sample.force - S * sample.displacement, excess(0, 0), excess(0, 1), excess(0, 2), excess(1, 1),
+        excess(1, 2), excess(2, 2), sample.hardening;
+    return known;
+  });
+}
+
+// The orthonormal factor of a design, if it has one: as many columns as its rank.
+class OrthonormalFactor {
+ public:
+  explicit OrthonormalFactor(const Eigen::MatrixXd& design) : factor_(design), terms_(design.cols()) {}
+
+  bool exists() const {
+    constexpr double kLeastPart = 1e-10;
+    if (factor_.rows() < terms_) return false;
+    const Eigen::VectorXd diagonal = factor_.matrixQR().diagonal().cwiseAbs();
+    return diagonal.minCoeff() > kLeastPart * diagonal.maxCoeff();
+  }
+  Eigen::MatrixXd columns() const {
+    return factor_.householderQ() * Eigen::MatrixXd::Identity(factor_.rows(), terms_);
+  }
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& values) const {
+    if (!exists()) throw std::invalid_argument("the samples do not determine the polynomial");
+    return factor_.solve(values);
+  }
+
+ private:
+  Eigen::HouseholderQR<Eigen::MatrixXd> factor_;
+  Eigen::Index terms_;
+};
+
+double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
+  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
 }
 
 }  // namespace
 
-SitePolynomial fit_polynomial(const std::vector<Sample>& samples, const SiteLinearResponse& linear,
-                              double radius, int degree) {
-  const auto count = static_cast<Eigen::Index>(samples.size());
-  const Eigen::Index rows = linear.field.rows();
+double held_out_error(const SiteSamples& samples, int degree) {
+  const HermiteSystem system = field_system(samples, degree);
+  const OrthonormalFactor factor(system.design);
+  if (!factor.exists()) return std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd Q = factor.columns();
+  const Eigen::MatrixXd residuals = system.values - Q * (Q.transpose() * system.values);
+  double squares = 0;
+  for (size_t i = 0; i < samples.samples.size(); ++i) {
+    const auto first = static_cast<Eigen::Index>(i) * system.block;
+    const auto Q_b = Q.middleRows(first, system.block);
+    const Eigen::MatrixXd rest =
+        Eigen::MatrixXd::Identity(system.block, system.block) - Q_b * Q_b.transpose();
+    const Eigen::VectorXd row = rest.ldlt().solve(Eigen::VectorXd::Unit(system.block, 0));
+    const Eigen::VectorXd error = residuals.middleRows(first, system.block).transpose() * row;
+    const double part = largest_node(error) / samples.samples[i].displacement.norm();
+    squares += part * part;
+  }
+  return std::sqrt(squares / static_cast<double>(samples.samples.size()));
+}
+
+SitePolynomial fit_polynomial(const SiteSamples& samples, int degree) {
   SitePolynomial polynomial;
-  polynomial.radius = radius;
-
-  // Field: u(x) - r L x = sum over degrees 2 .. p; each sample gives it and its three derivatives.
-  const auto field_terms = static_cast<Eigen::Index>(pack::num_monomials(1, static_cast<uint32_t>(degree)));
-  polynomial.field.resize(rows, field_terms);
-  polynomial.field.leftCols<3>() = radius * linear.field;
-  if (degree > 1) {
-    const double weight = derivative_weight(degree);
-    Eigen::MatrixXd design(4 * count, field_terms - 3);
-    Eigen::MatrixXd values(4 * count, rows);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Sample& sample = samples[static_cast<size_t>(i)];
-      design.middleRows<4>(4 * i) = hermite_rows(sample.displacement / radius, 2, degree);
-      values.row(4 * i) = (sample.field - linear.field * sample.displacement).transpose();
-      values.middleRows<3>(4 * i + 1) = weight * radius * (sample.field_tangent - linear.field).transpose();
-      design.middleRows<3>(4 * i + 1) *= weight;
-    }
-    polynomial.field.rightCols(field_terms - 3) = least_squares(design, values).transpose();
-  }
-
-  // Energy: E(x) - r^2/2 x S x = sum over degrees 3 .. p + 1, known with gradient r f and Hessian r^2 S(d).
-  // The force is what is wanted, so the weights count from the gradient.
-  const double weight = derivative_weight(degree);
-  const double square = radius * radius;
-  const Eigen::Matrix3d& S = linear.stiffness;
-  Eigen::MatrixXd design(
-      10 * count, static_cast<Eigen::Index>(pack::num_monomials(3, static_cast<uint32_t>(degree) + 1)));
-  Eigen::VectorXd values(10 * count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Sample& sample = samples[static_cast<size_t>(i)];
-    design.middleRows<10>(10 * i) = hermite_rows_second_order(sample.displacement / radius, 3, degree + 1);
-    values[10 * i] = sample.energy - 0.5 * sample.displacement.dot(S * sample.displacement);
-    values.segment<3>(10 * i + 1) = radius * (sample.force - S * sample.displacement);
-    const Eigen::Matrix3d excess = square * (sample.stiffness - S);
-    values.segment<6>(10 * i + 4) << excess(0, 0), excess(0, 1), excess(0, 2), excess(1, 1), excess(1, 2),
-        excess(2, 2);
-    design.middleRows<6>(10 * i + 4) *= weight;
-    values.segment<6>(10 * i + 4) *= weight;
-  }
-  polynomial.energy.resize(6 + design.cols());
+  polynomial.to_unit = samples.to_unit;
+  polynomial.degree = degree;
+  const Eigen::Matrix3d from_unit = samples.to_unit.inverse();
+  polynomial.linear = samples.linear.field * from_unit;
+  const Eigen::Matrix3d S = from_unit.transpose() * samples.linear.stiffness * from_unit;
+  polynomial.energy.resize(num_terms(2, degree + 1));
   polynomial.energy.head<6>() << 0.5 * S(0, 0), S(0, 1), S(0, 2), 0.5 * S(1, 1), S(1, 2), 0.5 * S(2, 2);
-  polynomial.energy.head<6>() *= square;
-  polynomial.energy.tail(design.cols()) = least_squares(design, values);
+  polynomial.basis.resize(polynomial.linear.rows(), 0);
+  if (degree == 1) return polynomial;
+  const HermiteSystem field = field_system(samples, degree);
+  polynomial.basis = OrthonormalFactor(field.design).solve(field.values).transpose();
+  polynomial.coefficients = field.to_monomials;
+  const HermiteSystem energy = energy_system(samples, degree);
+  polynomial.energy.tail(num_terms(3, degree + 1)) =
+      energy.to_monomials * OrthonormalFactor(energy.design).solve(energy.values);
   return polynomial;
+}
+
+Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement) {
+  const Eigen::Vector3d x = polynomial.to_unit * displacement;
+  const Eigen::VectorXd monomials = hermite_rows(x, 2, polynomial.degree, 0).transpose();
+  return polynomial.linear * x + polynomial.basis * (polynomial.coefficients.transpose() * monomials);
+}
+
+SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded) {
+  if (polynomial.basis.cols() == 0) return polynomial;
+  // Eigenvectors of B^T B: as the columns of B belong to orthonormal functions, the directions in which the field
+  // varies most over the domain.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
+                                                                  polynomial.basis);
+  const Eigen::MatrixXd V = directions.eigenvectors().rowwise().reverse();
+  SitePolynomial reduced = polynomial;
+  reduced.basis = polynomial.basis * V;
+  reduced.coefficients = polynomial.coefficients * V;
+
+  constexpr int kPoints = 128;
+  Eigen::MatrixXd monomials(polynomial.coefficients.rows(), kPoints);
+  Eigen::VectorXd sizes(kPoints);  // |d|
+  const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
+  const std::vector<Eigen::Vector3d> points = choose_survey_points(kPoints, half, 0);
+  for (int i = 0; i < kPoints; ++i) {
+    const Eigen::Vector3d& x = points[static_cast<size_t>(i)];
+    monomials.col(i) = hermite_rows(x, 2, polynomial.degree, 0).transpose();
+    sizes[i] = (from_unit * x).norm();
+  }
+  const Eigen::MatrixXd z = reduced.coefficients.transpose() * monomials;
+  Eigen::MatrixXd left_out = reduced.basis * z;
+  const auto error = [&] {
+    double largest = 0;
+    for (int i = 0; i < kPoints; ++i) largest = std::max(largest, largest_node(left_out.col(i)) / sizes[i]);
+    return largest;
+  };
+  constexpr double kUnit = pack::kBasisUnit;
+  const auto most = std::min<Eigen::Index>(pack::kMostRank, reduced.basis.cols());
+  Eigen::Index rank = 0;
+  reduced.basis_error = error();
+  while (reduced.basis_error > tolerance && rank < most) {
+    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
+      auto column = reduced.basis.col(rank);
+      const double size = column.cwiseAbs().maxCoeff();
+      if (size > 0) {
+        column /= size;
+        reduced.coefficients.col(rank) *= size;
+      }
+      if (rounded) column = (column * kUnit).array().round() / kUnit;
+      left_out.noalias() -= column * (size > 0 ? size : 1.0) * z.row(rank);
+    }
+    reduced.basis_error = error();
+  }
+  const Eigen::Index kept = rounded ? (rank + 1) / 2 * 2 : rank;
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(reduced.basis.rows(), kept);
+  Eigen::MatrixXd coefficients = Eigen::MatrixXd::Zero(reduced.coefficients.rows(), kept);
+  basis.leftCols(rank) = reduced.basis.leftCols(rank);
+  coefficients.leftCols(rank) = reduced.coefficients.leftCols(rank);
+  reduced.basis = std::move(basis);
+  reduced.coefficients = std::move(coefficients);
+  return reduced;
 }
 
 }  // namespace palpate

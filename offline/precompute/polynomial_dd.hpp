@@ -1,9 +1,9 @@
 // polynomial_dd (PIAM): the nonlinear answer of one contact site as polynomials in the tool displacement.
 //
 // Source: Zhong et al. 2005 eqs. (22)-(24). Departures, all measured: the linear part is pinned to the exact
-// linear DD; values and tangents are fitted together (Hermite); by an orthogonal factorisation of the design
-// matrix, not by eq. (24), whose normal equations square its condition; and the force is the gradient of a
-// fitted energy.
+// linear DD; values, first and second derivatives are fitted together (Hermite); in polynomials that are orthonormal
+// over the sampled domain and by an orthogonal factorisation, not by eq. (24), whose normal equations square the
+// condition; and the force is the gradient of a fitted energy.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,17 +14,47 @@
 
 namespace palpate {
 
-// In x = d / radius, coefficients in the order of a pack.
-struct SitePolynomial {
-  double radius = 0;
-  Eigen::MatrixXd field;   // 3 packed nodes x monomials of degree 1 .. degree; length unit
-  Eigen::VectorXd energy;  // monomials of degree 2 .. degree + 1; force unit x length unit
+// What polynomials of a site are fitted to. `to_unit` is A: x = A d maps the sampled domain, an ellipsoid, to the
+// unit ball.
+struct SiteSamples {
+  std::vector<Sample> samples;
+  SiteLinearResponse linear;
+  Eigen::Matrix3d to_unit = Eigen::Matrix3d::Identity();
+  bool half = false;  // only displacements inward of the surface were sampled
 };
 
-// Least squares over `samples`, all with tangents and |d| <= radius. Throws std::invalid_argument when they
-// do not determine the polynomial. Cost: a QR of (4 samples) x terms, then 4 samples x terms multiply-adds a
+// In x, coefficients in the order of a pack.
+struct SitePolynomial {
+  Eigen::Matrix3d to_unit = Eigen::Matrix3d::Zero();
+  int degree = 0;
+  Eigen::MatrixXd linear;  // L: 3 packed nodes x 3; length unit
+  Eigen::MatrixXd basis;   // B: 3 packed nodes x rank
+  Eigen::MatrixXd
+      coefficients;        // C: monomials of degree 2 .. degree x rank; u = L x + B C^T m(x), length unit
+  Eigen::VectorXd energy;  // monomials of degree 2 .. degree + 1; force unit x length unit
+  double basis_error = 0;  // of reduce_basis: max |u - what it was| / |d|
+};
+
+// How wrong the field of a fit is at a sample that it was not given: max over packed nodes of |u - u_FE| / |d|, the
+// root mean square over the samples, each left out in turn. Of a least-squares fit with the orthonormal factor Q of its design
+// that takes no other fit: with the rows b of a sample, the residual without them is (1 - Q_b Q_b^T)^-1 r_b (Allen
+// 1974, The relationship between variable selection and data augmentation and a method for prediction). Infinite where
+// they do not determine the polynomial. Cost: a QR of
+// (10 samples) x terms, then 20 samples x terms multiply-adds a packed dof.
+double held_out_error(const SiteSamples& samples, int degree);
+
+// Least squares over the samples. The basis is that of orthonormal polynomials, one column each. Throws
+// std::invalid_argument when they do not determine the polynomial. Cost: as
+// held_out_error.
+SitePolynomial fit_polynomial(const SiteSamples& samples, int degree);
+
+// u of a displacement within the sampled domain: 3 packed nodes, length unit.
+Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
+
+// The polynomial in the fewest directions of its field that leave out at most `tolerance` of |d| at any packed node,
+// measured at points all over the domain; entries of the basis then are within 1, and multiples of 1/32767 where it
+// is `rounded` (the rank is then even). Cost: an eigenvalue problem of the terms, and terms x 128 multiply-adds a
 // packed dof.
-SitePolynomial fit_polynomial(const std::vector<Sample>& samples, const SiteLinearResponse& linear,
-                              double radius, int degree);
+SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded);
 
 }  // namespace palpate

@@ -3,12 +3,16 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "offline/precompute/hermite_design.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -42,44 +46,72 @@ std::vector<Eigen::Vector3d> sphere_points(int count) {
   return points;
 }
 
+Eigen::MatrixXd weighed_rows(const Eigen::Vector3d& x, int degree) {
+  Eigen::MatrixXd rows = hermite_rows(x, 2, degree, 2);
+  rows.middleRows<3>(1) *= derivative_weight(degree, 1);
+  rows.middleRows<6>(4) *= derivative_weight(degree, 2);
+  return rows;
+}
+
 }  // namespace
 
-std::vector<Eigen::Vector3d> choose_sample_points(int degree, int count, bool half) {
+SamplePoints::SamplePoints(bool half) {
   constexpr int kDirections = 96;
-  std::vector<Eigen::Vector3d> candidates;
   for (const double radius : {1.0, 0.75, 0.5}) {
     for (const Eigen::Vector3d& direction : sphere_points(kDirections)) {
-      if (!half || direction.z() >= 0) candidates.push_back(radius * direction);
+      if (!half || direction.z() >= 0) candidates_.push_back(radius * direction);
     }
   }
-  const auto information_rows = [&](const Eigen::Vector3d& x) {
-    Eigen::MatrixXd rows = hermite_rows(x, 2, degree);
-    rows.bottomRows<3>() *= derivative_weight(degree);
-    return rows;
-  };
-  const Eigen::Index terms = information_rows(Eigen::Vector3d::Zero()).cols();
-  // A little prior information makes the first choices well defined.
-  Eigen::MatrixXd information = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
-  std::vector<Eigen::Vector3d> chosen;
-  for (int i = 0; i < count; ++i) {
-    const Eigen::LLT<Eigen::MatrixXd> factor(information);
-    double best_gain = -1;
-    size_t best = 0;
-    for (size_t c = 0; c < candidates.size(); ++c) {
-      // det(M + R^T R) = det M det(1 + R M^-1 R^T)
-      const Eigen::MatrixXd rows = information_rows(candidates[c]);
-      const Eigen::Matrix4d grown = Eigen::Matrix4d::Identity() + rows * factor.solve(rows.transpose());
-      const double gain = grown.determinant();
-      if (gain > best_gain * (1.0 + 1e-9)) {
-        best_gain = gain;
-        best = c;
-      }
-    }
-    const Eigen::MatrixXd rows = information_rows(candidates[best]);
-    information += rows.transpose() * rows;
-    chosen.push_back(candidates[best]);
+}
+
+Eigen::Vector3d SamplePoints::operator[](size_t index) {
+  const std::lock_guard lock(mutex_);
+  while (chosen_.size() <= index) choose_next();
+  return chosen_[index];
+}
+
+void SamplePoints::choose_next() {
+  constexpr int kLeastDegree = 3;
+  constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
+  int degree = std::max(degree_, kLeastDegree);
+  while (degree <= static_cast<int>(pack::kMaxDegree) &&
+         2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
+             kEquationsPerSample * (chosen_.size() + 1)) {
+    ++degree;
   }
-  return chosen;
+  if (degree > degree_) {
+    degree_ = degree;
+    candidate_rows_.clear();
+    for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighed_rows(x, degree));
+    // A little prior information makes the first choices well defined.
+    const Eigen::Index terms = candidate_rows_.front().cols();
+    information_ = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
+    for (const Eigen::Vector3d& x : chosen_) {
+      const Eigen::MatrixXd rows = weighed_rows(x, degree);
+      information_ += rows.transpose() * rows;
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(information_);
+  double best_gain = -1;
+  size_t best = 0;
+  for (size_t c = 0; c < candidates_.size(); ++c) {
+    const bool is_near = std::any_of(chosen_.begin(), chosen_.end(), [&](const Eigen::Vector3d& x) {
+      return (x - candidates_[c]).norm() < kLeastDistance;
+    });
+    if (is_near) continue;
+    // det(M + R^T R) = det M det(1 + R M^-1 R^T)
+    const Eigen::MatrixXd half_solved = factor.matrixL().solve(candidate_rows_[c].transpose());
+    const double gain = (Eigen::MatrixXd::Identity(kEquationsPerSample, kEquationsPerSample) +
+                         half_solved.transpose() * half_solved)
+                            .determinant();
+    if (gain > best_gain * (1.0 + 1e-9)) {
+      best_gain = gain;
+      best = c;
+    }
+  }
+  if (best_gain < 0) throw std::logic_error("no sample points are left");
+  information_ += candidate_rows_[best].transpose() * candidate_rows_[best];
+  chosen_.push_back(candidates_[best]);
 }
 
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed) {
@@ -101,24 +133,30 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
 }
 
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
-                         const RestState& rest_state)
-    : solver_(&solver), site_(&site), rest_(&rest_state) {
+                         const RestState& rest_state, SampleFile* kept)
+    : solver_(&solver), site_(&site), rest_(&rest_state), step_(1e-4 * sites.mean_surface_edge), kept_(kept) {
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();
   for (const int node : sites.packed_nodes) {
     for (int axis = 0; axis < 3; ++axis) packed_dofs_.push_back(3 * node + axis);
   }
-  solver.forget_factor();
-  Anchor rest;
-  rest.displacement.setZero();
-  rest.u = rest_->displacement_of(solver.assembly().model());
-  if (!solver.tangent_response(load_for(rest.displacement), rest.u, patch_motion_, rest.tangent)) {
-    throw std::runtime_error(
-        solver.assembly().model().file + ": the organ at rest has no stable answer to a push at node " +
-        std::to_string(solver.assembly().model().labels[static_cast<size_t>(site.node)]));
+}
+
+const SiteSampler::Anchor& SiteSampler::rest() {
+  if (!rest_anchor_) {
+    Anchor rest;
+    rest.u = rest_->displacement_of(solver_->assembly().model());
+    solver_->forget_factor();
+    Eigen::MatrixXd curvature;
+    if (!read_derivatives(rest, curvature)) {
+      throw std::runtime_error(
+          solver_->assembly().model().file + ": the organ at rest has no stable answer to a push at node " +
+          std::to_string(solver_->assembly().model().labels[static_cast<size_t>(site_->node)]));
+    }
+    rest_anchor_ = std::move(rest);
   }
-  anchors_.push_back(std::move(rest));
+  return *rest_anchor_;
 }
 
 LoadCase SiteSampler::load_for(const Eigen::Vector3d& displacement) const {
@@ -138,72 +176,220 @@ void SiteSampler::count(const SolveReport& report) {
   counts_.factorizations += report.factorizations;
 }
 
-bool SiteSampler::ramp_from_rest(const LoadCase& load, const SolverSettings& settings, Eigen::VectorXd& u) {
-  u = anchors_.front().u;
-  const SolveReport report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, settings);
+bool SiteSampler::ramp_from_rest(const LoadCase& load, Eigen::VectorXd& u) {
+  u = rest().u;
+  const SolveReport report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, SolverSettings());
   count(report);
   return report.converged;
 }
 
-void SiteSampler::read_sample(const Eigen::VectorXd& u, Sample& sample) const {
+Eigen::VectorXd SiteSampler::packed_field(const Eigen::VectorXd& u) const {
+  if (rest_->is_mesh()) return u(packed_dofs_);
+  return u(packed_dofs_) - rest_->displacement(packed_dofs_);
+}
+
+void SiteSampler::read_response(const Eigen::VectorXd& u, Sample& sample) const {
   Eigen::VectorXd internal;
   sample.min_jacobian = solver_->assembly().internal_force(u, internal, &sample.energy).min_jacobian;
-  sample.field = u(packed_dofs_);
   if (!rest_->is_mesh()) {
     internal -= rest_->force;
     sample.energy -= rest_->force.dot(u) + rest_->energy;
-    sample.field -= rest_->displacement(packed_dofs_);
   }
   sample.force = patch_motion_.transpose() * internal;
 }
 
 bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
-  const SolverSettings settings;
-  const LoadCase load = load_for(displacement);
-  const Anchor* nearest = &anchors_.front();
-  for (const Anchor& anchor : anchors_) {
-    if ((anchor.displacement - displacement).norm() < (nearest->displacement - displacement).norm())
-      nearest = &anchor;
-  }
+  const PushRequest request = {PushRequest::Kind::sample, 0, displacement};
   Anchor anchor;
-  anchor.displacement = displacement;
-  anchor.u = nearest->u + nearest->tangent * (displacement - nearest->displacement);
-  const SolveReport report = solver_->correct(load, anchor.u, settings);
-  count(report);
-  if (!report.converged && !ramp_from_rest(load, settings, anchor.u)) return false;
+  anchor.sample.displacement = displacement;
+  Eigen::MatrixXd curvature(packed_dofs_.size(), 6);
+  anchor.u.resize(patch_motion_.rows());
+  anchor.tangent.resize(patch_motion_.rows(), 3);
+  // Both ways: what is kept, and what it was before.
+  const auto each_number = [&](auto&& visit) {
+    visit(anchor.sample.energy);
+    visit(anchor.sample.min_jacobian);
+    for (double& number : anchor.sample.force) visit(number);
+    for (double& number : anchor.sample.stiffness.reshaped()) visit(number);
+    for (double& number : anchor.sample.hardening) visit(number);
+  };
+  constexpr size_t kNumbers = 24;
+  const auto each_field = [&](auto&& visit) {
+    for (double& number : anchor.u) visit(number);
+    for (double& number : anchor.tangent.reshaped()) visit(number);
+    for (double& number : curvature.reshaped()) visit(number);
+  };
+  const auto num_fields = static_cast<size_t>(anchor.u.size() + anchor.tangent.size() + curvature.size());
+  std::optional<SolvedPush> push;
+  if (kept_ != nullptr) push = kept_->find(request, kNumbers, num_fields);
+  const bool reused = push.has_value();
+  if (!reused) {
+    push.emplace();
+    push->solved = compute(displacement, anchor, curvature);
+    if (push->solved) {
+      each_number([&](double number) { push->numbers.push_back(number); });
+      each_field([&](double number) { push->fields.push_back(static_cast<float>(number)); });
+    }
+    if (kept_ != nullptr) kept_->keep(request, *push);
+  }
+  ++(reused ? counts_.reused : counts_.solves);
+  if (!push->solved) return false;
+  auto number = push->numbers.begin();
+  each_number([&](double& to) { to = *number++; });
+  auto field = push->fields.begin();
+  each_field([&](double& to) { to = *field++; });
 
-  sample = {};
-  sample.displacement = displacement;
-  read_sample(anchor.u, sample);
-  if (!solver_->tangent_response(load, anchor.u, patch_motion_, anchor.tangent)) return false;
-  ++counts_.solves;
+  sample = anchor.sample;
+  sample.field = packed_field(anchor.u);
   sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
-  sample.stiffness = patch_motion_.transpose() * solver_->assembly().tangent_times(anchor.u, anchor.tangent);
-  sample.stiffness = 0.5 * (sample.stiffness + sample.stiffness.transpose()).eval();
+  sample.field_curvature = curvature;
   anchors_.push_back(std::move(anchor));
   return true;
 }
 
+bool SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& anchor, Eigen::MatrixXd& curvature) {
+  const Anchor* nearest = &rest();
+  for (const Anchor& other : anchors_) {
+    if ((other.sample.displacement - displacement).norm() <
+        (nearest->sample.displacement - displacement).norm())
+      nearest = &other;
+  }
+  // Whatever was solved before: the answer does not depend on it.
+  solver_->forget_factor();
+  anchor.u = nearest->u + nearest->tangent * (displacement - nearest->sample.displacement);
+  const LoadCase load = load_for(displacement);
+  // Of numbers in single precision, the held dofs among them.
+  for (size_t dof = 0; dof < load.held.size(); ++dof) {
+    if (load.held[dof] != 0)
+      anchor.u[static_cast<Eigen::Index>(dof)] = load.displacement[static_cast<Eigen::Index>(dof)];
+  }
+  const SolveReport report = solver_->correct(load, anchor.u, SolverSettings());
+  count(report);
+  if (!report.converged && !ramp_from_rest(load, anchor.u)) return false;
+  read_response(anchor.u, anchor.sample);
+  if (!read_derivatives(anchor, curvature)) return false;
+  return !report.converged || is_on_branch_from_rest(*nearest, anchor.sample);
+}
+
+// Where a body has two equilibria for the same push, the step from a neighbour may have ended in the other one. Then
+// the energies do not differ by the work of the force in between, integral over t of g(t) = f(d(t)) . D with D the step:
+//   (g0 + g1) / 2 + (g0' - g1') / 10 + (g0'' + g1'') / 120   (two-point Hermite, error g^(6) / 100,800)
+// as it takes from the derivatives at both ends. A large step may also miss it by a little: then the straight path
+// from rest decides.
+bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sample) {
+  constexpr double kWorkTolerance = 0.003;   // of the energy; the two branches that we met were 1.3 % apart
+  constexpr double kEnergyTolerance = 1e-6;  // of the same state, found twice
+  constexpr int kIncrements = 4;
+  const Eigen::Vector3d step = sample.displacement - from.sample.displacement;
+  const auto work = [&](const Sample& at, double sign) {
+    const auto& T = at.hardening;
+    const Eigen::Vector3d& D = step;
+    const double third = D[0] * D[0] * (T[0] * D[0] + 3 * T[1] * D[1] + 3 * T[2] * D[2]) +
+                         D[1] * D[1] * (3 * T[3] * D[0] + T[6] * D[1] + 3 * T[7] * D[2]) +
+                         D[2] * D[2] * (3 * T[5] * D[0] + 3 * T[8] * D[1] + T[9] * D[2]) +
+                         6 * T[4] * D[0] * D[1] * D[2];
+    return at.force.dot(D) / 2 + sign * D.dot(at.stiffness * D) / 10 + third / 120;
+  };
+  const double expected = from.sample.energy + work(from.sample, 1) + work(sample, -1);
+  const double size = std::max(std::abs(sample.energy), std::abs(from.sample.energy));
+  if (std::abs(sample.energy - expected) <= kWorkTolerance * size) return true;
+  Eigen::VectorXd u;
+  if (!compute_from_rest(sample.displacement, kIncrements, u)) return false;
+  Sample from_rest;
+  read_response(u, from_rest);
+  return std::abs(from_rest.energy - sample.energy) <= kEnergyTolerance * size;
+}
+
+// Equilibrium of the free dofs, P(u(d)) = f_ext, differentiated once is K u_i = 0, u_i = du/dd_i, and twice
+//   K u_ij = -P''[u_i, u_j],   u_ij = 0 where the dofs are held,
+// for six more back-solves with the factor at hand. And as the work of the free dofs' forces is nil, the third
+// derivatives of the energy need no more than the first of the field: E_ijk = P''[u_i, u_j] . u_k.
+// P'' is known through second differences along v, Q(v) = (P(u + e v) - 2 P(u) + P(u - e v)) / e^2, as
+// 2 P''[v, w] = Q(v + w) - Q(v) - Q(w).
+bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curvature) {
+  constexpr int kPairs[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
+  const LoadCase load = load_for(anchor.sample.displacement);
+  if (!solver_->tangent_response(load, anchor.u, patch_motion_, anchor.tangent)) return false;
+  const Assembly& assembly = solver_->assembly();
+  Eigen::VectorXd here;
+  Eigen::VectorXd ahead;
+  Eigen::VectorXd behind;
+  assembly.internal_force(anchor.u, here);
+  Eigen::MatrixXd second(here.size(), 6);
+  for (Eigen::Index ij = 0; ij < 6; ++ij) {
+    const auto [i, j] = kPairs[ij];
+    Eigen::VectorXd along = step_ * anchor.tangent.col(i);
+    if (i != j) along += step_ * anchor.tangent.col(j);
+    assembly.internal_force(anchor.u + along, ahead);
+    assembly.internal_force(anchor.u - along, behind);
+    second.col(ij) = (ahead - 2 * here + behind) / (step_ * step_);
+  }
+  const Eigen::Vector3i squares(0, 3, 5);
+  for (Eigen::Index ij = 0; ij < 6; ++ij) {
+    const auto [i, j] = kPairs[ij];
+    if (i != j) second.col(ij) = 0.5 * (second.col(ij) - second.col(squares[i]) - second.col(squares[j]));
+  }
+  Eigen::MatrixXd curvature;
+  if (!solver_->tangent_response(load, anchor.u, Eigen::MatrixXd::Zero(here.size(), 6), curvature, -second))
+    return false;
+  packed_curvature = curvature(packed_dofs_, Eigen::all);
+  Eigen::Matrix3d& stiffness = anchor.sample.stiffness;
+  stiffness = patch_motion_.transpose() * assembly.tangent_times(anchor.u, anchor.tangent);
+  stiffness = 0.5 * (stiffness + stiffness.transpose()).eval();
+  const Eigen::MatrixXd E = anchor.tangent.transpose() * second;  // k, ij
+  anchor.sample.hardening << E(0, 0), E(1, 0), E(2, 0), E(0, 3), E(0, 4), E(0, 5), E(1, 3), E(2, 3), E(1, 5),
+      E(2, 5);
+  return true;
+}
+
 bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample) {
-  const SolverSettings settings;
-  const Anchor& rest = anchors_.front();
-  Eigen::VectorXd before = rest.u;
-  Eigen::VectorXd u = rest.u + rest.tangent * (displacement / increments);
-  bool converged = true;
-  for (int i = 1; i <= increments && converged; ++i) {
+  const PushRequest request = {PushRequest::Kind::survey, increments, displacement};
+  sample = {};
+  sample.displacement = displacement;
+  sample.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()));
+  constexpr size_t kNumbers = 5;
+  const auto each_number = [&](auto&& visit) {
+    visit(sample.energy);
+    visit(sample.min_jacobian);
+    for (double& number : sample.force) visit(number);
+  };
+  std::optional<SolvedPush> push;
+  if (kept_ != nullptr) push = kept_->find(request, kNumbers, packed_dofs_.size());
+  const bool reused = push.has_value();
+  if (!reused) {
+    push.emplace();
+    Eigen::VectorXd u;
+    push->solved = compute_from_rest(displacement, increments, u);
+    if (push->solved) {
+      read_response(u, sample);
+      sample.field = packed_field(u);
+      each_number([&](double number) { push->numbers.push_back(number); });
+      for (const double number : sample.field) push->fields.push_back(static_cast<float>(number));
+    }
+    if (kept_ != nullptr) kept_->keep(request, *push);
+  }
+  ++(reused ? counts_.reused : counts_.solves);
+  if (!push->solved) return false;
+  auto number = push->numbers.begin();
+  each_number([&](double& to) { to = *number++; });
+  std::copy(push->fields.begin(), push->fields.end(), sample.field.begin());
+  return true;
+}
+
+bool SiteSampler::compute_from_rest(const Eigen::Vector3d& displacement, int increments, Eigen::VectorXd& u) {
+  const Anchor& from = rest();
+  solver_->forget_factor();
+  Eigen::VectorXd before = from.u;
+  u = from.u + from.tangent * (displacement / increments);
+  for (int i = 1; i <= increments; ++i) {
     if (i > 1) {
       Eigen::VectorXd next = 2 * u - before;  // the path goes on as it came
       before = std::exchange(u, std::move(next));
     }
-    const SolveReport report = solver_->correct(load_for(displacement * i / increments), u, settings);
+    const SolveReport report = solver_->correct(load_for(displacement * i / increments), u, SolverSettings());
     count(report);
-    converged = report.converged;
+    if (!report.converged) return ramp_from_rest(load_for(displacement), u);
   }
-  if (!converged && !ramp_from_rest(load_for(displacement), settings, u)) return false;
-  sample = {};
-  sample.displacement = displacement;
-  read_sample(u, sample);
-  ++counts_.solves;
   return true;
 }
 

@@ -2,23 +2,43 @@
 //
 // Departs from Zhong et al. 2005 section 3.2, whose N^3 grid (in effect ten points on one ray) leaves most of
 // the polynomial undetermined. Points are chosen greedily to maximise the information about the polynomial
-// (D-optimality), counting that every converged solve also gives the exact tangent du/dd for three
-// back-solves: four equations a point.
+// (D-optimality), counting that every converged solve also gives the exact first and second derivatives of the field
+// for nine back-solves with the factor at hand: ten equations a point. On the brain at 1 h, degree 3 takes 4 solves
+// so, 6 with first derivatives alone, and degree 5 takes 8 in place of 16.
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/rest_state.hpp"
+#include "offline/precompute/sample_store.hpp"
 
 namespace palpate {
 
-// `count` points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with
-// polynomials of `degree` without constant and linear part. Deterministic. Cost: milliseconds.
-std::vector<Eigen::Vector3d> choose_sample_points(int degree, int count, bool half);
+// Value, three first and six second derivatives of each dof.
+inline constexpr int kEquationsPerSample = 10;
+
+// Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
+// constant and linear part: each next one chosen for the degree that it and those before it determine about twice over.
+// Always the same sequence, made as far as it is asked for; thread-safe. Cost: some 20 ms a point, once.
+class SamplePoints {
+ public:
+  explicit SamplePoints(bool half);
+  Eigen::Vector3d operator[](size_t index);
+
+ private:
+  void choose_next();
+  std::mutex mutex_;
+  std::vector<Eigen::Vector3d> candidates_;
+  std::vector<Eigen::MatrixXd> candidate_rows_;  // of the design, at each candidate
+  Eigen::MatrixXd information_;                  // M = sum over chosen points of R^T R, R their rows
+  int degree_ = 0;
+  std::vector<Eigen::Vector3d> chosen_;
+};
 
 // Points of the unit ball for the error survey: directions uniform, |x| uniform within one quarter of (0, 1]
 // after the other, so that every quarter is measured. A function of `seed` alone.
@@ -31,15 +51,19 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 struct Sample {
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // d, of the patch
   Eigen::VectorXd field;                                   // u at the packed nodes: 3 packed nodes
-  Eigen::MatrixXd field_tangent;                    // du/dd: 3 packed nodes x 3; empty for a survey sample
-  double energy = 0;                                // stored, less what gravity gave
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();  // that the tool applies, = d energy / d d
+  Eigen::MatrixXd field_tangent;    // du/dd: 3 packed nodes x 3; empty for a survey sample
+  Eigen::MatrixXd field_curvature;  // d2u/dd2: 3 packed nodes x 6, of xx xy xz yy yz zz; empty likewise
+  double energy = 0;                // stored, less what gravity gave
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // that the tool applies, = d energy / d d
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // d force / d d
+  Eigen::Vector<double, 10> hardening =  // d stiffness / d d: of xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz
+      Eigen::Vector<double, 10>::Zero();
   double min_jacobian = 1;
 };
 
 // Counts what sampling cost.
 struct SolveCounts {
+  long reused = 0;  // found among those that were kept
   long solves = 0;
   long iterations = 0;
   long factorizations = 0;
@@ -48,13 +72,14 @@ struct SolveCounts {
 // Solves the tool displacements of one site one after the other.
 class SiteSampler {
  public:
-  // Keeps references to all of them.
-  SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
-              const RestState& rest);
+  // Keeps references to all of them. What `kept` holds (null: nothing) is not solved again, and what is solved is kept.
+  SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site, const RestState& rest,
+              SampleFile* kept = nullptr);
 
   // From the nearest displacement solved before, and where that fails along the straight path from rest. The
-  // sample also gets its tangent, and serves as a neighbour from then on. False when no equilibrium was
-  // found.
+  // sample also gets its derivatives, and serves as a neighbour from then on. False when no equilibrium was
+  // found, when it is not stable, or not the one that the straight path from rest leads to. Fields are right to
+  // single precision. Throws std::runtime_error where the organ at rest has no stable answer to a push.
   [[nodiscard]] bool solve(const Eigen::Vector3d& displacement, Sample& sample);
 
   // The truth for a survey: the straight path from rest in so many increments (more where Newton asks for
@@ -65,21 +90,30 @@ class SiteSampler {
 
  private:
   struct Anchor {
-    Eigen::Vector3d displacement;
+    Sample sample;            // without its fields
     Eigen::VectorXd u;        // all dofs
     Eigen::MatrixXd tangent;  // all dofs x 3
   };
   LoadCase load_for(const Eigen::Vector3d& displacement) const;
-  bool ramp_from_rest(const LoadCase& load, const SolverSettings& settings, Eigen::VectorXd& u);
+  const Anchor& rest();  // made when first asked for
+  bool compute(const Eigen::Vector3d& displacement, Anchor& anchor, Eigen::MatrixXd& curvature);
+  bool compute_from_rest(const Eigen::Vector3d& displacement, int increments, Eigen::VectorXd& u);
+  bool ramp_from_rest(const LoadCase& load, Eigen::VectorXd& u);
   void count(const SolveReport& report);
-  void read_sample(const Eigen::VectorXd& u, Sample& sample) const;
+  void read_response(const Eigen::VectorXd& u, Sample& sample) const;
+  bool read_derivatives(Anchor& anchor, Eigen::MatrixXd& curvature);
+  bool is_on_branch_from_rest(const Anchor& from, const Sample& sample);
+  Eigen::VectorXd packed_field(const Eigen::VectorXd& u) const;
 
   StaticSolver* solver_;
   const ContactSite* site_;
   const RestState* rest_;
+  double step_;  // of second differences: of 16 digits, rounding and the next derivative leave 8
   Eigen::MatrixXd patch_motion_;  // all dofs x 3: the patch moves as one
   std::vector<Eigen::Index> packed_dofs_;
-  std::vector<Anchor> anchors_;  // the first is rest
+  std::optional<Anchor> rest_anchor_;
+  std::vector<Anchor> anchors_;  // of the samples
+  SampleFile* kept_;
   SolveCounts counts_;
 };
 

@@ -82,9 +82,13 @@ void check_densities(const SceneTable& gravity, const Model& model) {
 }
 
 void read_models(const SceneTable& models, Scene& scene) {
-  models.allow({"linear", "polynomial", "zone", "compliance"});
+  models.allow({"linear", "polynomial", "polynomial_method", "zone", "compliance"});
   scene.linear = models.boolean_or_auto("linear").value_or(true);
   scene.polynomial = models.boolean_or_auto("polynomial").value_or(true);
+  constexpr PolynomialMethod kMethods[] = {PolynomialMethod::hermite, PolynomialMethod::paper_grid,
+                                           PolynomialMethod::paper_ray};
+  scene.polynomial_method =
+      kMethods[models.choice("polynomial_method", {"hermite", "paper_grid", "paper_ray"}).value_or(0)];
   constexpr ComplianceForm kForms[] = {ComplianceForm::automatic, ComplianceForm::dense,
                                        ComplianceForm::compressed};
   scene.compliance = kForms[models.choice("compliance", {"auto", "dense", "compressed"}).value_or(0)];
@@ -101,11 +105,10 @@ void read_models(const SceneTable& models, Scene& scene) {
   }
 }
 
-void read_precision(const SceneTable& output) {
-  const std::optional<std::string> precision = output.string("precision");
-  if (!precision || *precision == "auto" || *precision == "f32") return;
-  output.fail("precision", "output.precision = \"" + printable(*precision) +
-                               "\" is not supported by this version; write \"auto\" or \"f32\"");
+void read_precision(const SceneTable& output, Scene& scene) {
+  constexpr FieldPrecision kPrecisions[] = {FieldPrecision::automatic, FieldPrecision::real,
+                                            FieldPrecision::rounded};
+  scene.precision = kPrecisions[output.choice("precision", {"auto", "f32", "i16"}).value_or(0)];
 }
 
 // The node set as it is named in the scene: as the model file writes it, in upper or lower case.
@@ -259,7 +262,7 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   read_contact(contact, scene);
   const SceneTable output = top.table("output");
   output.allow({"nodes", "precision"});
-  read_precision(output);
+  read_precision(output, scene);
   const SceneTable accuracy = top.table("accuracy");
   accuracy.allow({"target"});
   scene.accuracy_target = accuracy.number_above_zero("target").value_or(scene.accuracy_target);

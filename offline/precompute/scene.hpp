@@ -16,6 +16,12 @@ enum class Directions { all, inward };
 // How linear_dd keeps the compliance; automatic: dense where that is small enough.
 enum class ComplianceForm { automatic, dense, compressed };
 
+// How polynomial_dd keeps its fields; automatic: rounded where that leaves the target alone.
+enum class FieldPrecision { automatic, real, rounded };
+
+// How polynomial_dd samples and fits; all but the first as the paper does (paper_quadratic.hpp).
+enum class PolynomialMethod { hermite, paper_grid, paper_ray };
+
 struct Scene {
   std::filesystem::path file;
   std::filesystem::path model_file;  // resolved against the folder of `file`
@@ -38,6 +44,8 @@ struct Scene {
   bool linear = true;                      // carry linear_dd
   ComplianceForm compliance = ComplianceForm::automatic;
   bool polynomial = true;  // carry polynomial_dd
+  PolynomialMethod polynomial_method = PolynomialMethod::hermite;
+  FieldPrecision precision = FieldPrecision::automatic;
 };
 
 // A scene and the model it names, both checked against each other.

@@ -2,8 +2,12 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <map>
@@ -14,11 +18,17 @@
 #include <thread>
 #include <utility>
 
+#include "offline/precompute/paper_quadratic.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
+
 namespace palpate {
 namespace {
 
-constexpr double kShrink = 0.7;         // of the ball, when the solver cannot reach its edge
-constexpr double kSmallestBall = 0.25;  // of the scene's largest displacement
+constexpr double kShrink = 0.7;          // of the domain along a displacement that cannot be had
+constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
+// det F of an element that nearly inverts: beyond it polynomials of any degree converge slowly if at all.
+constexpr double kLeastJacobian = 0.05;
 
 SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   SurveySample sample;
@@ -71,50 +81,123 @@ void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
   if (failure) std::rethrow_exception(failure);
 }
 
-SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
-                       const LinearDd& linear, const SamplingPlan& plan,
-                       const std::vector<Eigen::Vector3d>& sample_points, const RestState& rest) {
-  const ContactSite& site = sites.sites[index];
-  const bool half = scene.directions == Directions::inward;
-  const Eigen::Matrix3d frame = half ? frame_about(site.inward) : Eigen::Matrix3d::Identity();
-  const int label = solver.assembly().model().labels[static_cast<size_t>(site.node)];
-  SiteSampler sampler(solver, sites, site, rest);
-  SiteResult result;
-  double radius = scene.max_displacement;
+// The degree that does best on samples which a fit was not given, and how well. Errors fall with the degree until
+// the samples no longer bear it, so that only the highest few come into question.
+std::pair<int, double> choose_degree(const SiteSamples& samples) {
+  constexpr int kTried = 3;
+  constexpr double kToSpare = 1.2;  // equations for each term
+  const auto is_borne = [&](int degree) {
+    return kEquationsPerSample * static_cast<double>(samples.samples.size() - 1) >=
+           kToSpare * pack::num_monomials(2, static_cast<uint32_t>(degree));
+  };
+  std::pair<int, double> best = {1, std::numeric_limits<double>::infinity()};
+  int tried = 0;
+  for (int degree = pack::kMaxDegree; degree > 1 && tried < kTried; --degree) {
+    if (!is_borne(degree)) continue;
+    const double error = held_out_error(samples, degree);
+    if (error < best.second) best = {degree, error};
+    if (std::isfinite(error)) ++tried;
+  }
+  return best;
+}
 
-  if (scene.polynomial) {
-    std::vector<Sample> samples;
-    for (size_t i = 0; i < sample_points.size();) {
-      Sample sample;
-      if (sampler.solve(radius * frame * sample_points[i], sample)) {
-        result.min_jacobian = std::min(result.min_jacobian, sample.min_jacobian);
-        samples.push_back(std::move(sample));
-        ++i;
-        continue;
-      }
-      radius *= kShrink;
-      if (radius < kSmallestBall * scene.max_displacement) {
-        throw std::runtime_error(
-            fmt::format("{}: no equilibrium found for pushes of {:.3g} at node {}, though max_displacement "
-                        "is {:.3g}; reduce "
-                        "max_displacement, or raise tip_radius",
-                        scene.file.string(), radius / kShrink, label, scene.max_displacement));
-      }
-      samples.clear();
-      result.min_jacobian = 1;
-      i = 0;
+// Shortens the ellipsoid |A d| <= 1 to kShrink of what it is, or of what leaves x = A d outside. Of a half, the
+// displacements inward of the surface stay those with x_3 >= 0: d . n = (A^-T n) . x.
+void shorten(const Eigen::Vector3d& x, const Eigen::Vector3d& inward, SiteSamples& samples) {
+  const Eigen::Vector3d along = x.normalized();
+  const double factor = 1 / (kShrink * std::min(1.0, x.norm()));
+  Eigen::Matrix3d& A = samples.to_unit;
+  A += (factor - 1) * along * (along.transpose() * A);
+  if (samples.half) A = frame_about((A.inverse().transpose() * inward).normalized()).transpose() * A;
+}
+
+// The largest displacements of a site for which there is a sample, and how they are asked for one by one.
+class SiteDomain {
+ public:
+  SiteDomain(SiteSampler& sampler, const Scene& scene, const ContactSite& site, int label,
+             SiteSamples& samples, SiteResult& result)
+      : sampler_(sampler), scene_(scene), site_(site), label_(label), samples_(samples), result_(result) {}
+
+  // Adds a sample at x = A d; where there is none to be had the domain is shortened in its place.
+  void sample(const Eigen::Vector3d& x) {
+    Sample sample;
+    if (sampler_.solve(samples_.to_unit.inverse() * x, sample) && sample.min_jacobian >= kLeastJacobian) {
+      result_.min_jacobian = std::min(result_.min_jacobian, sample.min_jacobian);
+      samples_.samples.push_back(std::move(sample));
+      return;
     }
-    result.polynomial =
-        fit_polynomial(samples,
-                       linear.field_compliance.size() > 0 ? linear_response(linear, site)
-                                                          : linear_response(solver, sites, site, rest),
-                       radius, plan.degree);
+    shorten(x, site_.inward, samples_);
+    const double reach = least_reach(samples_.to_unit);
+    if (reach < kSmallestReach * scene_.max_displacement) {
+      throw std::runtime_error(
+          fmt::format("{}: no equilibrium found for pushes of {:.3g} at node {}, though max_displacement is "
+                      "{:.3g}; reduce "
+                      "max_displacement, or raise tip_radius",
+                      scene_.file.string(), reach / kShrink, label_, scene_.max_displacement));
+    }
+  }
+
+ private:
+  SiteSampler& sampler_;
+  const Scene& scene_;
+  const ContactSite& site_;
+  int label_;
+  SiteSamples& samples_;
+  SiteResult& result_;
+};
+
+// Samples a site until its fit keeps the target, and fits it.
+SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, SamplePoints& points,
+                             const SiteSamples& samples, SiteResult& result) {
+  size_t next = 0;
+  for (size_t wanted = plan.least_samples;;
+       wanted = std::min(plan.most_samples, std::max(wanted + 2, wanted * 5 / 4))) {
+    while (samples.samples.size() < wanted) domain.sample(points[next++]);
+    const auto [degree, error] = choose_degree(samples);
+    result.held_out_error = error;
+    if (error <= plan.target || wanted == plan.most_samples) return fit_polynomial(samples, degree);
+  }
+}
+
+SitePolynomial fit_as_paper(SiteDomain& domain, const Scene& scene, const Eigen::Vector3d& inward,
+                            const SiteSamples& samples) {
+  const std::vector<Eigen::Vector3d> points =
+      scene.polynomial_method == PolynomialMethod::paper_grid
+          ? grid_points(samples.half)
+          : ray_points(scene.max_displacement * samples.to_unit * inward);
+  for (const Eigen::Vector3d& x : points) domain.sample(x);
+  return fit_paper_quadratic(samples);
+}
+
+SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
+                       const LinearDd& linear, const SamplingPlan& plan, SamplePoints& points,
+                       const RestState& rest, const SampleStore* store) {
+  const ContactSite& site = sites.sites[index];
+  const int label = solver.assembly().model().labels[static_cast<size_t>(site.node)];
+  SiteSamples samples;
+  samples.half = scene.directions == Directions::inward;
+  samples.to_unit = Eigen::Matrix3d::Identity() / scene.max_displacement;
+  if (samples.half) samples.to_unit = frame_about(site.inward).transpose() / scene.max_displacement;
+  std::optional<SampleFile> kept;
+  if (store != nullptr) kept.emplace(store->file_of(label));
+  SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
+  SiteResult result;
+  if (scene.polynomial) {
+    samples.linear = linear.field_compliance.size() > 0 ? linear_response(linear, site)
+                                                        : linear_response(solver, sites, site, rest);
+    SiteDomain domain(sampler, scene, site, label, samples, result);
+    const SitePolynomial fit = scene.polynomial_method == PolynomialMethod::hermite
+                                   ? fit_to_target(domain, plan, points, samples, result)
+                                   : fit_as_paper(domain, scene, site.inward, samples);
+    constexpr double kBasisPart = 0.1;  // of the target
+    result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
+    result.samples = samples.samples.size();
   }
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were.
   for (const Eigen::Vector3d& point :
-       choose_survey_points(plan.survey_samples, half, static_cast<std::uint64_t>(label))) {
+       choose_survey_points(plan.survey_samples, samples.half, static_cast<std::uint64_t>(label))) {
     result.survey.push_back(
-        solve_push(sampler, {index, radius * frame * point, survey_increments(point.norm())}));
+        solve_push(sampler, {index, samples.to_unit.inverse() * point, survey_increments(point.norm())}));
     result.unsolved += !result.survey.back().solved;
   }
   result.counts = sampler.counts();
@@ -122,6 +205,10 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
 }
 
 }  // namespace
+
+double least_reach(const Eigen::Matrix3d& to_unit) {
+  return 1 / to_unit.jacobiSvd().singularValues()[0];
+}
 
 std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSites& sites,
                                        const std::vector<Push>& pushes, int jobs,
@@ -160,11 +247,9 @@ std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, 
 
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
-                                     const std::function<void(int, int)>& progress, const RestState& rest) {
-  // Chosen for one degree more than is fitted, so that what the fit leaves out does not pass for what it
-  // holds.
-  const std::vector<Eigen::Vector3d> sample_points =
-      choose_sample_points(plan.degree + 1, plan.samples, scene.directions == Directions::inward);
+                                     const std::function<void(int, int)>& progress, const RestState& rest,
+                                     const SampleStore* store) {
+  SamplePoints points(scene.directions == Directions::inward);
   std::vector<SiteResult> results(sites.sites.size());
   const size_t num_surveyed =
       plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
@@ -172,7 +257,7 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
   for_each_on_threads(
       assembly, worked.size(), plan.jobs,
       [&](StaticSolver& solver, size_t i) {
-        results[worked[i]] = sample_site(solver, scene, sites, worked[i], linear, plan, sample_points, rest);
+        results[worked[i]] = sample_site(solver, scene, sites, worked[i], linear, plan, points, rest, store);
       },
       progress);
   return results;

@@ -10,18 +10,22 @@
 namespace palpate {
 
 struct SamplingPlan {
-  int degree = 3;
-  int samples = 12;  // solves with tangent a site; each is 4 equations for the 16 nonlinear terms of degree 3
+  double target = 0.01;       // of the displacement error: samples are added to a site until its fit keeps it
+  size_t least_samples = 10;  // nonlinear solves with their derivatives
+  size_t most_samples = 60;
+  bool rounded = false;    // the basis of the field, to int16
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range
   int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
   int jobs = 1;            // threads; the result does not depend on it
 };
 
 struct SiteResult {
-  SitePolynomial polynomial;  // radius 0 when none was asked for
+  SitePolynomial polynomial;  // of degree 0 when none was asked for
+  size_t samples = 0;         // that it was fitted to
+  double held_out_error = 0;  // of the fit
+  double min_jacobian = 1;    // smallest det F over the samples
   std::vector<SurveySample> survey;
-  int unsolved = 0;         // of the survey
-  double min_jacobian = 1;  // smallest det F over the samples
+  int unsolved = 0;  // of the survey
   SolveCounts counts;
 };
 
@@ -31,6 +35,14 @@ struct Push {
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   int increments = 1;
 };
+
+// The shortest semi-axis of a sampled domain.
+double least_reach(const Eigen::Matrix3d& to_unit);
+
+// Whether it was cut, by more than rounding.
+inline bool is_shortened(double reach, double max_displacement) {
+  return reach < (1 - 1e-9) * max_displacement;
+}
 
 // How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
 inline int survey_increments(double part_of_range) {
@@ -50,12 +62,15 @@ std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSi
 std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
 
 // `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
-// surveyed come back with nothing. A site where the solver cannot reach the largest displacement is
-// sampled in a smaller ball, down to a quarter of it; below that std::runtime_error names the node.
-// `progress` gets sites done, total, never from two threads at once.
+// surveyed come back with nothing. The domain of a site is a ball,
+// shortened along the displacements that the solver cannot reach, that nearly invert an element, or that lead to
+// another equilibrium than the path from rest: an ellipsoid; below a quarter of the largest displacement
+// std::runtime_error names the node.
+// `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
+// is kept.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},
-                                     const RestState& rest = RestState());
+                                     const RestState& rest = RestState(), const SampleStore* store = nullptr);
 
 }  // namespace palpate

@@ -101,7 +101,7 @@ bool is_sum_within(const pal_real* coefficients, uint32_t rank, double limit) {
 // A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj; a compressed one may break that
 // by its tolerance, and by rounding.
 bool are_numbers_valid(const pal_pack& pack, double tolerance) {
-  const AddColumns add_columns = choose_add_columns();
+  const AddColumns add_columns = choose_field_kernel().add_columns;
   const double slack = 1.0 + tolerance + 1e-5;
   for (uint32_t panel = 0; panel < pack.num_panels; ++panel) {
     const pack::CompressedPanel& about = pack.compressed_panels[panel];

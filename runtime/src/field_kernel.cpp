@@ -18,6 +18,18 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
   }
 }
 
+void add_rounded_scalar(const pal_real* columns, const pal_real* weights, const int16_t* pairs,
+                        const RoundedWeights& rounded, bool onto, pal_real* sum) {
+  int32_t integers[pack::kPanelRows] = {};
+  for (uint32_t p = 0; p < rounded.num_pairs; ++p) {
+    const int16_t* weight = rounded.weights + 2 * p;
+    for (uint32_t i = 0; i < pack::kPanelRows; ++i, pairs += 2)
+      integers[i] += weight[0] * pairs[0] + weight[1] * pairs[1];
+  }
+  add_columns_scalar(columns, pack::kPanelRows, weights, 3, onto, sum);
+  for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += rounded.unit * static_cast<pal_real>(integers[i]);
+}
+
 #ifdef PALPATE_X86
 
 #if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
@@ -58,6 +70,82 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
   }
 }
 
+#if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
+// Both weights of a pair, as they lie.
+int pair_of(const RoundedWeights& rounded, uint32_t p) {
+  int pair;
+  memcpy(&pair, rounded.weights + 2 * p, sizeof pair);
+  return pair;
+}
+
+// 12 sums of 8 rows, as above, in registers while the pairs stream by; then through memory, once a panel.
+__attribute__((target("avx2,fma"))) void add_rounded_avx2(const pal_real* columns, const pal_real* weights,
+                                                          const int16_t* pairs, const RoundedWeights& rounded,
+                                                          bool onto, pal_real* sum) {
+  constexpr uint32_t kRegisters = 12;
+  constexpr uint32_t kLanes = 8;
+  __m256i integers[kRegisters];
+#pragma GCC unroll 12
+  for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm256_setzero_si256();
+  for (uint32_t p = 0; p < rounded.num_pairs; ++p, pairs += 2 * pack::kPanelRows) {
+    const __m256i weight = _mm256_set1_epi32(pair_of(rounded, p));
+#pragma GCC unroll 12
+    for (uint32_t r = 0; r < kRegisters; ++r) {
+      const __m256i pair = _mm256_load_si256(reinterpret_cast<const __m256i*>(pairs + 2 * kLanes * r));
+      integers[r] = _mm256_add_epi32(integers[r], _mm256_madd_epi16(pair, weight));
+    }
+  }
+  __m256i stored[kRegisters];
+#pragma GCC unroll 12
+  for (uint32_t r = 0; r < kRegisters; ++r) _mm256_store_si256(stored + r, integers[r]);
+  const __m256 unit = _mm256_set1_ps(rounded.unit);
+#pragma GCC unroll 1
+  for (uint32_t r = 0; r < kRegisters; ++r) {
+    const pal_real* column = columns + kLanes * r;
+    __m256 rows = onto ? _mm256_loadu_ps(sum + kLanes * r) : _mm256_setzero_ps();
+    for (uint32_t j = 0; j < 3; ++j, column += pack::kPanelRows)
+      rows = _mm256_fmadd_ps(_mm256_set1_ps(weights[j]), _mm256_load_ps(column), rows);
+    const __m256 rest = _mm256_cvtepi32_ps(_mm256_load_si256(stored + r));
+    _mm256_storeu_ps(sum + kLanes * r, _mm256_fmadd_ps(unit, rest, rows));
+  }
+}
+
+// 6 sums of 16 rows; product and sum are one instruction. (Conversion without a mask is one that GCC warns of.)
+__attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const pal_real* columns,
+                                                                          const pal_real* weights,
+                                                                          const int16_t* pairs,
+                                                                          const RoundedWeights& rounded,
+                                                                          bool onto, pal_real* sum) {
+  constexpr uint32_t kRegisters = 6;
+  constexpr uint32_t kLanes = 16;
+  __m512i integers[kRegisters];
+#pragma GCC unroll 6
+  for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm512_setzero_si512();
+  for (uint32_t p = 0; p < rounded.num_pairs; ++p, pairs += 2 * pack::kPanelRows) {
+    const __m512i weight = _mm512_set1_epi32(pair_of(rounded, p));
+#pragma GCC unroll 6
+    for (uint32_t r = 0; r < kRegisters; ++r) {
+      integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_load_si512(pairs + 2 * kLanes * r), weight);
+    }
+  }
+  __m512i stored[kRegisters];
+#pragma GCC unroll 6
+  for (uint32_t r = 0; r < kRegisters; ++r) _mm512_store_si512(stored + r, integers[r]);
+  const __m512 unit = _mm512_set1_ps(rounded.unit);
+#pragma GCC unroll 1
+  for (uint32_t r = 0; r < kRegisters; ++r) {
+    const pal_real* column = columns + kLanes * r;
+    __m512 rows = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
+    for (uint32_t j = 0; j < 3; ++j, column += pack::kPanelRows)
+      rows = _mm512_fmadd_ps(_mm512_set1_ps(weights[j]), _mm512_load_ps(column), rows);
+    const __m512 rest = _mm512_maskz_cvtepi32_ps(0xffff, _mm512_load_si512(stored + r));
+    _mm512_storeu_ps(sum + kLanes * r, _mm512_fmadd_ps(unit, rest, rows));
+  }
+}
+#else
+constexpr AddRounded add_rounded_avx2 = add_rounded_scalar;
+#endif
+
 // The same with registers twice as wide, half as many of them or all rows at once.
 __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* columns, size_t stride,
                                                            const pal_real* weights, uint32_t count, bool onto,
@@ -85,20 +173,26 @@ __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* colum
 
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {"scalar", add_columns_scalar};
+  kernels[count++] = {"scalar", add_columns_scalar, add_rounded_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels[count++] = {"avx2", add_columns_avx2};
-  if (__builtin_cpu_supports("avx512f")) kernels[count++] = {"avx512", add_columns_avx512};
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    kernels[count++] = {"avx2", add_columns_avx2, add_rounded_avx2};
+    if (__builtin_cpu_supports("avx512f"))
+      kernels[count++] = {"avx512", add_columns_avx512, add_rounded_avx2};
+#if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vnni"))
+      kernels[count++] = {"avx512vnni", add_columns_avx512, add_rounded_avx512vnni};
+#endif
+  }
 #endif
   return count;
 }
 
-AddColumns choose_add_columns() {
+FieldKernel choose_field_kernel() {
   FieldKernel kernels[kMostFieldKernels];
   const uint32_t count = list_field_kernels(kernels);
-  return kernels[count - 1].add_columns;
+  return kernels[count - 1];
 }
 
 }  // namespace palpate

@@ -15,6 +15,20 @@ namespace palpate {
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
                             bool onto, pal_real* sum);
 
+// Weights of columns that are rounded to int16: integers, and what one unit of the sum means.
+struct RoundedWeights {
+  uint32_t num_pairs;
+  pal_real unit;
+  alignas(4) int16_t weights[pack::kMostRank];  // [num_pairs][2]
+};
+
+// sum[i] = (onto ? sum[i] : 0) + sum over j < 3 of weights[j] * columns[96 j + i]
+//          + unit * sum over p < num_pairs, c < 2 of rounded.weights[p][c] * pairs[p][i][c],  i < pack::kPanelRows.
+// The integers are summed in 32 bits, exactly: the caller's weights are small enough. Columns and pairs are
+// aligned to 64 bytes.
+using AddRounded = void (*)(const pal_real* columns, const pal_real* weights, const int16_t* pairs,
+                            const RoundedWeights& rounded, bool onto, pal_real* sum);
+
 inline void clear_panels(uint32_t count, pal_real* sum) {
   memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
 }
@@ -22,17 +36,18 @@ inline void clear_panels(uint32_t count, pal_real* sum) {
 struct FieldKernel {
   const char* name;
   AddColumns add_columns;
+  AddRounded add_rounded;
 };
 
 // Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may
 // vectorise them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same
-// bits). They differ from the scalar one by the rounding of `count` products at most:
+// bits), avx512vnni (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of `count` products at most:
 // |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|), epsilon that of
-// pal_real.
-inline constexpr uint32_t kMostFieldKernels = 3;
+// pal_real, the sum of integers counting as a fourth column.
+inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 
 // The fastest.
-AddColumns choose_add_columns();
+FieldKernel choose_field_kernel();
 
 }  // namespace palpate

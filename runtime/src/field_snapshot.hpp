@@ -14,15 +14,18 @@
 
 #include <atomic>
 
+#include "runtime/src/polynomial_dd.hpp"
+
 namespace palpate {
 
 // The field of one haptic frame, as weights of columns in the pack. API units.
 struct FieldState {
-  pal_model model;    // that answered; PAL_MODEL_AUTO: the tissue is at rest
-  uint32_t site;      // polynomial_dd: whose columns
-  uint32_t num_held;  // linear_dd: contact nodes with a force
-  uint32_t* held;     // [max_held]
-  pal_real* weights;  // polynomial_dd: monomials of degree 1 ..; linear_dd: nodal forces [num_held][3]
+  pal_model model;                  // that answered; PAL_MODEL_AUTO: the tissue is at rest
+  uint32_t site;                    // polynomial_dd: whose columns
+  PolynomialFieldState polynomial;  // polynomial_dd
+  uint32_t num_held;                // linear_dd: contact nodes with a force
+  uint32_t* held;                   // [max_held]
+  pal_real* weights;                // linear_dd: nodal forces [num_held][3]
   bool gravity_turned;
   pal_real gravity_turn[3];
 };

@@ -35,8 +35,8 @@ bool fill_rest(const pal_session& session, const pal_real* turn, uint32_t first,
   }
   memset(rows + given, 0, (wanted - given) * sizeof *rows);
   for (uint32_t panel = 0; panel < count && turn != nullptr; ++panel) {
-    session.add_columns(pack.field_per_gravity + size_t{3} * (first + panel) * pack::kPanelRows,
-                        pack::kPanelRows, turn, 3, true, rows + size_t{panel} * pack::kPanelRows);
+    session.kernel.add_columns(pack.field_per_gravity + size_t{3} * (first + panel) * pack::kPanelRows,
+                               pack::kPanelRows, turn, 3, true, rows + size_t{panel} * pack::kPanelRows);
   }
   return true;
 }

@@ -65,15 +65,23 @@ inline bool is_own_compliance(const pal_pack& pack, double value) {
   return value >= pack.max_displacement * pack.metres / kLargestPush && value <= kLargestPush;
 }
 
-// The array of a segment, or nullptr if it is missing, misplaced or not `count` elements long.
-template <typename T>
-const T* array_of(const pal_pack& pack, const pack::Segment* segment, uint64_t first_offset, uint64_t count) {
+// The bytes of a segment, or nullptr if it is missing, misplaced or not `count` elements long. Not inlined: opening a
+// pack asks for some thirty.
+[[gnu::noinline]] inline const unsigned char* segment_bytes(const pal_pack& pack,
+                                                            const pack::Segment* segment,
+                                                            uint64_t first_offset, uint64_t count,
+                                                            uint64_t element_bytes) {
   if (segment == nullptr || segment->offset() % pack::kAlignment != 0 || segment->offset() < first_offset ||
       segment->offset() > pack.num_bytes || segment->bytes() > pack.num_bytes - segment->offset() ||
-      segment->bytes() % sizeof(T) != 0 || segment->bytes() / sizeof(T) != count) {
+      segment->bytes() % element_bytes != 0 || segment->bytes() / element_bytes != count) {
     return nullptr;
   }
-  return reinterpret_cast<const T*>(pack.bytes + segment->offset());
+  return pack.bytes + segment->offset();
+}
+
+template <typename T>
+const T* array_of(const pal_pack& pack, const pack::Segment* segment, uint64_t first_offset, uint64_t count) {
+  return reinterpret_cast<const T*>(segment_bytes(pack, segment, first_offset, count, sizeof(T)));
 }
 
 }  // namespace palpate

@@ -19,6 +19,7 @@
 #include "runtime/src/compressed_open.hpp"
 #include "runtime/src/number_checks.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/polynomial_open.hpp"
 #include "runtime/src/surface_bvh.hpp"
 #include "runtime/src/table_check.hpp"
 #include "schemas/monomials.hpp"
@@ -165,26 +166,6 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trust
   return is_compliance(pack.contact_compliance, num_contact_nodes);
 }
 
-bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, bool trusted,
-                     pal_pack& pack) {
-  pack.degree = polynomial.degree();
-  if (pack.degree < 1 || pack.degree > pack::kMaxDegree) return false;
-  const uint64_t energy_terms = pack::num_monomials(2, pack.degree + 1);
-  const uint64_t field_terms = pack::num_monomials(1, pack.degree);
-  const uint64_t field_values =
-      pack.num_sites * uint64_t{pack::num_panels(pack.num_nodes)} * field_terms * pack::kPanelRows;
-  pack.radii = array_of<double>(pack, polynomial.radii(), first_offset, pack.num_sites);
-  pack.energy = array_of<double>(pack, polynomial.energy(), first_offset, pack.num_sites * energy_terms);
-  pack.field = array_of<pal_real>(pack, polynomial.field(), first_offset, field_values);
-  if (pack.radii == nullptr || pack.energy == nullptr || pack.field == nullptr) return false;
-  for (uint32_t site = 0; site < pack.num_sites; ++site) {
-    if (!is_scale(pack.radii[site])) return false;
-  }
-  return trusted || (all_within(pack.energy, pack.num_sites * energy_terms, kLargestEnergy) &&
-                     all_within(pack.field, field_values,
-                                static_cast<pal_real>(kLargestAmplification * pack.max_displacement)));
-}
-
 bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack) {
   pack.num_primitives = surface.num_primitives();
   pack.num_bvh_nodes = surface.num_nodes();
@@ -314,7 +295,8 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))
     return PAL_STATUS_CORRUPT_CONTENT;
-  if (pack.field_compliance == nullptr && (pack.radii == nullptr || pack.contact_per_gravity != nullptr))
+  if (pack.field_compliance == nullptr &&
+      (pack.polynomial_sites == nullptr || pack.contact_per_gravity != nullptr))
     return PAL_STATUS_CORRUPT_CONTENT;
   if (!read_surveys(tables, pack)) return PAL_STATUS_CORRUPT_CONTENT;
 

@@ -26,7 +26,7 @@ extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* inf
   all.max_patch_nodes = pack->max_patch_nodes;
   all.max_contacts = pack->max_contacts;
   all.has_linear = pack->field_compliance != nullptr;
-  all.has_polynomial = pack->radii != nullptr;
+  all.has_polynomial = pack->polynomial_sites != nullptr;
   all.polynomial_degree = pack->degree;
   all.has_units = pack->has_units;
   all.metres_per_length_unit = pack->metres;

@@ -62,11 +62,13 @@ struct pal_pack {
   const pal_real* compressed_basis;
   const palpate::pack::CompressedBlock* compressed_blocks;  // [num_contact_nodes][num_panels]
 
-  // PolynomialDd; radii is null without the model
-  uint32_t degree;
-  const double* radii;
+  // PolynomialDd; polynomial_sites is null without the model
+  uint32_t degree;                                        // the largest
+  bool basis_rounded;                                     // to int16
+  const palpate::pack::PolynomialSite* polynomial_sites;  // [num_sites]
   const double* energy;
-  const pal_real* field;
+  const pal_real* coefficients;
+  const unsigned char* polynomial_field;
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;

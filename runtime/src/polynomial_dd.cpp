@@ -111,82 +111,101 @@ void add_continued(const Part& part, uint32_t degree, double s, const double t[3
   }
 }
 
-}  // namespace
-
-bool is_behind_surface(const pal_pack& pack, uint32_t site, const double d[3]) {
-  if (pack.inward_normals == nullptr) return false;
-  const double* n = pack.inward_normals + size_t{3} * site;
-  return d[0] * n[0] + d[1] * n[1] + d[2] * n[2] < -kRounding * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
+double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialAnswer& answer, pal_real* weights) {
-  const double radius = pack.radii[site];
-  double x[3] = {displacement[0] / radius, displacement[1] / radius, displacement[2] / radius};
-  double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  answer.flags = 0;
-  if (s > 1.0 + kRounding || is_behind_surface(pack, site, x)) answer.flags |= PAL_FLAG_EXTRAPOLATED;
+// x = A d
+void to_unit_ball(const double A[9], const double d[3], double x[3]) {
+  for (int i = 0; i < 3; ++i) x[i] = dot(A + 3 * i, d);
+}
+
+// From derivatives by x = A d to those by d: A^T grad, A^T Hess A.
+void pull_back(const double A[9], Part& part) {
+  const double* H = part.hessian;
+  const double full[3][3] = {{H[0], H[1], H[2]}, {H[1], H[3], H[4]}, {H[2], H[4], H[5]}};
+  double half[3][3];  // Hess A
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      half[i][j] = full[i][0] * A[j] + full[i][1] * A[3 + j] + full[i][2] * A[6 + j];
+  }
+  const double g[3] = {part.gradient[0], part.gradient[1], part.gradient[2]};
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    part.gradient[i] = A[i] * g[0] + A[3 + i] * g[1] + A[6 + i] * g[2];
+    for (int j = i; j < 3; ++j, ++ij)
+      part.hessian[ij] = A[i] * half[0][j] + A[3 + i] * half[1][j] + A[6 + i] * half[2][j];
+  }
+}
+
+}  // namespace
+
+bool is_sampled(const pal_pack& pack, uint32_t site, const double d[3]) {
+  const double limit = 1.0 + kRounding;
+  if (pack.polynomial_sites != nullptr) {
+    double x[3];
+    to_unit_ball(pack.polynomial_sites[site].to_unit, d, x);
+    if (!(dot(x, x) <= limit * limit)) return false;
+  } else if (!(sqrt(dot(d, d)) <= pack.max_displacement * limit)) {
+    return false;
+  }
+  if (pack.inward_normals == nullptr) return true;
+  return dot(d, pack.inward_normals + size_t{3} * site) >=
+         -kRounding * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
+}
+
+void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3], PolynomialAnswer& answer,
+                         PolynomialFieldState& field) {
+  const pack::PolynomialSite& polynomial = pack.polynomial_sites[site];
+  const double* A = polynomial.to_unit;
+  double x[3];
+  to_unit_ball(A, d, x);
+  double s = sqrt(dot(x, x));
+  answer.flags = is_sampled(pack, site, d) ? 0 : PAL_FLAG_EXTRAPOLATED;
+  double shortened = 1.0;
   if (s > kLargestExtrapolation) {
     answer.flags |= PAL_FLAG_CLAMPED;
-    for (double& component : x) component *= kLargestExtrapolation / s;
+    shortened = kLargestExtrapolation / s;
+    for (double& component : x) component *= shortened;
     s = kLargestExtrapolation;
   }
 
   double monomials[kMostMonomials];
-  pack::evaluate_monomials(x, pack.degree, monomials);
+  pack::evaluate_monomials(x, polynomial.degree, monomials);
 
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
-  const double* coefficients = pack.energy + size_t{site} * num_monomials(2, pack.degree + 1);
+  const double* coefficients = pack.energy + polynomial.energy_start;
   Part quadratic = {};
   Part rest = {};
-  for (uint32_t degree = 2; degree <= pack.degree + 1; ++degree) {
+  for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
     const Part part = differentiate(x, monomials, coefficients, degree);
     coefficients += num_monomials(degree);
     add_continued(part, degree, s, t, degree == 2 ? quadratic : rest);
   }
+  pull_back(A, quadratic);
+  pull_back(A, rest);
 
-  constexpr double kNoNormal[3] = {};
-  const double* n = pack.inward_normals != nullptr ? pack.inward_normals + size_t{3} * site : kNoNormal;
-  const Fade fade = fade_behind_surface(x[0] * n[0] + x[1] * n[1] + x[2] * n[2]);
+  double n[3] = {};
+  Fade fade = {1.0, 0.0, 0.0};
+  if (pack.inward_normals != nullptr) {
+    const double* normal = pack.inward_normals + size_t{3} * site;
+    double scaled[3];
+    to_unit_ball(A, normal, scaled);
+    const double scale = sqrt(dot(scaled, scaled));
+    for (int i = 0; i < 3; ++i) n[i] = scale * normal[i];
+    fade = fade_behind_surface(shortened * dot(d, n));
+  }
   answer.energy = quadratic.value + fade.phi * rest.value;
   for (int i = 0, ij = 0; i < 3; ++i) {
-    answer.force[i] =
-        (quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i]) / radius;
+    answer.force[i] = quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i];
     for (int j = i; j < 3; ++j, ++ij) {
       const double faded = fade.phi * rest.hessian[ij] +
                            fade.first * (n[i] * rest.gradient[j] + rest.gradient[i] * n[j]) +
                            fade.second * rest.value * n[i] * n[j];
-      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] =
-          (quadratic.hessian[ij] + faded) / (radius * radius);
+      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = quadratic.hessian[ij] + faded;
     }
+    field.x[i] = static_cast<pal_real>(x[i]);
   }
-
-  uint32_t term = 0;
-  double power = 1.0;  // s^-n beyond the ball
-  for (uint32_t degree = 1; degree <= pack.degree; ++degree) {
-    if (s > 1.0) power /= s;
-    const double fading = degree > 1 ? fade.phi : 1.0;
-    const double scale = length_scale * fading * (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0);
-    for (uint32_t i = 0; i < num_monomials(degree); ++i) {
-      weights[term++] = static_cast<pal_real>(scale * monomials[monomial_start(degree) + i]);
-    }
-  }
-}
-
-uint32_t num_field_weights(const pal_pack& pack) {
-  return pack.radii == nullptr ? 0 : num_monomials(1, pack.degree);
-}
-
-void fill_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                           AddColumns add_columns, bool onto, pal_real* sum) {
-  const uint32_t terms = num_monomials(1, pack.degree);
-  const size_t panels = pack::num_panels(pack.num_nodes);
-  for (uint32_t panel = 0; panel < count; ++panel) {
-    const pal_real* coefficients =
-        pack.field + (size_t{field.site} * panels + first + panel) * terms * pack::kPanelRows;
-    add_columns(coefficients, pack::kPanelRows, field.weights, terms, onto,
-                sum + size_t{panel} * pack::kPanelRows);
-  }
+  field.fade = static_cast<pal_real>(fade.phi);
 }
 
 }  // namespace palpate

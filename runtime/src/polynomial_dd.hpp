@@ -6,31 +6,25 @@
 // fitted energy: conservative by construction, so that a device cannot be fed energy around a closed path.
 // And the linear part is not fitted but the exact linear DD.
 //
-// With x = d / r, s = |x|, and U the sum of homogeneous parts E_n(x) of degree n, the answer inside the
-// sampled ball is
+// With x = A d, which maps the ellipsoid of displacements that was sampled to the unit ball, s = |x|, and U the
+// sum of homogeneous parts E_n(x) of degree n, the answer inside is
 //   energy  sum_n E_n(x)          field  sum_n u_n(x).
 // Beyond it (s > 1) each part, s^n along a ray, is continued by its expansion at s = 1:
 //   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: continuous stiffness)
 //   field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
 // that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n.
 //
-// Where only inward displacements were sampled (n the inward normal, c = x . n >= 0), the nonlinear part
-// fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1 for c >= 0, 0 for c <=
-// -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
+// Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, which is x . n for a ball),
+// the nonlinear part fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1 for c >= 0,
+// 0 for c <= -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
 #pragma once
 
 #include <palpate/palpate.h>
-
-#include "runtime/src/field_kernel.hpp"
-#include "runtime/src/field_snapshot.hpp"
 
 namespace palpate {
 
 // Beyond this many radii the displacement itself is shortened.
 inline constexpr double kLargestExtrapolation = 4.0;
-
-// Weights of its field; 0 where the pack has no polynomials.
-uint32_t num_field_weights(const pal_pack& pack);
 
 struct PolynomialAnswer {
   uint32_t flags;       // PAL_FLAG_EXTRAPOLATED, PAL_FLAG_CLAMPED
@@ -39,17 +33,19 @@ struct PolynomialAnswer {
   double stiffness[9];  // row-major
 };
 
-// Whether a displacement points out of the tissue at a site where only inward ones were sampled.
-bool is_behind_surface(const pal_pack& pack, uint32_t site, const double displacement[3]);
+// Whether displacements as this one were sampled at the site; of a pack without polynomials, whether they are as
+// long as the scene's at most.
+bool is_sampled(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
-// Force and stiffness at a site of the pack for a finite displacement, model units; and the weights of the
-// field, [num_field_weights]: monomials of degree 1 .. degree, times the continuation and the length scale.
+// What polynomial_field.hpp makes the field of.
+struct PolynomialFieldState {
+  pal_real x[3];
+  pal_real fade;  // phi
+};
+
+// Force and stiffness at a site of the pack for a finite displacement, model units, and the state of the field.
 // Cost at degree 3: 31 energy terms, about 400 operations.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
-                         double length_scale, PolynomialAnswer& answer, pal_real* weights);
-
-// sum[96 count] = u of the nodes of `count` panels from `first` on, onto what is there or not.
-void fill_polynomial_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                           AddColumns add_columns, bool onto, pal_real* sum);
+                         PolynomialAnswer& answer, PolynomialFieldState& field);
 
 }  // namespace palpate

@@ -151,11 +151,9 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     result = {};
     result.model = PAL_MODEL_LINEAR;
     result.flags = flags | session.input_flags[c];
-    if (session.config.model == PAL_MODEL_AUTO && pack.radii != nullptr)
+    if (session.config.model == PAL_MODEL_AUTO && pack.polynomial_sites != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    const double surveyed_to = pack.radii != nullptr ? pack.radii[contacts[c].site] : pack.max_displacement;
-    if (length(d) > surveyed_to * (1.0 + 1e-9) || is_behind_surface(pack, contacts[c].site, d))
-      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (!is_sampled(pack, contacts[c].site, d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
@@ -174,7 +172,7 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.site = contact.site;
   PolynomialAnswer answer;
-  evaluate_polynomial(pack, contact.site, d, pack.metres, answer, field.weights);
+  evaluate_polynomial(pack, contact.site, d, answer, field.polynomial);
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
   pal_contact_result& result = results[0];
@@ -192,7 +190,7 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
   return !forces_given && !session.gravity_turned && session.config.model != PAL_MODEL_LINEAR &&
-         session.pack->radii != nullptr && num_contacts == 1 && session.num_fixed == 0;
+         session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
 }
 
 // Whether one of the two sets is ready for these contacts; it then answers.

@@ -12,7 +12,7 @@
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/gravity.hpp"
 #include "runtime/src/pack_view.hpp"
-#include "runtime/src/polynomial_dd.hpp"
+#include "runtime/src/polynomial_field.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/rising_search.hpp"
@@ -43,12 +43,9 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   LinearState& linear = arrays.linear;
   if (pack.field_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
-  const size_t polynomial_weights = num_field_weights(pack);
-  const size_t linear_weights = size_t{3} * linear.max_held;
   for (FieldState& slot : arrays.snapshots.slots) {
     slot.held = arena.take<uint32_t>(linear.max_held);
-    slot.weights =
-        arena.take<pal_real>(linear_weights > polynomial_weights ? linear_weights : polynomial_weights);
+    slot.weights = arena.take<pal_real>(size_t{3} * linear.max_held);
   }
   reset_snapshots(arrays.snapshots);
   carve_tools(config, arena, arrays.tools);
@@ -95,7 +92,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     case PAL_MODEL_LINEAR:
       return pack->field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_POLYNOMIAL:
-      return pack->radii != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+      return pack->polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
   return PAL_STATUS_BAD_ARGUMENT;
 }
@@ -122,14 +119,21 @@ const pal_real* turn_of(const FieldState& field) {
   return field.gravity_turned ? field.gravity_turn : nullptr;
 }
 
+// A field and what is made of it once for all its panels.
+struct ShownField {
+  const FieldState& state;
+  const PolynomialWeights& polynomial;
+};
+
 // sum = displacements of the nodes of `count` panels from `first` on.
-void fill_panels(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
+void fill_panels(const pal_session& session, const ShownField& shown, uint32_t first, uint32_t count,
                  pal_real* sum) {
+  const FieldState& field = shown.state;
   const bool onto = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR) {
-    fill_compliance_field(*session.pack, field, first, count, session.add_columns, onto, sum);
+    fill_compliance_field(*session.pack, field, first, count, session.kernel.add_columns, onto, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    fill_polynomial_field(*session.pack, field, first, count, session.add_columns, onto, sum);
+    fill_polynomial_field(shown.polynomial, first, count, session.kernel, onto, sum);
   } else if (!onto) {
     clear_panels(count, sum);
   }
@@ -156,6 +160,9 @@ char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, cha
 // The panels of most fields hold nodes that follow one another.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
+  PolynomialWeights weights;
+  if (field.model == PAL_MODEL_POLYNOMIAL) weigh_polynomial(*session.pack, field, weights);
+  const ShownField shown = {field, weights};
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
@@ -167,7 +174,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
       const uint32_t panels = into_rows ? pack::num_panels(left) : left / pack::kPanelNodes;
       const uint32_t count = panels < kPanelsAtOnce ? panels : kPanelsAtOnce;
       const uint32_t nodes = count * pack::kPanelNodes < left ? count * pack::kPanelNodes : left;
-      fill_panels(session, field, first, count, into_rows ? rows : reinterpret_cast<pal_real*>(out));
+      fill_panels(session, shown, first, count, into_rows ? rows : reinterpret_cast<pal_real*>(out));
       out = into_rows ? write_nodes(rows, nodes, stride_bytes, out) : out + nodes * kNodeBytes;
       first += count;
       left -= nodes;
@@ -178,7 +185,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   for (uint32_t i = 0; i < session.num_requested; ++i) {
     const uint32_t node = session.requested[i];
     const uint32_t wanted = node / pack::kPanelNodes;
-    if (wanted != filled) fill_panels(session, field, wanted, 1, rows);
+    if (wanted != filled) fill_panels(session, shown, wanted, 1, rows);
     filled = wanted;
     out = write_nodes(rows + size_t{3} * (node % pack::kPanelNodes), 1, stride_bytes, out);
   }
@@ -193,7 +200,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
       const uint32_t left = pack.num_panels - first;
       const uint32_t count = left < kPanelsAtOnce ? left : kPanelsAtOnce;
-      fill_compressed_field(pack, field, first, count, session.add_columns, rows);
+      fill_compressed_field(pack, field, first, count, session.kernel.add_columns, rows);
       for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
         const uint32_t node =
             pack.compressed_panels[first + place / pack::kPanelNodes].nodes[place % pack::kPanelNodes];
@@ -209,7 +216,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     const uint32_t index = session.requested_by_panel[i];
     const uint32_t place = pack.node_places[session.requested[index]];
     const uint32_t wanted = place / pack::kPanelNodes;
-    if (wanted != filled) fill_compressed_field(pack, field, wanted, 1, session.add_columns, rows);
+    if (wanted != filled) fill_compressed_field(pack, field, wanted, 1, session.kernel.add_columns, rows);
     filled = wanted;
     pal_real* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
     add_rest(session, turn_of(field), session.requested[index], node_rows);
@@ -270,7 +277,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   pal_session* place = palpate::carve_session(*pack, complete, memory, made);
   made.pack = pack;
   made.config = complete;
-  made.add_columns = palpate::choose_add_columns();
+  made.kernel = palpate::choose_field_kernel();
   made.linear.inverse.kernel = palpate::choose_inverse_kernel();
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);

@@ -20,7 +20,7 @@ inline constexpr uint32_t kFirstConfigBytes = 168;  // of pal_session_config in 
 struct pal_session {
   const pal_pack* pack;
   pal_session_config config;
-  palpate::AddColumns add_columns;
+  palpate::FieldKernel kernel;
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
   uint32_t fixed_version;  // how often they have changed

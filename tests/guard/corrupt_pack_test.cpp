@@ -237,6 +237,8 @@ TEST(CorruptPack, TrustGoesToNumbersOnly) {
   AlignedBytes changed = copy_of(good);
   const double not_a_number = std::nan("");
   memcpy(changed.bytes().data() + tables.polynomial_dd()->energy()->offset(), &not_a_number, 8);
+  memcpy(changed.bytes().data() + tables.polynomial_dd()->coefficients()->offset(), &not_a_number, 8);
+  memcpy(changed.bytes().data() + tables.polynomial_dd()->field()->offset(), &not_a_number, 8);
   memcpy(changed.bytes().data() + tables.linear_dd()->contact_compliance()->offset(), &not_a_number, 8);
   EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_OK);
   EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_ONCE), PAL_STATUS_CORRUPT_CONTENT);
@@ -247,6 +249,10 @@ TEST(CorruptPack, TrustGoesToNumbersOnly) {
   changed = copy_of(good);
   const uint32_t far = 0xffffff;
   memcpy(changed.bytes().data() + tables.sites()->patch_nodes()->offset(), &far, 4);
+  EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_CORRUPT_CONTENT);
+  changed = copy_of(good);
+  const size_t rank = tables.polynomial_dd()->sites()->offset() + offsetof(pack::PolynomialSite, rank);
+  memcpy(changed.bytes().data() + rank, &far, 4);
   EXPECT_EQ(status_of(changed.bytes(), PAL_VERIFY_NEVER), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_of(good.first(good.size() - 64), PAL_VERIFY_NEVER), PAL_STATUS_TRUNCATED);
 }

@@ -145,8 +145,8 @@ void mutate(std::span<unsigned char> bytes, size_t begin, size_t end, std::mt199
 }
 
 // `rounds` packs with one to four mutations each in [begin, end) of the file.
-void check_mutations(size_t begin, size_t end, int rounds, uint64_t seed, int& accepted) {
-  const auto original = small_pack_bytes().bytes();
+void check_mutations(std::span<const unsigned char> original, size_t begin, size_t end, int rounds,
+                     uint64_t seed, int& accepted) {
   std::mt19937_64 random(seed);
   AlignedBytes copy = copy_of(original);
   for (int round = 0; round < rounds; ++round) {
@@ -166,10 +166,11 @@ int num_rounds() {
 }
 
 TEST(MutatedPack, Tables) {
-  const pack::PackHeader header = header_of(small_pack_bytes().bytes());
+  const auto bytes = small_pack_bytes().bytes();
+  const pack::PackHeader header = header_of(bytes);
   int accepted = 0;
-  check_mutations(header.tables_offset, header.tables_offset + header.tables_bytes, 2 * num_rounds(), 2,
-                  accepted);
+  check_mutations(bytes, header.tables_offset, header.tables_offset + header.tables_bytes, 2 * num_rounds(),
+                  2, accepted);
   EXPECT_GT(accepted, num_rounds() / 20);  // names, error figures: else frames were never reached
 }
 
@@ -182,27 +183,44 @@ TEST(MutatedPack, EachSegment) {
        {tables.geometry()->labels(), tables.geometry()->positions(), tables.geometry()->triangles(),
         tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
         tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
-        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
-        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
+        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->sites(),
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->coefficients(),
+        tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
         tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
         tables.surface_bvh()->site_normals()}) {
-    check_mutations(segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
+    check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }
   EXPECT_GT(accepted, num_rounds() / 5);
 }
 
+// Where one array holds numbers of two kinds.
+TEST(MutatedPack, EachSegmentOfRoundedPolynomials) {
+  const auto bytes = rounded_pack_bytes().bytes();
+  const pack::PolynomialDd& polynomial =
+      *pack::GetPack(bytes.data() + sizeof(pack::PackHeader))->polynomial_dd();
+  uint64_t seed = 200;
+  int accepted = 0;
+  for (const pack::Segment* segment :
+       {polynomial.sites(), polynomial.energy(), polynomial.coefficients(), polynomial.field()}) {
+    check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
+                    accepted);
+  }
+  EXPECT_GT(accepted, num_rounds() / 20);
+}
+
 TEST(MutatedPack, Header) {
   int accepted = 0;
-  check_mutations(0, sizeof(pack::PackHeader), num_rounds(), 3, accepted);
+  check_mutations(small_pack_bytes().bytes(), 0, sizeof(pack::PackHeader), num_rounds(), 3, accepted);
 }
 
 // ---- Contradictions made on purpose, each of which a check of meaning must refuse.
 
 // After `change` of the array in `segment`, checksum repaired.
 template <typename T, typename Change>
-pal_status status_with(const pack::Segment* segment, Change&& change) {
-  AlignedBytes copy = copy_of(small_pack_bytes().bytes());
+pal_status status_with(const pack::Segment* segment, Change&& change,
+                       const AlignedBytes& original = small_pack_bytes()) {
+  AlignedBytes copy = copy_of(original.bytes());
   change(reinterpret_cast<T*>(copy.bytes().data() + segment->offset()));
   repair_checksum(copy.bytes());
   return open_status(copy.bytes());
@@ -269,18 +287,123 @@ TEST_F(Contradiction, LinearCompliance) {
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
-TEST_F(Contradiction, Polynomials) {
-  const pack::PolynomialDd& polynomial = *tables().polynomial_dd();
-  EXPECT_EQ(status_with<double>(polynomial.radii(), [](double* r) { r[2] = -r[2]; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<double>(polynomial.radii(), [](double* r) { r[2] = 1e-300; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<double>(polynomial.energy(), [](double* e) { e[40] = 1e300; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<pal_real>(polynomial.field(), [](pal_real* u) { u[40] = 3e38f; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<pal_real>(polynomial.field(), [](pal_real* u) { u[40] = std::nanf(""); }),
-            PAL_STATUS_CORRUPT_CONTENT);
+const pack::PolynomialDd& polynomials_of(const AlignedBytes& bytes) {
+  return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->polynomial_dd();
+}
+
+// After `change` of the record of site 2.
+template <typename Change>
+pal_status status_with_site(Change&& change, const AlignedBytes& original = small_pack_bytes()) {
+  return status_with<pack::PolynomialSite>(
+      polynomials_of(original).sites(), [&](pack::PolynomialSite* sites) { change(sites[2]); }, original);
+}
+
+TEST_F(Contradiction, PolynomialSites) {
+  using Site = pack::PolynomialSite;
+  for (const AlignedBytes* bytes : {&small_pack_bytes(), &rounded_pack_bytes()}) {
+    const bool rounded = bytes == &rounded_pack_bytes();
+    SCOPED_TRACE(rounded ? "rounded" : "plain");
+    const uint32_t degree = polynomials_of(*bytes).degree();
+    const auto changed = [&](auto&& change) { return status_with_site(change, *bytes); };
+    EXPECT_EQ(changed([](Site&) {}), PAL_STATUS_OK);
+    EXPECT_EQ(changed([](Site& site) { site.reserved = 7; }), PAL_STATUS_OK) << "no frame reads it";
+    EXPECT_EQ(changed([](Site& site) { site.samples = 0; }), PAL_STATUS_OK) << "no frame reads it";
+    for (const uint32_t wrong : {0u, degree + 1, 8u, 0xffffffffu})
+      EXPECT_EQ(changed([&](Site& site) { site.degree = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+    // Other ranks and degrees need other arrays than there are.
+    EXPECT_EQ(changed([](Site& site) { --site.degree; }), PAL_STATUS_CORRUPT_CONTENT);
+    for (const uint32_t wrong : {65u, 66u, 0x80000000u, 0xffffffffu})
+      EXPECT_EQ(changed([&](Site& site) { site.rank = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+    EXPECT_EQ(changed([](Site& site) { site.rank += 2; }), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(changed([](Site& site) { --site.rank; }), PAL_STATUS_CORRUPT_CONTENT);
+    // Each part begins where the last one ends: no gap, no overlap, no order of its own.
+    for (uint64_t Site::*start : {&Site::energy_start, &Site::coefficients_start, &Site::field_start}) {
+      for (const uint64_t by : {uint64_t{1}, uint64_t{64}, ~uint64_t{0}, uint64_t{1} << 63})
+        EXPECT_EQ(changed([&](Site& site) { site.*start += by; }), PAL_STATUS_CORRUPT_CONTENT) << by;
+      EXPECT_EQ(changed([&](Site& site) { site.*start = 0; }), PAL_STATUS_CORRUPT_CONTENT);
+      EXPECT_EQ(status_with<Site>(
+                    polynomials_of(*bytes).sites(), [&](Site* sites) { sites[0].*start = 64; }, *bytes),
+                PAL_STATUS_CORRUPT_CONTENT);
+    }
+    for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e16, -1e16, 1e300})
+      EXPECT_EQ(changed([&](Site& site) { site.to_unit[5] = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+    for (const double scale : {0.0, 1e-20, 1e-300}) {
+      EXPECT_EQ(changed([&](Site& site) {
+                  for (double& entry : site.to_unit) entry *= scale;
+                }),
+                PAL_STATUS_CORRUPT_CONTENT)
+          << scale;
+    }
+    for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+      EXPECT_EQ(changed([&](Site& site) { site.min_jacobian = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+    for (const double wrong : {std::nan(""), HUGE_VAL, -1e-3})
+      EXPECT_EQ(changed([&](Site& site) { site.basis_error = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+  }
+}
+
+TEST_F(Contradiction, PolynomialNumbers) {
+  const pal_real not_a_number = std::numeric_limits<pal_real>::quiet_NaN();
+  for (const AlignedBytes* bytes : {&small_pack_bytes(), &rounded_pack_bytes()}) {
+    const bool rounded = bytes == &rounded_pack_bytes();
+    SCOPED_TRACE(rounded ? "rounded" : "plain");
+    const pack::PolynomialDd& polynomial = polynomials_of(*bytes);
+    const auto with_energy = [&](double value) {
+      return status_with<double>(polynomial.energy(), [&](double* e) { e[40] = value; }, *bytes);
+    };
+    EXPECT_EQ(with_energy(1e300), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(with_energy(std::nan("")), PAL_STATUS_CORRUPT_CONTENT);
+    const auto with = [&](const pack::Segment* segment, size_t place, pal_real value) {
+      return status_with<pal_real>(segment, [&](pal_real* u) { u[place] = value; }, *bytes);
+    };
+    for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1e20)}) {
+      EXPECT_EQ(with(polynomial.coefficients(), 7, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+      // Columns of L in the first panel, and in the last of all.
+      EXPECT_EQ(with(polynomial.field(), 40, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+      const auto& last =
+          reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() + polynomial.sites()->offset())[11];
+      const uint64_t panel = pack::polynomial_panel_bytes(last.rank, rounded);
+      const uint64_t in_last = (polynomial.field()->bytes() - panel) / sizeof(pal_real) + 287;
+      EXPECT_EQ(with(polynomial.field(), in_last, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+    }
+    // A basis of the plain one is within 1; in the other any integer is.
+    for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1.01)}) {
+      EXPECT_EQ(with(polynomial.field(), 3 * pack::kPanelRows + 5, wrong),
+                rounded ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT)
+          << wrong;
+    }
+  }
+}
+
+// After `change` of the table of the polynomials, checksum repaired. Scalars of a table that are not the default lie in
+// it, to be overwritten.
+template <typename T>
+pal_status status_with_scalar(flatbuffers::voffset_t field, T value, const AlignedBytes& original) {
+  AlignedBytes copy = copy_of(original.bytes());
+  unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
+  auto* polynomial = flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)->GetPointer<flatbuffers::Table*>(
+      pack::Pack::VT_POLYNOMIAL_DD);
+  unsigned char* place = polynomial->GetAddressOf(field);
+  if (place == nullptr) throw std::runtime_error("not in the tables");
+  memcpy(place, &value, sizeof value);
+  repair_checksum(copy.bytes());
+  return open_status(copy.bytes());
+}
+
+TEST_F(Contradiction, PolynomialTable) {
+  const AlignedBytes& rounded = rounded_pack_bytes();
+  const uint32_t degree = polynomials_of(rounded).degree();
+  const auto with_degree = [&](uint32_t value) {
+    return status_with_scalar(pack::PolynomialDd::VT_DEGREE, value, rounded);
+  };
+  EXPECT_EQ(with_degree(degree), PAL_STATUS_OK);
+  for (const uint32_t wrong : {0u, degree - 1, 8u, 0xffffffffu})
+    EXPECT_EQ(with_degree(wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+  const auto with_precision = [&](uint8_t value) {
+    return status_with_scalar(pack::PolynomialDd::VT_PRECISION, value, rounded);
+  };
+  EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
+  for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
+    EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
 }
 
 // Scene values that are finite and still make no sense in double or float arithmetic.
@@ -290,7 +413,7 @@ TEST_F(Contradiction, Scales) {
     change(scene);
     const PackContent content = small_.content();
     const AlignedBytes bytes =
-        write_pack({small_.model, scene, small_.sites, content.linear, content.polynomials, content.degree,
+        write_pack({small_.model, scene, small_.sites, content.linear, content.polynomials, content.rounded,
                     content.inputs, content.surveys});
     return open_status(bytes.bytes());
   };
@@ -353,7 +476,7 @@ TEST_F(Contradiction, InwardNormals) {
   inward.directions = Directions::inward;
   ContactSites sites = small_.sites;
   const PackContent changed{content.model,       inward,         sites,          content.linear,
-                            content.polynomials, content.degree, content.inputs, content.surveys};
+                            content.polynomials, content.rounded, content.inputs, content.surveys};
   EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_OK);
   sites.sites[3].inward *= 1.1;
   EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_CORRUPT_CONTENT);

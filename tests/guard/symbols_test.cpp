@@ -36,6 +36,7 @@ const std::set<std::string> kAllowed = {
     "fabs",
     "fmax",
     "fmin",  // libm
+    "__cpu_features2",
     "__cpu_model",
     "__cpu_indicator_init",
     "_GLOBAL_OFFSET_TABLE_",

@@ -25,15 +25,7 @@ struct HeavyBlock {
   HeavyBlock(const Law& law, double gravity) : block(made_of(law, gravity)) {}
 
   AlignedBytes pack(const std::vector<SiteResult>* polynomials = nullptr) const {
-    return write_pack({block.model,
-                       block.scene,
-                       block.sites,
-                       &linear,
-                       polynomials,
-                       polynomials == nullptr ? 0 : 3,
-                       {},
-                       {},
-                       &rest});
+    return write_pack({block.model, block.scene, block.sites, &linear, polynomials, false, {}, {}, &rest});
   }
 
   TouchedBlock block;

@@ -38,11 +38,11 @@ TEST(PackWriter, SegmentsAreAlignedAdjoiningAndPaddedWithZeros) {
        {tables.geometry()->labels(), tables.geometry()->positions(), tables.geometry()->triangles(),
         tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
         tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
-        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->radii(),
-        tables.polynomial_dd()->energy(), tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
-        tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
-        tables.surface_bvh()->site_normals(), tables.inputs()->Get(0)->contents(),
-        tables.inputs()->Get(1)->contents()}) {
+        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->sites(),
+        tables.polynomial_dd()->energy(), tables.polynomial_dd()->coefficients(),
+        tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(), tables.surface_bvh()->nodes(),
+        tables.surface_bvh()->primitive_normals(), tables.surface_bvh()->site_normals(),
+        tables.inputs()->Get(0)->contents(), tables.inputs()->Get(1)->contents()}) {
     EXPECT_EQ(segment->offset(), next);
     EXPECT_EQ(segment->offset() % pack::kAlignment, 0U);
     for (uint64_t byte = used; byte < segment->offset(); ++byte) ASSERT_EQ(file.bytes()[byte], 0);
@@ -64,7 +64,7 @@ TEST(PackWriter, RuntimeReadsWhatWasWritten) {
   EXPECT_EQ(info.max_contacts, 3U);
   EXPECT_EQ(info.has_linear, 1U);
   EXPECT_EQ(info.has_polynomial, 1U);
-  EXPECT_EQ(info.polynomial_degree, 3U);
+  EXPECT_EQ(info.polynomial_degree, static_cast<uint32_t>(highest_degree(small.polynomials)));
   EXPECT_EQ(info.max_displacement, kMaxDisplacement);
   EXPECT_EQ(info.tip_radius, kTipRadius);
   EXPECT_EQ(info.mean_surface_edge, small.sites.mean_surface_edge);
@@ -107,13 +107,81 @@ TEST(PackWriter, AModelThatIsNotWantedIsNotCarried) {
   EXPECT_LT(linear.bytes().size(), small_pack_bytes().bytes().size());
 }
 
+// What the sites' records and the files say beside their arrays.
+void expect_sites(const AlignedBytes& bytes, const std::vector<SiteResult>& results, bool rounded) {
+  const pack::PolynomialDd& table = *tables_of(bytes).polynomial_dd();
+  EXPECT_EQ(table.degree(), static_cast<uint32_t>(highest_degree(results)));
+  EXPECT_EQ(table.precision(), rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real);
+  ASSERT_EQ(table.sites()->bytes(), results.size() * sizeof(pack::PolynomialSite));
+  const auto* sites =
+      reinterpret_cast<const pack::PolynomialSite*>(bytes.bytes().data() + table.sites()->offset());
+  const size_t panels = pack::num_panels(tables_of(bytes).geometry()->num_nodes());
+  uint64_t energy = 0;
+  uint64_t coefficients = 0;
+  uint64_t field = 0;
+  for (size_t i = 0; i < results.size(); ++i) {
+    const SitePolynomial& polynomial = results[i].polynomial;
+    const pack::PolynomialSite& site = sites[i];
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column)
+        EXPECT_EQ(site.to_unit[3 * row + column], polynomial.to_unit(row, column));
+    }
+    EXPECT_EQ(site.min_jacobian, results[i].min_jacobian);
+    EXPECT_EQ(site.basis_error, polynomial.basis_error);
+    EXPECT_EQ(site.degree, static_cast<uint32_t>(polynomial.degree));
+    EXPECT_EQ(site.rank, static_cast<uint32_t>(polynomial.basis.cols()));
+    EXPECT_EQ(site.samples, results[i].samples);
+    EXPECT_EQ(site.reserved, 0U);
+    EXPECT_EQ(site.energy_start, energy);
+    EXPECT_EQ(site.coefficients_start, coefficients);
+    EXPECT_EQ(site.field_start, field);
+    EXPECT_EQ(site.field_start % pack::kAlignment, 0U);
+    energy += static_cast<uint64_t>(polynomial.energy.size());
+    coefficients += static_cast<uint64_t>(polynomial.coefficients.size());
+    field += panels * pack::polynomial_panel_bytes(site.rank, rounded);
+  }
+  EXPECT_EQ(table.energy()->bytes(), energy * sizeof(double));
+  EXPECT_EQ(table.coefficients()->bytes(), coefficients * sizeof(pack::Real));
+  EXPECT_EQ(table.field()->bytes(), field);
+}
+
+TEST(PackWriter, SitesAdjoin) {
+  expect_sites(small_pack_bytes(), small_pack().polynomials, false);
+  expect_sites(rounded_pack_bytes(), small_pack().rounded_polynomials(), true);
+}
+
 TEST(PackWriter, EstimateOfTheSizeIsNear) {
   const SmallPack& small = small_pack();
-  const double estimate =
-      estimate_pack_bytes(small.sites.packed_nodes.size(), small.sites.contact_nodes.size(),
-                          small.sites.sites.size(), true, true, SmallPack::kDegree);
-  const auto bytes = static_cast<double>(small_pack_bytes().bytes().size());
-  EXPECT_NEAR(estimate, bytes, 0.02 * bytes);  // a percent on a large organ; here the tables weigh in
+  // Of sites that all have as many directions.
+  constexpr int kRank = 8;
+  std::vector<SiteResult> results = small.polynomials;
+  for (SiteResult& result : results) {
+    result.polynomial.basis = Eigen::MatrixXd::Zero(result.polynomial.linear.rows(), kRank);
+    result.polynomial.coefficients = Eigen::MatrixXd::Zero(result.polynomial.coefficients.rows(), kRank);
+  }
+  const auto expect_near = [&](bool linear, bool polynomial, bool rounded) {
+    PackContent content = small.content();
+    if (!linear) content.linear = nullptr;
+    content.polynomials = polynomial ? &results : nullptr;
+    content.rounded = rounded;
+    const double estimate =
+        estimate_pack_bytes(small.sites.packed_nodes.size(), small.sites.contact_nodes.size(),
+                            small.sites.sites.size(), linear, polynomial ? kRank : -1, rounded);
+    const AlignedBytes file = write_pack(content);
+    const auto bytes = static_cast<double>(file.bytes().size());
+    // Of each site as much whatever the organ: not estimated.
+    double records = 0;
+    if (polynomial) {
+      const pack::PolynomialDd& table = *tables_of(file).polynomial_dd();
+      for (const pack::Segment* segment : {table.sites(), table.energy(), table.coefficients()})
+        records += static_cast<double>(segment->bytes());
+    }
+    EXPECT_NEAR(estimate + records, bytes, 0.02 * bytes) << linear << polynomial << rounded;
+  };
+  // A percent on a large organ; here the tables weigh in.
+  expect_near(true, true, false);
+  expect_near(true, true, true);
+  expect_near(true, false, false);
 }
 
 TEST(PackWriter, UnreadableInputIsSaid) {

@@ -3,44 +3,81 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "offline/precompute/ball_polynomials.hpp"
+#include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/site_survey.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
 #include "tests/support/touched_block.hpp"
 
 namespace palpate {
 namespace {
 
+using test::BlockShape;
+using test::nodes_on_plane;
+using test::tetrahedral_block;
 using test::touched_block;
 using test::TouchedBlock;
+using test::with_fixed_base;
+
+std::vector<Eigen::Vector3d> first_points(size_t count, bool half) {
+  SamplePoints points(half);
+  std::vector<Eigen::Vector3d> result;
+  for (size_t i = 0; i < count; ++i) result.push_back(points[i]);
+  return result;
+}
 
 TEST(SamplingPoints, AreAFunctionOfTheRequest) {
   for (const bool half : {false, true}) {
-    const auto once = choose_sample_points(4, 12, half);
-    EXPECT_EQ(once, choose_sample_points(4, 12, half));
     EXPECT_EQ(choose_survey_points(20, half, 7), choose_survey_points(20, half, 7));
     EXPECT_NE(choose_survey_points(20, half, 7), choose_survey_points(20, half, 8));
+  }
+}
+
+// One sequence, in whatever order and by however many threads it is asked for.
+TEST(SamplingPoints, AreOneSequence) {
+  constexpr size_t kCount = 24;
+  for (const bool half : {false, true}) {
+    const std::vector<Eigen::Vector3d> expected = first_points(kCount, half);
+    SamplePoints backwards(half);
+    for (size_t i = kCount; i-- > 0;) EXPECT_EQ(backwards[i], expected[i]);
+    SamplePoints shared(half);
+    std::array<std::vector<Eigen::Vector3d>, 4> seen;
+    {
+      std::vector<std::jthread> threads;
+      for (std::vector<Eigen::Vector3d>& of_thread : seen) {
+        threads.emplace_back([&] {
+          for (size_t i = 0; i < kCount; ++i) of_thread.push_back(shared[i]);
+        });
+      }
+    }
+    for (const std::vector<Eigen::Vector3d>& of_thread : seen) EXPECT_EQ(of_thread, expected);
   }
 }
 
 TEST(SamplingPoints, LieInTheBallAndReachItsEdge) {
   constexpr double kEdge = 1 + 1e-15;
   for (const bool half : {false, true}) {
-    for (const int count : {6, 12, 40}) {
-      const auto points = choose_sample_points(4, count, half);
-      ASSERT_EQ(points.size(), static_cast<size_t>(count));
+    const auto points = first_points(60, half);
+    for (const size_t count : {6, 12, 60}) {
       double farthest = 0;
       double lowest = 1;
-      for (const Eigen::Vector3d& point : points) {
-        EXPECT_LE(point.norm(), kEdge);
-        farthest = std::max(farthest, point.norm());
-        lowest = std::min(lowest, point.z());
+      for (size_t i = 0; i < count; ++i) {
+        EXPECT_LE(points[i].norm(), kEdge);
+        farthest = std::max(farthest, points[i].norm());
+        lowest = std::min(lowest, points[i].z());
       }
       EXPECT_GT(farthest, 0.99);
       if (half) {
@@ -60,9 +97,45 @@ TEST(SamplingPoints, LieInTheBallAndReachItsEdge) {
 }
 
 TEST(SamplingPoints, AreDistinct) {
-  const auto points = choose_sample_points(4, 12, false);
-  for (size_t i = 0; i < points.size(); ++i) {
-    for (size_t j = 0; j < i; ++j) EXPECT_GT((points[i] - points[j]).norm(), 0.1) << i << " " << j;
+  for (const bool half : {false, true}) {
+    const auto points = first_points(60, half);
+    for (size_t i = 0; i < points.size(); ++i) {
+      for (size_t j = 0; j < i; ++j) EXPECT_GE((points[i] - points[j]).norm(), 0.2) << i << " " << j;
+    }
+  }
+}
+
+// Of least squares in orthonormal polynomials of the degree, known at the points as samples are.
+double condition_of(const std::vector<Eigen::Vector3d>& points, size_t count, int degree, bool half) {
+  const Eigen::MatrixXd to_orthonormal = orthonormal_on_ball(2, degree, half);
+  Eigen::MatrixXd design(kEquationsPerSample * static_cast<Eigen::Index>(count), to_orthonormal.cols());
+  for (size_t i = 0; i < count; ++i) {
+    Eigen::MatrixXd rows = hermite_rows(points[i], 2, degree, 2);
+    rows.middleRows<3>(1) *= derivative_weight(degree, 1);
+    rows.middleRows<6>(4) *= derivative_weight(degree, 2);
+    design.middleRows<kEquationsPerSample>(kEquationsPerSample * static_cast<Eigen::Index>(i)) =
+        rows * to_orthonormal;
+  }
+  const Eigen::VectorXd sizes = design.jacobiSvd().singularValues();
+  return sizes[0] / sizes[sizes.size() - 1];
+}
+
+// At every length the sequence determines the polynomials that it has twice the equations for, and better than points
+// anywhere in the ball do.
+TEST(SamplingPoints, DetermineAPolynomialWell) {
+  constexpr double kCondition = 1000;  // of sixteen digits three; 20 as a rule
+  for (const bool half : {false, true}) {
+    const auto points = first_points(28, half);
+    const auto anywhere = choose_survey_points(28, half, 5);
+    for (int degree = 3; degree <= static_cast<int>(pack::kMaxDegree); ++degree) {
+      const auto terms = static_cast<size_t>(pack::num_monomials(2, static_cast<std::uint32_t>(degree)));
+      for (size_t count = 2 * terms / kEquationsPerSample + 1; count <= points.size(); count += 5) {
+        SCOPED_TRACE(testing::Message() << degree << " " << count << (half ? " half" : ""));
+        const double condition = condition_of(points, count, degree, half);
+        EXPECT_LE(condition, kCondition);
+        EXPECT_LT(condition, condition_of(anywhere, count, degree, half));
+      }
+    }
   }
 }
 
@@ -141,10 +214,12 @@ TEST_F(SamplingSite, PatchMovesAsOne) {
   SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
   const Sample sample = solved(sampler, d);
+  const std::vector<float> single(d.begin(), d.end());  // as fields are kept
   ASSERT_GE(site.patch.size(), 5U);
   for (const int member : site.patch) {
     const int packed = block.sites.contact_nodes[static_cast<size_t>(member)];
-    EXPECT_EQ(sample.field.segment<3>(3 * packed), d);
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_EQ(sample.field[3 * packed + axis], static_cast<double>(single[static_cast<size_t>(axis)]));
     EXPECT_EQ(sample.field_tangent.middleRows<3>(3 * packed), Eigen::Matrix3d::Identity());
   }
   for (const PrescribedDisplacement& fixed : block.model.fixed) {
@@ -179,7 +254,7 @@ TEST_F(SamplingSite, SmallDisplacementsAreLinear) {
   EXPECT_LE(field_errors[2], 0.05);
 }
 
-TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
+TEST_F(SamplingSite, EveryDerivativeIsThatOfTheOneBefore) {
   SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.04, 0.03, -0.11);
   const Sample middle = solved(sampler, d);
@@ -189,6 +264,8 @@ TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
   Eigen::Vector3d force;
   Eigen::Matrix3d stiffness;
   Eigen::MatrixXd tangent(middle.field.size(), 3);
+  std::array<Eigen::MatrixXd, 3> curvature;  // of each axis: d field_tangent
+  std::array<Eigen::Matrix3d, 3> hardening;  // d stiffness
   for (int axis = 0; axis < 3; ++axis) {
     const auto slope = [&](double step) {
       const Sample ahead = solved(sampler, d + step * Eigen::Vector3d::Unit(axis));
@@ -196,7 +273,9 @@ TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
       Sample result;
       result.energy = (ahead.energy - behind.energy) / (2 * step);
       result.force = (ahead.force - behind.force) / (2 * step);
+      result.stiffness = (ahead.stiffness - behind.stiffness) / (2 * step);
       result.field = (ahead.field - behind.field) / (2 * step);
+      result.field_tangent = (ahead.field_tangent - behind.field_tangent) / (2 * step);
       return result;
     };
     const Sample coarse = slope(kStep);
@@ -204,13 +283,38 @@ TEST_F(SamplingSite, EnergyForceStiffnessAndTangentBelongTogether) {
     force[axis] = (4 * fine.energy - coarse.energy) / 3;
     stiffness.col(axis) = (4 * fine.force - coarse.force) / 3;
     tangent.col(axis) = (4 * fine.field - coarse.field) / 3;
+    curvature[static_cast<size_t>(axis)] = (4 * fine.field_tangent - coarse.field_tangent) / 3;
+    hardening[static_cast<size_t>(axis)] = (4 * fine.stiffness - coarse.stiffness) / 3;
   }
   EXPECT_LE((middle.force - force).norm(), kDifference * force.norm());
   EXPECT_LE((middle.stiffness - stiffness).norm(), kDifference * stiffness.norm());
   EXPECT_LE((middle.field_tangent - tangent).norm(), kDifference * tangent.norm());
+
+  ASSERT_EQ(middle.field_curvature.rows(), middle.field.size());
+  ASSERT_EQ(middle.field_curvature.cols(), 6);
+  const double curved = middle.field_curvature.norm();
+  const double hardened = middle.hardening.norm();
+  // d_i of the j-th, with i and j in both orders: second derivatives are symmetric, which differences do not know.
+  Eigen::Index second = 0;
+  Eigen::Index third = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j, ++second) {
+      for (const auto& [by, of] : {std::pair(i, j), std::pair(j, i)}) {
+        EXPECT_LE((middle.field_curvature.col(second) - curvature[static_cast<size_t>(by)].col(of)).norm(),
+                  kDifference * curved)
+            << by << of;
+      }
+      for (int k = j; k < 3; ++k, ++third) {
+        EXPECT_NEAR(middle.hardening[third], hardening[static_cast<size_t>(i)](j, k), kDifference * hardened);
+        EXPECT_NEAR(middle.hardening[third], hardening[static_cast<size_t>(k)](i, j), kDifference * hardened);
+      }
+    }
+  }
   // Far enough from rest to mean something.
   const SiteLinearResponse at_rest = linear_response(linear, site);
   EXPECT_GT((middle.stiffness - at_rest.stiffness).norm(), 0.05 * at_rest.stiffness.norm());
+  EXPECT_GT(curved, 0.1 * middle.field_tangent.norm());
+  EXPECT_GT(hardened, 0.1 * middle.stiffness.norm());
 }
 
 TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
@@ -235,8 +339,8 @@ TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
 
 TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
   SamplingPlan plan;
-  plan.degree = 2;
-  plan.samples = 6;
+  plan.least_samples = 6;
+  plan.most_samples = 8;
   plan.survey_samples = 4;
   block.scene.directions = Directions::inward;
   std::array<std::vector<SiteResult>, 3> results;
@@ -253,7 +357,9 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
   for (size_t site_index = 0; site_index < 9; ++site_index) {
     const SiteResult& one = results[0][site_index];
     ASSERT_EQ(one.survey.size(), 4U);
-    EXPECT_EQ(one.polynomial.radius, block.scene.max_displacement);
+    EXPECT_FALSE(is_shortened(least_reach(one.polynomial.to_unit), block.scene.max_displacement));
+    EXPECT_GE(one.samples, plan.least_samples);
+    EXPECT_LE(one.samples, plan.most_samples);
     EXPECT_LT(one.min_jacobian, 1);
     for (const SurveySample& sample : one.survey) {
       EXPECT_EQ(sample.site, site_index);
@@ -261,9 +367,15 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
     }
     for (size_t jobs = 1; jobs < 3; ++jobs) {
       const SiteResult& other = results[jobs][site_index];
-      EXPECT_EQ(one.polynomial.field, other.polynomial.field);
+      EXPECT_EQ(one.polynomial.to_unit, other.polynomial.to_unit);
+      EXPECT_EQ(one.polynomial.degree, other.polynomial.degree);
+      EXPECT_EQ(one.polynomial.linear, other.polynomial.linear);
+      EXPECT_EQ(one.polynomial.basis, other.polynomial.basis);
+      EXPECT_EQ(one.polynomial.coefficients, other.polynomial.coefficients);
       EXPECT_EQ(one.polynomial.energy, other.polynomial.energy);
-      EXPECT_EQ(one.polynomial.radius, other.polynomial.radius);
+      EXPECT_EQ(one.polynomial.basis_error, other.polynomial.basis_error);
+      EXPECT_EQ(one.samples, other.samples);
+      EXPECT_EQ(one.held_out_error, other.held_out_error);
       EXPECT_EQ(one.min_jacobian, other.min_jacobian);
       EXPECT_EQ(one.counts.iterations, other.counts.iterations);
       EXPECT_EQ(one.counts.factorizations, other.counts.factorizations);
@@ -277,6 +389,89 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
   }
 }
 
+// A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
+struct SamplingColumn : ::testing::Test {
+  SamplingColumn() {
+    BlockShape shape;
+    shape.cells = {2, 1, 16};
+    shape.size = {0.2, 0.3, 2.0};
+    shape.jitter = 0;
+    model = with_fixed_base(tetrahedral_block(shape));
+    Scene scene;
+    scene.max_displacement = 0.3;
+    for (const int node : nodes_on_plane(model, 2, 2.0)) {
+      if (std::abs(model.positions[static_cast<size_t>(node)].x() - 0.1) < 1e-9) scene.sites.push_back(node);
+    }
+    scene.output_nodes = extract_surface(model).nodes;
+    sites = find_contact_sites(scene, model);
+    // Both nodes of the middle edge as one: it may turn about itself.
+    site = sites.sites.front();
+    site.patch.push_back(sites.sites.back().patch.front());
+    site.patch_nodes.push_back(sites.sites.back().patch_nodes.front());
+  }
+
+  Model model;
+  ContactSites sites;
+  ContactSite site;
+  RestState rest;
+};
+
+// A single step from rest may end on either branch; what ends on the other one is no sample.
+TEST_F(SamplingColumn, TheOtherBranchIsNoSample) {
+  const Assembly assembly(model, model.fixed_dofs());
+  StaticSolver solver(assembly);
+  const auto load_of = [&](const Eigen::Vector3d& d) {
+    LoadCase load = rest.load_case(model);
+    for (const int node : site.patch_nodes) {
+      for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
+      load.displacement.segment<3>(3 * node) = d;
+    }
+    return load;
+  };
+  Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
+  for (const int node : site.patch_nodes) motion.middleRows<3>(3 * node).setIdentity();
+  // Energy of a stable state that is reached in one step along the tangent; none where there is no such state.
+  const auto energy_after_a_step = [&](const Eigen::Vector3d& d) -> std::optional<double> {
+    const Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(model.num_dofs());
+    Eigen::MatrixXd tangent;
+    solver.forget_factor();
+    if (!solver.tangent_response(load_of(Eigen::Vector3d::Zero()), at_rest, motion, tangent)) return {};
+    Eigen::VectorXd u = tangent * d;
+    if (!solver.correct(load_of(d), u, SolverSettings()).converged) return {};
+    if (!solver.tangent_response(load_of(d), u, motion, tangent)) return {};
+    Eigen::VectorXd force;
+    double energy = 0;
+    assembly.internal_force(u, force, &energy);
+    return energy;
+  };
+  int on_the_other = 0;
+  int on_the_same = 0;
+  for (const double down : {0.02, 0.05, 0.1, 0.15, 0.2, 0.3}) {
+    for (const double side : {-0.05, -0.02, -0.01, -0.005, 0.005, 0.01, 0.02, 0.05}) {
+      const Eigen::Vector3d d(side, 0, -down);
+      SCOPED_TRACE(d.transpose());
+      SiteSampler sampler(solver, sites, site, rest);
+      Sample from_rest;
+      if (!sampler.solve_from_rest(d, 4, from_rest)) continue;
+      const std::optional<double> stepped = energy_after_a_step(d);
+      const bool is_other = stepped && std::abs(*stepped - from_rest.energy) > 1e-3 * from_rest.energy;
+      Sample sample;
+      SiteSampler again(solver, sites, site, rest);
+      const bool solved = again.solve(d, sample);
+      on_the_other += is_other;
+      on_the_same += solved;
+      if (is_other) {
+        EXPECT_FALSE(solved);
+      }
+      if (!solved) continue;
+      EXPECT_NEAR(sample.energy, from_rest.energy, 1e-6 * from_rest.energy);
+      EXPECT_LE((sample.field - from_rest.field).norm(), 1e-5 * from_rest.field.norm());
+    }
+  }
+  EXPECT_GT(on_the_other, 0) << "else this test shows nothing";
+  EXPECT_GT(on_the_same, 20);
+}
+
 // All nodes fixed but one site: its elements are flat when it has gone down by their height, 1/2.
 struct SamplingLimit : ::testing::Test {
   SamplingLimit() {
@@ -287,7 +482,8 @@ struct SamplingLimit : ::testing::Test {
       for (int axis = 0; axis < 3; ++axis) block.model.fixed.push_back({node, axis, 0.0});
     }
     block.scene.directions = Directions::inward;
-    plan.samples = 8;
+    plan.least_samples = 8;
+    plan.most_samples = 12;
   }
 
   std::vector<SiteResult> sample() {
@@ -337,12 +533,48 @@ TEST_F(SamplingLimit, UnsolvedPushesAreErrors) {
 TEST_F(SamplingLimit, ABallThatReachesTooFarShrinks) {
   block.scene.max_displacement = 0.6;
   const SiteResult result = sample().front();
-  EXPECT_LT(result.polynomial.radius, 0.6);
-  EXPECT_GE(result.polynomial.radius, 0.25 * 0.6);
+  const Eigen::Matrix3d& A = result.polynomial.to_unit;
+  EXPECT_TRUE(is_shortened(least_reach(A), 0.6));
+  EXPECT_GE(least_reach(A), 0.25 * 0.6);
   EXPECT_GT(result.min_jacobian, 0);
   EXPECT_FALSE(result.survey.empty());
   for (const SurveySample& sample : result.survey)
-    EXPECT_LE(sample.truth.displacement.norm(), result.polynomial.radius * (1 + 1e-15));
+    EXPECT_LE((A * sample.truth.displacement).norm(), 1 + 1e-15);
+}
+
+// The same on a block three times as wide: only down is too far, and only there the domain is cut.
+TEST_F(SamplingLimit, ABallIsCutOnlyWhereItReachesTooFar) {
+  constexpr double kReach = 0.47;
+  for (Eigen::Vector3d& position : block.model.positions) position.head<2>() *= 3;
+  block.sites = find_contact_sites(block.scene, block.model);
+  block.scene.max_displacement = kReach;
+  plan.survey_samples = 400;
+  const SiteResult result = sample().front();
+  const Eigen::Matrix3d& A = result.polynomial.to_unit;
+  const auto reach_along = [&](const Eigen::Vector3d& direction) { return 1 / (A * direction).norm(); };
+  const Eigen::Vector3d inward = block.sites.sites.front().inward;
+  ASSERT_LE((inward + Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_LT(reach_along(inward), 0.75 * kReach);
+  EXPECT_GT(reach_along(Eigen::Vector3d::UnitX()), 0.95 * kReach);
+  EXPECT_GT(reach_along(Eigen::Vector3d::UnitY()), 0.95 * kReach);
+  EXPECT_NEAR(least_reach(A), reach_along(inward), 0.05 * kReach);
+  EXPECT_GE(result.min_jacobian, 0.02);
+  // The survey is of that ellipsoid, of its inward half.
+  double least_inward = 1;
+  for (const SurveySample& sample : result.survey) {
+    EXPECT_LE((A * sample.truth.displacement).norm(), 1 + 1e-15);
+    least_inward = std::min(least_inward, sample.truth.displacement.normalized().dot(inward));
+  }
+  EXPECT_GE(least_inward, -1e-12);
+}
+
+TEST_F(SamplingLimit, ReachIsThatOfTheShortestAxis) {
+  EXPECT_NEAR(least_reach(Eigen::Matrix3d::Identity() / 0.3), 0.3, 1e-15);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).matrix();
+  const Eigen::Matrix3d A = turn * Eigen::Vector3d(2, 5, 4).asDiagonal() * turn.transpose();
+  EXPECT_NEAR(least_reach(A), 0.2, 1e-15);
+  EXPECT_FALSE(is_shortened(least_reach(Eigen::Matrix3d(turn / 0.6)), 0.6));
+  EXPECT_TRUE(is_shortened(0.5999, 0.6));
 }
 
 TEST_F(SamplingLimit, AHopelessOneNamesTheNode) {

@@ -474,6 +474,55 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
 }
 
+// Of outer forces too, and of both together it is the sum.
+TEST(StaticSolverProperty, TangentResponseToForcesIsTheDerivativeOfTheSolution) {
+  const Model model = organ();
+  const Assembly assembly(model, model.fixed_dofs());
+  StaticSolver solver(assembly);
+  SolverSettings settings;
+  settings.residual_tolerance = 1e-13;
+  const LoadCase load = moved_top(model, kPush);
+  Eigen::MatrixXd forces = 1e-2 * test::TestRandom(61).matrix(model.num_dofs(), 2);
+  const auto solve = [&](const Eigen::VectorXd& force) {
+    LoadCase loaded = load;
+    loaded.force += force;
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
+    EXPECT_TRUE(solver.ramp(LoadCase::rest(model), loaded, u, settings).converged);
+    return u;
+  };
+  const Eigen::VectorXd u = solve(Eigen::VectorXd::Zero(model.num_dofs()));
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(model.num_dofs(), 2);
+  Eigen::MatrixXd response;
+  ASSERT_TRUE(solver.tangent_response(load, u, none, response, forces));
+  ASSERT_GT(response.norm(), 0);
+  for (int dof = 0; dof < model.num_dofs(); ++dof) {
+    if (load.held[static_cast<size_t>(dof)]) {
+      EXPECT_EQ(response.row(dof).norm(), 0) << "forces on held dofs move nothing";
+    }
+  }
+  // Central differences: halving the step quarters the error.
+  std::array<double, 2> errors{};
+  for (size_t i = 0; i < 2; ++i) {
+    const double step = i == 0 ? 1 : 0.5;
+    Eigen::MatrixXd difference(model.num_dofs(), 2);
+    for (Eigen::Index column = 0; column < 2; ++column) {
+      const Eigen::VectorXd change = step * forces.col(column);
+      difference.col(column) = (solve(change) - solve(-change)) / (2 * step);
+    }
+    errors[i] = (difference - response).norm() / response.norm();
+  }
+  EXPECT_LE(errors[1], 1e-2);
+  EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
+
+  Eigen::MatrixXd directions = none;
+  for (const int node : top_of(model)) directions.middleRows<3>(3 * node) = Eigen::Matrix<double, 3, 2>::Identity();
+  Eigen::MatrixXd moved;
+  Eigen::MatrixXd both;
+  ASSERT_TRUE(solver.tangent_response(load, u, directions, moved));
+  ASSERT_TRUE(solver.tangent_response(load, u, directions, both, forces));
+  EXPECT_LE((both - moved - response).norm(), kSameAnswer * both.norm());
+}
+
 // With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a
 // refusal.
 TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {

@@ -21,7 +21,8 @@ TEST(Build, MakesAPackThatOpensAndSaysWhatItTakesFirst) {
   EXPECT_LT(estimate, run.out.find("solved "));
   EXPECT_NE(run.out.find("polynomial_dd"), std::string::npos) << run.out;
   run_cleanly({"verify", files.pack.string()});
-  EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.pack", "block.toml"}));
+  EXPECT_EQ(names_in(files.dir.path()),
+            (std::vector<std::string>{"block.inp", "block.pack", "block.pack.samples", "block.toml"}));
 }
 
 TEST(Build, BytesDependOnTheInputsAlone) {
@@ -29,13 +30,58 @@ TEST(Build, BytesDependOnTheInputsAlone) {
   std::vector<std::string> bytes;
   for (const char* jobs : {"1", "2", "2"}) {
     const ProgramRun run =
-        run_program({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", jobs, "--json"});
+        run_program({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", jobs, "--json",
+                     "--samples", (files.dir.path() / std::to_string(bytes.size())).string()});
     ASSERT_EQ(run.exit_code, 0) << run.error;
+    EXPECT_EQ(run.json()["reused"], 0);
     EXPECT_EQ(run.json()["bytes"].get<size_t>(), std::filesystem::file_size(files.pack));
     bytes.push_back(file_text(files.pack));
   }
   EXPECT_TRUE(bytes[0] == bytes[1]) << "one thread and two";
   EXPECT_TRUE(bytes[1] == bytes[2]) << "two runs";
+}
+
+// Killed at any moment, it goes on where it was and makes the same bytes.
+TEST(Build, GoesOnAfterItWasKilled) {
+  const SceneFiles files("[contact]\nsites = \"surface\"\nmax_displacement = 0.05\ntip_radius = 0.13\n",
+                         block_inp(3));
+  ASSERT_EQ(files.build().exit_code, 0);
+  const std::string whole = file_text(files.pack);
+  std::filesystem::remove_all(files.pack.string() + ".samples");
+  const std::vector<std::string> command = {
+      "build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1", "--json"};
+  ProgramProcess process(command);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  const auto kept = [&] {
+    std::uintmax_t bytes = 0;
+    std::error_code ignored;
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(files.pack.string() + ".samples", ignored))
+      bytes += entry.is_regular_file() ? entry.file_size() : 0;
+    return bytes;
+  };
+  while (kept() < 100000) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  process.kill_now();
+  ASSERT_EQ(process.finish().exit_code, -1) << "it was through before it was killed: make the scene larger";
+  const ProgramRun resumed_run = run_program(command);
+  ASSERT_EQ(resumed_run.exit_code, 0) << resumed_run.error;
+  const nlohmann::json resumed = resumed_run.json();
+  EXPECT_GT(resumed["reused"].get<int>(), 0);
+  EXPECT_GT(resumed["solves"].get<int>(), 0);
+  EXPECT_TRUE(file_text(files.pack) == whole);
+  EXPECT_EQ(run_program(command).json()["solves"], 0);
+  EXPECT_TRUE(file_text(files.pack) == whole);
+}
+
+TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
+  const SceneFiles files;
+  const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",
+                                      (files.inp / "below").string()});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.error.find("--samples"), std::string::npos) << run.error;
 }
 
 // Every free node of the surface a site, the compliance compressed as it would be of a larger one.
@@ -106,6 +152,7 @@ TEST(Build, KilledLeavesThePackThatWasThere) {
 // The kernel kills a process that writes past its file size limit: here in the middle of writing the pack.
 TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   const SceneFiles files;
+  ASSERT_EQ(files.build().exit_code, 0) << "so that nothing but the pack is left to be written";
   files.dir.write("block.pack", "the pack of yesterday");
   const std::string command = "ulimit -c 0; ulimit -f 8; exec " PALPATE_PROGRAM " build " +
                               files.scene.string() + " -o " + files.pack.string() +
@@ -114,9 +161,10 @@ TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
   EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
   // What it had written so far goes with the next build.
-  EXPECT_EQ(names_in(files.dir.path()).size(), 4u);
+  EXPECT_EQ(names_in(files.dir.path()).size(), 5u);
   ASSERT_EQ(files.build().exit_code, 0);
-  EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.pack", "block.toml"}));
+  EXPECT_EQ(names_in(files.dir.path()),
+            (std::vector<std::string>{"block.inp", "block.pack", "block.pack.samples", "block.toml"}));
 }
 
 TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {

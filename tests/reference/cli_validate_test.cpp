@@ -55,7 +55,7 @@ TEST(Validate, APackKeepsWhatItSays) {
             own["linear_dd"]["overall"]["displacement"]["median"]);
   EXPECT_EQ(validate(files.pack, "64", "3").json()["models"], json["models"]);
   EXPECT_NE(validate(files.pack, "64", "4").json()["models"], json["models"]);
-  const ProgramRun text = run_cleanly({"validate", files.pack.string(), "--samples", "8"});
+  const ProgramRun text = run_cleanly({"validate", files.pack.string(), "--samples", "64"});
   EXPECT_NE(text.out.find("agrees"), std::string::npos) << text.out;
 }
 

@@ -17,7 +17,7 @@ class TouchedSurface {
 
   AlignedBytes write(const LinearDd* linear, const CompressedCompliance* compressed) const {
     return write_pack(
-        {block.model, block.scene, block.sites, linear, nullptr, 0, {}, {}, nullptr, compressed});
+        {block.model, block.scene, block.sites, linear, nullptr, false, {}, {}, nullptr, compressed});
   }
 
   TouchedBlock block;

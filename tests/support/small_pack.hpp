@@ -1,5 +1,5 @@
 // A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top,
-// patches of several nodes, linear_dd and polynomial_dd of degree 3. Made once a process, in a second or so.
+// patches of several nodes, linear_dd and polynomial_dd. Made once a process, in a second or so.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +26,6 @@ inline constexpr double kTipRadius = 0.13;
 
 class SmallPack {
  public:
-  static constexpr int kDegree = 3;
-
   SmallPack() {
     const TempDir dir;
     // Twelve of the sixteen nodes on top: all but the corners.
@@ -43,7 +41,7 @@ class SmallPack {
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
     SamplingPlan plan;
-    plan.degree = kDegree;
+    plan.least_samples = 8;
     plan.survey_samples = 4;
     polynomials = sample_sites(assembly, scene, sites, linear, plan);
     std::vector<SurveySample> samples;
@@ -58,7 +56,7 @@ class SmallPack {
   }
 
   PackContent content() const {
-    PackContent content{model, scene, sites, &linear, &polynomials, kDegree, {}, surveys};
+    PackContent content{model, scene, sites, &linear, &polynomials, false, {}, surveys};
     content.inputs = {{"block.toml", std::string(32, '0'), "a scene"},
                       {"block.inp", std::string(32, '1'), "a model"}};
     return content;
@@ -74,7 +72,7 @@ class SmallPack {
     in_units.metres_per_length_unit = 1e-3;
     in_units.newtons_per_force_unit = 1e-3;
     return write_pack(
-        {model, in_units, sites, &linear, &polynomials, kDegree, content().inputs, content().surveys});
+        {model, in_units, sites, &linear, &polynomials, false, content().inputs, content().surveys});
   }
 
   AlignedBytes write_linear_only() const {
@@ -87,6 +85,23 @@ class SmallPack {
     PackContent only = content();
     only.linear = nullptr;
     return write_pack(only);
+  }
+
+  // Its polynomials with bases of int16.
+  std::vector<SiteResult> rounded_polynomials() const {
+    constexpr double kTolerance = 1e-3;
+    std::vector<SiteResult> rounded = polynomials;
+    for (SiteResult& result : rounded)
+      result.polynomial = reduce_basis(result.polynomial, false, kTolerance, true);
+    return rounded;
+  }
+
+  AlignedBytes write_rounded() const {
+    const std::vector<SiteResult> results = rounded_polynomials();
+    PackContent rounded = content();
+    rounded.polynomials = &results;
+    rounded.rounded = true;
+    return write_pack(rounded);
   }
 
   // Site at the node with this label.
@@ -113,6 +128,11 @@ inline const SmallPack& small_pack() {
 
 inline const AlignedBytes& small_pack_bytes() {
   static const AlignedBytes bytes = small_pack().write();
+  return bytes;
+}
+
+inline const AlignedBytes& rounded_pack_bytes() {
+  static const AlignedBytes bytes = small_pack().write_rounded();
   return bytes;
 }
 

@@ -86,7 +86,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
       "[units]\nlength = \"mm\"\nforce = \"mN\"\n"
       "[contact]\nsites = [80, 50, 80]\nmax_displacement = 6\ndirections = \"inward\"\ntip_radius = 1.0\n"
       "max_contacts = 3\n"
-      "[output]\nnodes = \"probe\"\nprecision = \"f32\"\n"
+      "[output]\nnodes = \"probe\"\nprecision = \"i16\"\n"
       "[accuracy]\ntarget = 0.02\n"
       "[budget]\nframe_us = 50.5\n"
       "[models]\nlinear = true\npolynomial = false\nzone = \"auto\"\ncompliance = \"compressed\"\n");
@@ -287,10 +287,12 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.toml:7: units.force must be N, kN, mN or uN, not \"lbf\"; correct it"},
         BadScene{"[output]\nnodes = \"SKIN\"\n",
                  "scene.toml:6: output.nodes: node set SKIN is not in organ.inp"},
-        BadScene{
-            "[output]\nprecision = \"i16\"\n",
-            "scene.toml:6: output.precision = \"i16\" is not supported by this version; write \"auto\" or "
-            "\"f32\""},
+        BadScene{"[output]\nprecision = \"i8\"\n",
+                 "scene.toml:6: output.precision must be auto, f32 or i16, not \"i8\"; correct it"},
+        BadScene{"[models]\npolynomial_method = \"spline\"\n",
+                 "scene.toml:6: models.polynomial_method must be hermite, paper_grid or paper_ray, not "
+                 "\"spline\"; "
+                 "correct it"},
         BadScene{"[accuracy]\ntarget = 0\n",
                  "scene.toml:6: accuracy.target must be a number above 0, not 0; correct it"},
         BadScene{"[budget]\nframe_us = -5\n",

@@ -1,0 +1,218 @@
+// Tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's way to sample and fit and with ours, and how
+// far each is off its ray.
+//
+//   palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/solver/study_table.hpp"
+#include "offline/precompute/paper_quadratic.hpp"
+#include "offline/precompute/site_survey.hpp"
+#include "tests/support/paper_cylinder.hpp"
+
+namespace palpate::test {
+namespace {
+
+using study::StudyTable;
+
+// The first and the last column of numbers of the paper's table 2, and its table 3: the FE solver's and the
+// polynomial's error in percent.
+constexpr std::array<double, 9> kPaperErrors = {-1.075,  1.6656, 5.2912,  9.6448, 14.6772,
+                                                20.5463, 27.274, 34.8015, 42.9465};
+constexpr double kPaperTable3 = 56.1622;
+
+class Cylinder {
+ public:
+  Cylinder()
+      : loaded_(read_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "models/cylinder/cylinder.toml")),
+        sites_(find_contact_sites(loaded_.scene, loaded_.model)),
+        assembly_(loaded_.model, loaded_.model.fixed_dofs()),
+        linear_(compute_linear_dd(assembly_, sites_)),
+        solver_(assembly_),
+        p1_(marked_node(loaded_.model, "P1")),
+        pm_(marked_node(loaded_.model, "PM")) {}
+  Cylinder(const Cylinder&) = delete;
+  Cylinder& operator=(const Cylinder&) = delete;
+
+  // The tip's displacement under each of these forces along z, each reached from the one before.
+  std::vector<Eigen::Vector3d> tips_under(const std::vector<double>& forces) const {
+    LoadedCylinder body(loaded_.model);
+    std::vector<Eigen::Vector3d> tips;
+    for (const double force : forces) {
+      const auto u = body.under(force);
+      if (!u) throw std::runtime_error(fmt::format("no equilibrium at {}", force));
+      tips.push_back(u->segment<3>(Eigen::Index{3} * p1_));
+    }
+    return tips;
+  }
+
+  Sample solved(const Eigen::Vector3d& tip) {
+    SiteSampler sampler(solver_, sites_, site(), rest_);
+    Sample sample;
+    if (!sampler.solve_from_rest(tip, 4, sample)) throw std::runtime_error("no equilibrium for a tip");
+    return sample;
+  }
+
+  // The paper's quadratic through solves at these displacements of the tip.
+  SitePolynomial paper_fit(const std::vector<Eigen::Vector3d>& tips) {
+    SiteSamples samples;
+    samples.linear = linear_response(linear_, site());
+    double reach = 0;
+    for (const Eigen::Vector3d& tip : tips) {
+      samples.samples.push_back(solved(tip));
+      reach = std::max(reach, tip.norm());
+    }
+    samples.to_unit = Eigen::Matrix3d::Identity() / reach;
+    return fit_paper_quadratic(samples);
+  }
+
+  // The product's own, or with its named settings.
+  SiteResult fit(double reach, PolynomialMethod method, double target) {
+    Scene scene = loaded_.scene;
+    scene.max_displacement = reach;
+    scene.polynomial_method = method;
+    SamplingPlan plan;
+    plan.target = target;
+    plan.survey_samples = 200;
+    return sample_sites(assembly_, scene, sites_, linear_, plan).front();
+  }
+
+  double pm_z(const Eigen::VectorXd& field) const { return field[row_of_pm() + 2]; }
+  static double error(const SitePolynomial& polynomial, const Sample& truth) {
+    const Eigen::VectorXd wrong = field_at(polynomial, truth.displacement) - truth.field;
+    return wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / truth.displacement.norm();
+  }
+
+ private:
+  const ContactSite& site() const { return sites_.sites.front(); }
+  Eigen::Index row_of_pm() const {
+    for (size_t node = 0; node < sites_.packed_nodes.size(); ++node) {
+      if (sites_.packed_nodes[node] == pm_) return 3 * static_cast<Eigen::Index>(node);
+    }
+    throw std::runtime_error("P_m is not packed");
+  }
+
+  LoadedScene loaded_;
+  ContactSites sites_;
+  Assembly assembly_;
+  LinearDd linear_;
+  StaticSolver solver_;
+  RestState rest_;
+  int p1_;
+  int pm_;
+};
+
+std::string percent(double part) {
+  return fmt::format("{:.3g}", 100 * part);
+}
+
+// In the paper's measure, one component of one node; and over all nodes and |d|.
+std::vector<std::string> both(const Cylinder& cylinder, const SitePolynomial& polynomial,
+                              const Sample& truth) {
+  const double z = cylinder.pm_z(truth.field);
+  return {percent((cylinder.pm_z(field_at(polynomial, truth.displacement)) - z) / z),
+          percent(Cylinder::error(polynomial, truth))};
+}
+
+void append(std::vector<std::string>& row, const std::vector<std::string>& cells) {
+  row.insert(row.end(), cells.begin(), cells.end());
+}
+
+void write(const StudyTable& table, const std::filesystem::path& folder, const std::string& name) {
+  std::ofstream(folder / (name + ".md")) << table.markdown();
+  std::ofstream(folder / (name + ".csv")) << table.csv();
+}
+
+void study(const std::filesystem::path& folder) {
+  Cylinder cylinder;
+  std::vector<double> sampled;
+  std::vector<double> tested;
+  for (int i = 1; i <= 10; ++i) sampled.push_back(-8.0 * i);
+  for (int i = 1; i <= 9; ++i) tested.push_back(-8.0 * i + 4);
+  const std::vector<Eigen::Vector3d> tips = cylinder.tips_under(sampled);
+  const std::vector<Eigen::Vector3d> test_tips = cylinder.tips_under(tested);
+  constexpr double kHeight = kPaperHeight;
+  constexpr double kFine = 1e-3;
+  const SitePolynomial ray = cylinder.paper_fit(tips);
+  const SiteResult grid = cylinder.fit(test_tips.back().norm(), PolynomialMethod::paper_grid, kFine);
+  const SiteResult ours =
+      cylinder.fit(test_tips.back().norm() * (1 + 1e-12), PolynomialMethod::hermite, kFine);
+
+  StudyTable table2(
+      "table2",
+      fmt::format(
+          "Errors in percent at P_m's z, the paper's measure, and at any node as part of |d|. Ray: a "
+          "quadratic through the paper's ten forces. Grid: one through {} displacements. Ours: degree {} "
+          "from {} solves.",
+          grid.samples, ours.polynomial.degree, ours.samples),
+      {"force", "-uz of P1", "strain %", "paper, P_m z", "ray, P_m z", "ray, any node", "grid, P_m z",
+       "grid, any node", "ours, P_m z", "ours, any node"});
+  for (size_t i = 0; i < tested.size(); ++i) {
+    const Sample truth = cylinder.solved(test_tips[i]);
+    std::vector<std::string> row = {fmt::format("{:g}", tested[i]), fmt::format("{:.4g}", -test_tips[i].z()),
+                                    fmt::format("{:.3g}", 100 * test_tips[i].norm() / kHeight),
+                                    fmt::format("{:.3g}", kPaperErrors[i])};
+    for (const SitePolynomial* one : {&ray, &grid.polynomial, &ours.polynomial})
+      append(row, both(cylinder, *one, truth));
+    table2.add(row);
+  }
+  write(table2, folder, "table2");
+
+  // The last row of a path of ten steps of -8, and -80 at once.
+  StudyTable table3(
+      "table3", "The same beyond the samples that were tested: -80, at once and in ten steps of -8.",
+      {"load", "uz of P1", "paper, P_m z", "ray, P_m z", "ray, any node", "ours, P_m z", "ours, any node"});
+  const Eigen::Vector3d at_once = cylinder.tips_under({-80.0}).front();
+  const SiteResult farther = cylinder.fit(at_once.norm() * (1 + 1e-12), PolynomialMethod::hermite, kFine);
+  for (const auto& [name, tip, paper] :
+       {std::tuple("-80 at once", at_once, kPaperTable3), std::tuple("ten times -8", tips.back(), 0.0)}) {
+    const Sample truth = cylinder.solved(tip);
+    std::vector<std::string> row = {name, fmt::format("{:.6g}", tip.z()), fmt::format("{:.3g}", paper)};
+    for (const SitePolynomial* one : {&ray, &farther.polynomial}) append(row, both(cylinder, *one, truth));
+    table3.add(row);
+  }
+  write(table3, folder, "table3");
+
+  StudyTable off_axis("off_axis",
+                      "Any node, percent of |d|, over 200 pushes in all directions that no fit has seen.",
+                      {"strain %", "way", "solves", "degree", "median", "p95", "max"});
+  for (const double strain : {0.1, 0.2, 0.23, 0.3, 0.4}) {
+    const double reach = strain * kHeight;
+    for (const auto& [name, method] : {std::pair("paper, ray", PolynomialMethod::paper_ray),
+                                       std::pair("paper, grid", PolynomialMethod::paper_grid),
+                                       std::pair("ours", PolynomialMethod::hermite)}) {
+      const SiteResult result = cylinder.fit(reach, method, kFine);
+      std::vector<double> errors;
+      for (const SurveySample& sample : result.survey) {
+        if (sample.solved) errors.push_back(Cylinder::error(result.polynomial, sample.truth));
+      }
+      off_axis.add({fmt::format("{:g}", 100 * strain), name, fmt::format("{}", result.samples),
+                    fmt::format("{}", result.polynomial.degree), percent(quantile(errors, 0.5)),
+                    percent(quantile(errors, 0.95)), percent(quantile(errors, 1.0))});
+    }
+  }
+  write(off_axis, folder, "off_axis");
+}
+
+}  // namespace
+}  // namespace palpate::test
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 2) throw std::invalid_argument("usage: palpate_study_polynomials DIR");
+    std::filesystem::create_directories(argv[1]);
+    palpate::test::study(argv[1]);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+}

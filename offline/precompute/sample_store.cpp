@@ -1,0 +1,165 @@
+#include "offline/precompute/sample_store.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "schemas/pack_checksum.hpp"
+
+namespace palpate {
+namespace {
+
+struct RecordHeader {
+  char magic[8];
+  std::uint64_t checksum;  // XXH3-64 of what follows it
+  std::uint32_t kind;
+  std::int32_t increments;
+  double displacement[3];
+  std::uint64_t numbers;  // float64
+  std::uint64_t fields;   // float32, behind them
+  std::uint64_t solved;
+};
+static_assert(sizeof(RecordHeader) == 72);
+
+constexpr char kMagic[8] = {'P', 'A', 'L', 'S', 'M', 'P', '0', '1'};
+constexpr size_t kUnchecked = offsetof(RecordHeader, checksum) + sizeof(RecordHeader::checksum);
+constexpr std::uint64_t kMostNumbers = 1u << 30;
+
+std::uint64_t checksum_of(std::string_view record) {
+  return XXH3_64bits(record.data() + kUnchecked, record.size() - kUnchecked);
+}
+
+bool read_at(int file, std::uint64_t offset, void* to, size_t count) {
+  auto* bytes = static_cast<char*>(to);
+  while (count > 0) {
+    const ssize_t got = pread(file, bytes, count, static_cast<off_t>(offset));
+    if (got <= 0) return false;
+    bytes += got;
+    offset += static_cast<std::uint64_t>(got);
+    count -= static_cast<size_t>(got);
+  }
+  return true;
+}
+
+bool write_at(int file, std::uint64_t offset, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t put = pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (put <= 0) return false;
+    bytes.remove_prefix(static_cast<size_t>(put));
+    offset += static_cast<std::uint64_t>(put);
+  }
+  return true;
+}
+
+[[noreturn]] void throw_system_error(const std::filesystem::path& path) {
+  throw std::runtime_error(path.string() + ": " + std::strerror(errno) +
+                           "; name another folder for solved samples with --samples");
+}
+
+}  // namespace
+
+SampleFile::SampleFile(const std::filesystem::path& path) : path_(path) {
+  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0) throw_system_error(path);
+  read_index();
+}
+
+SampleFile::~SampleFile() {
+  if (file_ >= 0) close(file_);
+}
+
+SampleFile::Key SampleFile::key_of(const PushRequest& request) {
+  const Eigen::Vector3d& d = request.displacement;
+  return {static_cast<std::uint32_t>(request.kind), request.increments, d[0], d[1], d[2]};
+}
+
+void SampleFile::read_index() {
+  std::string record;
+  for (;;) {
+    RecordHeader header;
+    if (!read_at(file_, end_, &header, sizeof header)) return;
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.numbers > kMostNumbers ||
+        header.fields > kMostNumbers)
+      return;
+    record.resize(sizeof header + header.numbers * sizeof(double) + header.fields * sizeof(float));
+    if (!read_at(file_, end_, record.data(), record.size()) || checksum_of(record) != header.checksum) return;
+    const double* d = header.displacement;
+    places_[{header.kind, header.increments, d[0], d[1], d[2]}] = {end_ + sizeof header, header.numbers,
+                                                                   header.fields, header.solved != 0};
+    end_ += record.size();
+  }
+}
+
+std::optional<SolvedPush> SampleFile::find(const PushRequest& request, size_t num_numbers,
+                                           size_t num_fields) const {
+  const auto found = places_.find(key_of(request));
+  if (found == places_.end()) return std::nullopt;
+  const Place& place = found->second;
+  SolvedPush push;
+  push.solved = place.solved;
+  if (!push.solved) return push;
+  if (place.numbers != num_numbers || place.fields != num_fields) return std::nullopt;
+  push.numbers.resize(num_numbers);
+  push.fields.resize(num_fields);
+  if (!read_at(file_, place.offset, push.numbers.data(), num_numbers * sizeof(double)) ||
+      !read_at(file_, place.offset + num_numbers * sizeof(double), push.fields.data(),
+               num_fields * sizeof(float)))
+    return std::nullopt;
+  return push;
+}
+
+bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
+  RecordHeader header = {};
+  std::memcpy(header.magic, kMagic, sizeof kMagic);
+  header.kind = static_cast<std::uint32_t>(request.kind);
+  header.increments = request.increments;
+  Eigen::Map<Eigen::Vector3d>(header.displacement) = request.displacement;
+  header.numbers = push.numbers.size();
+  header.fields = push.fields.size();
+  header.solved = push.solved ? 1 : 0;
+  std::string record(sizeof header, '\0');
+  std::memcpy(record.data(), &header, sizeof header);
+  record.append(reinterpret_cast<const char*>(push.numbers.data()), push.numbers.size() * sizeof(double));
+  record.append(reinterpret_cast<const char*>(push.fields.data()), push.fields.size() * sizeof(float));
+  const std::uint64_t checksum = checksum_of(record);
+  std::memcpy(record.data() + offsetof(RecordHeader, checksum), &checksum, sizeof checksum);
+  if (!write_at(file_, end_, record)) return false;
+  places_[key_of(request)] = {end_ + sizeof header, header.numbers, header.fields, push.solved};
+  end_ += record.size();
+  return true;
+}
+
+SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view key_of) {
+  const XXH128_hash_t hash = XXH3_128bits(key_of.data(), key_of.size());
+  folder_ = folder / fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error)
+    throw std::runtime_error(folder_.string() + ": " + error.message() +
+                             "; name another folder for solved samples with --samples");
+  const std::filesystem::path lock = folder_ / "lock";
+  lock_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0) throw_system_error(lock);
+  if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    close(lock_);
+    throw std::runtime_error(
+        folder_.string() +
+        ": another build of the same scene works in it; wait for it, or name another folder with "
+        "--samples");
+  }
+}
+
+SampleStore::~SampleStore() {
+  if (lock_ >= 0) close(lock_);
+}
+
+std::filesystem::path SampleStore::file_of(int label) const {
+  return folder_ / fmt::format("{}.samples", label);
+}
+
+}  // namespace palpate

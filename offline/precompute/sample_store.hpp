@@ -1,0 +1,85 @@
+// Nonlinear solves kept on disk, so that a build that was killed goes on where it was, and one with another target,
+// degree or precision solves nothing twice.
+//
+//   FOLDER/KEY/LABEL.samples     KEY: hash of all that the solves of a scene depend on; LABEL: the site's node
+//
+// A file is a sequence of records, each with its checksum; what a kill or a full disk left half written at its end is
+// not seen, and overwritten. Fields are kept in single precision, 7 digits, and used so by whoever solved them: a build
+// that resumes makes the same bytes as one that was never stopped.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+namespace palpate {
+
+// What a solve was asked for.
+struct PushRequest {
+  enum class Kind : std::uint32_t { sample = 1, survey = 2 };
+  Kind kind = Kind::sample;
+  int increments = 0;  // of a survey's path from rest
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+};
+
+// What came of it.
+struct SolvedPush {
+  bool solved = false;
+  std::vector<double> numbers;
+  std::vector<float> fields;
+};
+
+// The solves of one site. Not thread-safe.
+class SampleFile {
+ public:
+  // Reads what is there. Throws std::runtime_error "PATH: REASON" when it cannot be opened for reading and writing.
+  explicit SampleFile(const std::filesystem::path& path);
+  ~SampleFile();
+  SampleFile(const SampleFile&) = delete;
+  SampleFile& operator=(const SampleFile&) = delete;
+
+  // The answer kept for exactly this request, with so many numbers and fields where it was solved.
+  std::optional<SolvedPush> find(const PushRequest& request, size_t num_numbers, size_t num_fields) const;
+  // False where it cannot be kept, on a full disk for one; nothing else happens then.
+  bool keep(const PushRequest& request, const SolvedPush& push);
+
+ private:
+  struct Place {
+    std::uint64_t offset, numbers, fields;
+    bool solved;
+  };
+  using Key = std::tuple<std::uint32_t, int, double, double, double>;
+  static Key key_of(const PushRequest& request);
+  void read_index();
+
+  std::filesystem::path path_;
+  int file_ = -1;
+  std::uint64_t end_ = 0;  // of the last whole record
+  std::map<Key, Place> places_;
+};
+
+// The folder of one scene's solves, held by one process at a time. `find` and `keep` of its files may go on at once
+// on several threads, one a file.
+class SampleStore {
+ public:
+  // Makes the folder. `key_of` is hashed. Throws std::runtime_error "PATH: REASON; REMEDY" where it cannot be made or
+  // another process holds it.
+  SampleStore(const std::filesystem::path& folder, std::string_view key_of);
+  ~SampleStore();
+  SampleStore(const SampleStore&) = delete;
+  SampleStore& operator=(const SampleStore&) = delete;
+
+  std::filesystem::path file_of(int label) const;
+
+ private:
+  std::filesystem::path folder_;
+  int lock_ = -1;
+};
+
+}  // namespace palpate

@@ -1,0 +1,85 @@
+#include "runtime/src/polynomial_field.hpp"
+
+#include <math.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "schemas/monomials.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
+
+// z as integers times one scale: as large as leaves every sum of products in 32 bits.
+void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
+  constexpr pal_real kMostSum =
+      65000;  // 32767 of it, and of half a unit for each of 64 roundings, is below 2^31
+  pal_real largest = 0;
+  pal_real sum = 0;
+  for (uint32_t k = 0; k < rank; ++k) {
+    const pal_real size = fabs(z[k]);
+    if (size > largest) largest = size;
+    sum += size;
+  }
+  const pal_real by_largest = largest / pack::kBasisUnit;
+  const pal_real unit = by_largest > sum / kMostSum ? by_largest : sum / kMostSum;
+  // Below what float32 has digits for there is nothing to show.
+  constexpr pal_real kLeast = pal_real(1e-30);
+  const pal_real per_unit = unit > kLeast ? 1 / unit : 0;
+  rounded.num_pairs = rank / 2;
+  rounded.unit = unit / pack::kBasisUnit;
+  for (uint32_t k = 0; k < rank; ++k) {
+    const pal_real value = z[k] * per_unit;
+    rounded.weights[k] = static_cast<int16_t>(value + (value < 0 ? pal_real(-0.5) : pal_real(0.5)));
+  }
+}
+
+}  // namespace
+
+void weigh_polynomial(const pal_pack& pack, const FieldState& field, PolynomialWeights& weights) {
+  const pack::PolynomialSite& site = pack.polynomial_sites[field.site];
+  weights.field = pack.polynomial_field + site.field_start;
+  weights.panel_bytes = pack::polynomial_panel_bytes(site.rank, pack.basis_rounded);
+  weights.rank = site.rank;
+
+  pal_real monomials[kMostMonomials];
+  const pal_real* at = field.polynomial.x;
+  pack::evaluate_monomials(at, site.degree, monomials);
+  const double x[3] = {at[0], at[1], at[2]};
+  const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  const double metres = pack.metres;
+  for (uint32_t axis = 0; axis < 3; ++axis) weights.columns[axis] = static_cast<pal_real>(metres * x[axis]);
+  pal_real* z = weights.columns + 3;
+  for (uint32_t k = 0; k < site.rank; ++k) z[k] = 0;
+  const pal_real* coefficients = pack.coefficients + site.coefficients_start;
+  double power = s > 1.0 ? 1.0 / s : 1.0;  // s^-n beyond the ball
+  for (uint32_t degree = 2; degree <= site.degree; ++degree) {
+    if (s > 1.0) power /= s;
+    const auto scale = static_cast<pal_real>(metres * double{field.polynomial.fade} *
+                                             (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0));
+    const pal_real* monomial = monomials + pack::monomial_start(degree);
+    for (uint32_t j = 0; j < pack::num_monomials(degree); ++j, coefficients += site.rank) {
+      const pal_real weight = scale * monomial[j];
+      for (uint32_t k = 0; k < site.rank; ++k) z[k] += weight * coefficients[k];
+    }
+  }
+  weights.rounded.num_pairs = 0;
+  if (pack.basis_rounded) round_weights(z, site.rank, weights.rounded);
+}
+
+void fill_polynomial_field(const PolynomialWeights& weights, uint32_t first, uint32_t count,
+                           const FieldKernel& kernel, bool onto, pal_real* sum) {
+  const unsigned char* panel = weights.field + first * weights.panel_bytes;
+  for (uint32_t i = 0; i < count; ++i, panel += weights.panel_bytes, sum += pack::kPanelRows) {
+    const auto* columns = reinterpret_cast<const pal_real*>(panel);
+    if (weights.rounded.num_pairs == 0) {
+      kernel.add_columns(columns, pack::kPanelRows, weights.columns, 3 + weights.rank, onto, sum);
+    } else {
+      kernel.add_rounded(columns, weights.columns,
+                         reinterpret_cast<const int16_t*>(columns + size_t{3} * pack::kPanelRows),
+                         weights.rounded, onto, sum);
+    }
+  }
+}
+
+}  // namespace palpate

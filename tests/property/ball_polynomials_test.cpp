@@ -1,0 +1,121 @@
+// Polynomials that are orthonormal over the ball: their mean products by quadrature that is exact for them.
+#include "offline/precompute/ball_polynomials.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "offline/precompute/hermite_design.hpp"
+#include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
+
+namespace palpate {
+namespace {
+
+struct Node {
+  double at;
+  double weight;
+};
+
+// Gauss-Legendre on (from, to): exact to degree 2 count - 1. Newton from the usual estimates of the roots.
+std::vector<Node> gauss_points(int count, double from, double to) {
+  std::vector<Node> nodes;
+  for (int i = 0; i < count; ++i) {
+    double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5));
+    double slope = 1;
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      double before = 1;
+      double value = x;
+      for (int k = 2; k <= count; ++k) {
+        const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
+        before = value;
+        value = next;
+      }
+      slope = count * (x * value - before) / (x * x - 1);
+      x -= value / slope;
+    }
+    const double half = 0.5 * (to - from);
+    nodes.push_back({from + half * (x + 1), half * 2 / ((1 - x * x) * slope * slope)});
+  }
+  return nodes;
+}
+
+// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last <= 8: in spherical
+// coordinates products of polynomials of r, of cos(theta) and of e^(i phi).
+Eigen::MatrixXd mean_products(int first, int last, bool half) {
+  constexpr int kPoints = 12;  // to degree 23; the most is 16 + 2 of r^2
+  constexpr int kAngles = 32;  // to order 31 of 16
+  const auto terms = static_cast<Eigen::Index>(
+      pack::num_monomials(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last)));
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(terms, terms);
+  for (const Node& r : gauss_points(kPoints, 0, 1)) {
+    for (const Node& z : gauss_points(kPoints, half ? 0 : -1, 1)) {
+      const double ring = std::sqrt(1 - z.at * z.at);
+      for (int k = 0; k < kAngles; ++k) {
+        const double phi = 2 * std::numbers::pi * (k + 0.3) / kAngles;
+        const Eigen::Vector3d x = r.at * Eigen::Vector3d(ring * std::cos(phi), ring * std::sin(phi), z.at);
+        const Eigen::VectorXd m = hermite_rows(x, first, last, 0).transpose();
+        mean += 3 * r.at * r.at * r.weight * z.weight / (half ? 1 : 2) / kAngles * m * m.transpose();
+      }
+    }
+  }
+  return mean;
+}
+
+TEST(BallPolynomials, QuadratureKnowsTheBall) {
+  // 1, <x^2> = 1/5, <x^2 y^2> = 1/35 (of x^4: 3/35), <z> of the half 3/8.
+  const Eigen::MatrixXd ball = mean_products(0, 2, false);
+  EXPECT_NEAR(ball(0, 0), 1, 1e-14);
+  EXPECT_NEAR(ball(1, 1), 1.0 / 5, 1e-14);
+  EXPECT_NEAR(ball(4, 4), 3.0 / 35, 1e-14);
+  EXPECT_NEAR(ball(5, 5), 1.0 / 35, 1e-14);
+  EXPECT_NEAR(ball(0, 3), 0, 1e-14);
+  EXPECT_NEAR(mean_products(0, 2, true)(0, 3), 3.0 / 8, 1e-14);
+}
+
+TEST(BallPolynomials, AreOrthonormal) {
+  for (const bool half : {false, true}) {
+    for (const int first : {0, 2, 3}) {
+      for (int last = std::max(first, 1); last <= static_cast<int>(pack::kMaxDegree) + 1; ++last) {
+        const Eigen::MatrixXd T = orthonormal_on_ball(first, last, half);
+        const Eigen::MatrixXd means = mean_products(first, last, half);
+        const Eigen::VectorXd sizes = means.selfadjointView<Eigen::Lower>().eigenvalues();
+        const double error =
+            (T.transpose() * means * T - Eigen::MatrixXd::Identity(T.rows(), T.cols())).cwiseAbs().maxCoeff();
+        // Rounding times the condition of the moments: 1e11 at degree 8 over half the ball.
+        EXPECT_LE(error, 100 * std::numeric_limits<double>::epsilon() * sizes.maxCoeff() / sizes.minCoeff())
+            << first << " .. " << last << (half ? " half" : "");
+        EXPECT_LE(error, 1e-3);
+      }
+    }
+  }
+}
+
+// Each is a monomial and those before it, so that the polynomials of a degree span what the monomials do.
+TEST(BallPolynomials, AreOfTheirMonomialsAndThoseBefore) {
+  for (const bool half : {false, true}) {
+    const Eigen::MatrixXd T = orthonormal_on_ball(2, 5, half);
+    EXPECT_EQ(Eigen::MatrixXd(T.triangularView<Eigen::StrictlyLower>()).norm(), 0);
+    EXPECT_GT(T.diagonal().minCoeff(), 0);
+  }
+}
+
+// The check sees polynomials of the other domain, and a transposed T.
+TEST(BallPolynomials, OthersAreSeen) {
+  const auto off = [](const Eigen::MatrixXd& T, bool half) {
+    return (T.transpose() * mean_products(2, 4, half) * T - Eigen::MatrixXd::Identity(T.rows(), T.cols()))
+        .cwiseAbs()
+        .maxCoeff();
+  };
+  EXPECT_GT(off(orthonormal_on_ball(2, 4, false), true), 0.1);
+  EXPECT_GT(off(orthonormal_on_ball(2, 4, true), false), 0.1);
+  EXPECT_GT(off(orthonormal_on_ball(2, 4, true).transpose(), true), 0.1);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,234 @@
+// The inner loops of every field: those of all instruction sets that this processor has give what plain loops do, to
+// the bound that field_kernel.hpp states.
+#include "runtime/src/field_kernel.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kEpsilon = static_cast<double>(std::numeric_limits<pal_real>::epsilon());
+
+TEST(FieldKernel, TheFastestIsChosen) {
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t count = list_field_kernels(kernels);
+  ASSERT_GE(count, 1U);
+  ASSERT_LE(count, kMostFieldKernels);
+  EXPECT_STREQ(kernels[0].name, "scalar");
+  const FieldKernel chosen = choose_field_kernel();
+  EXPECT_STREQ(chosen.name, kernels[count - 1].name);
+  EXPECT_EQ(chosen.add_columns, kernels[count - 1].add_columns);
+  EXPECT_EQ(chosen.add_rounded, kernels[count - 1].add_rounded);
+}
+
+TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<pal_real> value(-1, 1);
+  std::uniform_int_distribution<int> exponent(-20, 20);
+  const auto any = [&] { return std::ldexp(value(random), exponent(random)); };
+  constexpr size_t kStride = 2 * pack::kPanelRows;
+  constexpr uint32_t kMostColumns = 128;
+  AlignedBytes memory(kMostColumns * kStride * sizeof(pal_real));
+  auto* columns = reinterpret_cast<pal_real*>(memory.bytes().data());
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t num_kernels = list_field_kernels(kernels);
+  for (const uint32_t count : {0u, 1u, 2u, 3u, 19u, 55u, 128u}) {
+    for (size_t i = 0; i < kMostColumns * kStride; ++i) columns[i] = any();
+    std::vector<pal_real> weights(count + 1);  // never empty
+    for (pal_real& weight : weights) weight = any();
+    std::vector<pal_real> scalar(pack::kPanelRows);
+    for (pal_real& start : scalar) start = any();
+    const std::vector<pal_real> start = scalar;
+    kernels[0].add_columns(columns, kStride, weights.data(), count, true, scalar.data());
+    std::vector<pal_real> fused;  // of the first that fuses products and sums
+    for (uint32_t k = 0; k < num_kernels; ++k) {
+      SCOPED_TRACE(kernels[k].name);
+      std::vector<pal_real> result = start;
+      kernels[k].add_columns(columns, kStride, weights.data(), count, true, result.data());
+      std::vector<pal_real> from_zero(pack::kPanelRows, 7);
+      kernels[k].add_columns(columns, kStride, weights.data(), count, false, from_zero.data());
+      std::vector<pal_real> added(pack::kPanelRows);
+      kernels[k].add_columns(columns, kStride, weights.data(), count, true, added.data());
+      EXPECT_EQ(from_zero, added);
+      for (size_t i = 0; i < pack::kPanelRows; ++i) {
+        double magnitude =
+            std::abs(static_cast<double>(start[i]));  // what was there takes part in the rounding
+        double exact = static_cast<double>(start[i]);
+        for (uint32_t j = 0; j < count; ++j) {
+          const double product =
+              static_cast<double>(weights[j]) * static_cast<double>(columns[j * kStride + i]);
+          magnitude += std::abs(product);
+          exact += product;
+        }
+        const double bound = count * kEpsilon * magnitude;
+        EXPECT_LE(std::abs(static_cast<double>(scalar[i]) - static_cast<double>(result[i])), bound);
+        EXPECT_LE(std::abs(static_cast<double>(result[i]) - exact), bound);
+      }
+      if (k == 1) fused = result;
+      if (k > 1) {
+        EXPECT_EQ(result, fused);
+      }
+    }
+  }
+}
+
+// ---- Columns of int16
+
+// One call's operands, columns and pairs on cache lines.
+struct RoundedPanel {
+  explicit RoundedPanel(uint32_t num_pairs)
+      : memory(pack::kPanelRows * (3 * sizeof(pal_real) + 2 * sizeof(int16_t) * num_pairs)) {
+    rounded.num_pairs = num_pairs;
+    rounded.unit = 1;
+    for (int16_t& weight : rounded.weights) weight = 0;
+  }
+
+  pal_real* columns() { return reinterpret_cast<pal_real*>(memory.bytes().data()); }
+  int16_t* pairs() { return reinterpret_cast<int16_t*>(columns() + size_t{3} * pack::kPanelRows); }
+  int16_t entry(uint32_t column, size_t row) {
+    return pairs()[2 * (column / 2 * pack::kPanelRows + row) + column % 2];
+  }
+  int64_t integer(size_t row) {
+    int64_t sum = 0;
+    for (uint32_t k = 0; k < 2 * rounded.num_pairs; ++k)
+      sum += int64_t{rounded.weights[k]} * int64_t{entry(k, row)};
+    return sum;
+  }
+
+  AlignedBytes memory;
+  RoundedWeights rounded;
+  pal_real weights[3] = {};
+};
+
+// How far a kernel is from the sum with integers of 64 bits, over the bound that it states; onto `start`, or from zero
+// where there is none.
+double error_over_bound(AddRounded add_rounded, RoundedPanel& panel, const std::vector<pal_real>& start) {
+  std::vector<pal_real> result = start.empty() ? std::vector<pal_real>(pack::kPanelRows, 7) : start;
+  add_rounded(panel.columns(), panel.weights, panel.pairs(), panel.rounded, !start.empty(), result.data());
+  double worst = 0;
+  for (size_t i = 0; i < pack::kPanelRows; ++i) {
+    const double from = start.empty() ? 0.0 : static_cast<double>(start[i]);
+    const int64_t integer = panel.integer(i);
+    if (std::abs(integer) > int64_t{std::numeric_limits<int32_t>::max()})
+      throw std::logic_error("more than the kernel need bear");
+    const double product = static_cast<double>(panel.rounded.unit) * static_cast<double>(integer);
+    double exact = from + product;
+    double magnitude = std::abs(from) + std::abs(product);
+    for (size_t j = 0; j < 3; ++j) {
+      const double linear = static_cast<double>(panel.weights[j]) *
+                            static_cast<double>(panel.columns()[j * pack::kPanelRows + i]);
+      exact += linear;
+      magnitude += std::abs(linear);
+    }
+    const double error = std::abs(static_cast<double>(result[i]) - exact);
+    if (error > 0) worst = std::max(worst, error / (4 * kEpsilon * magnitude));
+  }
+  return worst;
+}
+
+void expect_exact(RoundedPanel& panel, const std::vector<pal_real>& start) {
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t num_kernels = list_field_kernels(kernels);
+  for (uint32_t k = 0; k < num_kernels; ++k) {
+    // Half the bound each: then any two are within it of one another.
+    ASSERT_LE(error_over_bound(kernels[k].add_rounded, panel, start), 0.5) << kernels[k].name;
+    ASSERT_LE(error_over_bound(kernels[k].add_rounded, panel, {}), 0.5) << kernels[k].name;
+  }
+}
+
+TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<pal_real> value(-1, 1);
+  std::uniform_int_distribution<int> exponent(-20, 20);
+  const auto any = [&] { return std::ldexp(value(random), exponent(random)); };
+  for (const uint32_t num_pairs : {0u, 1u, 2u, 3u, 8u, 17u, 32u}) {
+    SCOPED_TRACE(num_pairs);
+    for (int round = 0; round < 20; ++round) {
+      RoundedPanel panel(num_pairs);
+      panel.rounded.unit = std::abs(any()) / pack::kBasisUnit;
+      const int most = num_pairs == 0 ? 0 : static_cast<int>(65000 / (2 * num_pairs));
+      std::uniform_int_distribution<int> weight(-std::min(most, 32767), std::min(most, 32767));
+      std::uniform_int_distribution<int> entry(-32767, 32767);
+      for (uint32_t k = 0; k < 2 * num_pairs; ++k)
+        panel.rounded.weights[k] = static_cast<int16_t>(weight(random));
+      for (size_t i = 0; i < size_t{2} * num_pairs * pack::kPanelRows; ++i)
+        panel.pairs()[i] = static_cast<int16_t>(entry(random));
+      for (size_t i = 0; i < size_t{3} * pack::kPanelRows; ++i) panel.columns()[i] = any();
+      for (pal_real& of_column : panel.weights) of_column = any();
+      std::vector<pal_real> start(pack::kPanelRows);
+      for (pal_real& row : start) row = any();
+      expect_exact(panel, start);
+    }
+  }
+}
+
+// Sums of the largest numbers there may be, of all signs: 16 bits saturate and 32 overflow if anything is in excess. The
+// sizes of the weights add up to 65535; an entry of -32768 no builder writes, but a pack may hold it.
+TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
+  const std::vector<pal_real> start(pack::kPanelRows, 0);
+  std::mt19937_64 random(9);
+  const std::vector<std::vector<int>> weight_sets = {{32767, 32767, 1, 0},       {-32767, -32767, -1, 0},
+                                                     {32767, -32767, 0, 1},      {0, 32767, 32767, 1},
+                                                     std::vector<int>(64, 1023), std::vector<int>(64, -1023)};
+  for (const std::vector<int>& weights : weight_sets) {
+    for (const int largest : {32767, -32767, -32768}) {
+      for (const bool same_signs : {true, false}) {
+        RoundedPanel panel(static_cast<uint32_t>(weights.size() / 2));
+        panel.rounded.unit = pal_real(1) / 65536;
+        for (size_t k = 0; k < weights.size(); ++k) {
+          panel.rounded.weights[k] = static_cast<int16_t>(weights[k]);
+          if (weights.size() == 64 && !same_signs && random() % 2 == 0)
+            panel.rounded.weights[k] = static_cast<int16_t>(-weights[k]);
+        }
+        for (size_t row = 0; row < pack::kPanelRows; ++row) {
+          for (uint32_t k = 0; k < weights.size(); ++k) {
+            // Every product of one sign, so that nothing cancels; or the largest as they are.
+            const bool turned = !same_signs && (panel.rounded.weights[k] < 0) != (row % 2 == 0);
+            const int entry = turned ? std::min(32767, -largest) : largest;
+            panel.pairs()[2 * (k / 2 * pack::kPanelRows + row) + k % 2] = static_cast<int16_t>(entry);
+          }
+        }
+        expect_exact(panel, start);
+      }
+    }
+  }
+}
+
+// The checks see a kernel that saturates pairs of products, and one whose sums are of less than 32 bits.
+TEST(FieldKernel, SaturatedAndWrappedSumsAreSeen) {
+  constexpr AddRounded kSaturated = [](const pal_real*, const pal_real*, const int16_t* pairs,
+                                       const RoundedWeights& rounded, bool, pal_real* sum) {
+    for (size_t i = 0; i < pack::kPanelRows; ++i) {
+      const int exact = rounded.weights[0] * pairs[2 * i] + rounded.weights[1] * pairs[2 * i + 1];
+      sum[i] = rounded.unit * static_cast<pal_real>(std::min(exact, 1 << 30));
+    }
+  };
+  constexpr AddRounded kWrapped = [](const pal_real*, const pal_real*, const int16_t* pairs,
+                                     const RoundedWeights& rounded, bool, pal_real* sum) {
+    for (size_t i = 0; i < pack::kPanelRows; ++i) {
+      const int exact = rounded.weights[0] * pairs[2 * i] + rounded.weights[1] * pairs[2 * i + 1];
+      sum[i] = rounded.unit * static_cast<pal_real>(exact % (1 << 30));
+    }
+  };
+  RoundedPanel panel(1);
+  panel.rounded.weights[0] = panel.rounded.weights[1] = 32767;
+  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.pairs()[i] = 32767;
+  EXPECT_GT(error_over_bound(kSaturated, panel, {}), 1);
+  EXPECT_GT(error_over_bound(kWrapped, panel, {}), 1);
+  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.pairs()[i] = 8000;
+  EXPECT_LE(error_over_bound(kSaturated, panel, {}), 0.5);
+  EXPECT_LE(error_over_bound(kWrapped, panel, {}), 0.5);
+}
+
+}  // namespace
+}  // namespace palpate
