@@ -98,8 +98,8 @@ void rounded_field(benchmark::State& state, palpate::AddRounded add_rounded) {
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {
       const auto* columns = reinterpret_cast<const pal_real*>(field.bytes + panel * field.panel_bytes);
-      add_rounded(columns, weights,
-                  reinterpret_cast<const int16_t*>(columns + size_t{3} * kPanelRows), rounded, false, sum);
+      add_rounded(columns, weights, reinterpret_cast<const int16_t*>(columns + size_t{3} * kPanelRows),
+                  rounded, false, sum);
       benchmark::DoNotOptimize(sum);
     }
   }

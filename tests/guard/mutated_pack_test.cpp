@@ -185,9 +185,8 @@ TEST(MutatedPack, EachSegment) {
         tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
         tables.linear_dd()->field_compliance(), tables.polynomial_dd()->sites(),
         tables.polynomial_dd()->energy(), tables.polynomial_dd()->coefficients(),
-        tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(),
-        tables.surface_bvh()->nodes(), tables.surface_bvh()->primitive_normals(),
-        tables.surface_bvh()->site_normals()}) {
+        tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(), tables.surface_bvh()->nodes(),
+        tables.surface_bvh()->primitive_normals(), tables.surface_bvh()->site_normals()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }
@@ -348,19 +347,21 @@ TEST_F(Contradiction, PolynomialNumbers) {
     SCOPED_TRACE(rounded ? "rounded" : "plain");
     const pack::PolynomialDd& polynomial = polynomials_of(*bytes);
     const auto with_energy = [&](double value) {
-      return status_with<double>(polynomial.energy(), [&](double* e) { e[40] = value; }, *bytes);
+      return status_with<double>(
+          polynomial.energy(), [&](double* e) { e[40] = value; }, *bytes);
     };
     EXPECT_EQ(with_energy(1e300), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(with_energy(std::nan("")), PAL_STATUS_CORRUPT_CONTENT);
     const auto with = [&](const pack::Segment* segment, size_t place, pal_real value) {
-      return status_with<pal_real>(segment, [&](pal_real* u) { u[place] = value; }, *bytes);
+      return status_with<pal_real>(
+          segment, [&](pal_real* u) { u[place] = value; }, *bytes);
     };
     for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1e20)}) {
       EXPECT_EQ(with(polynomial.coefficients(), 7, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
       // Columns of L in the first panel, and in the last of all.
       EXPECT_EQ(with(polynomial.field(), 40, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
-      const auto& last =
-          reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() + polynomial.sites()->offset())[11];
+      const auto& last = reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() +
+                                                                       polynomial.sites()->offset())[11];
       const uint64_t panel = pack::polynomial_panel_bytes(last.rank, rounded);
       const uint64_t in_last = (polynomial.field()->bytes() - panel) / sizeof(pal_real) + 287;
       EXPECT_EQ(with(polynomial.field(), in_last, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
@@ -475,7 +476,7 @@ TEST_F(Contradiction, InwardNormals) {
   Scene inward = small_.scene;
   inward.directions = Directions::inward;
   ContactSites sites = small_.sites;
-  const PackContent changed{content.model,       inward,         sites,          content.linear,
+  const PackContent changed{content.model,       inward,          sites,          content.linear,
                             content.polynomials, content.rounded, content.inputs, content.surveys};
   EXPECT_EQ(open_status(write_pack(changed).bytes()), PAL_STATUS_OK);
   sites.sites[3].inward *= 1.1;

@@ -515,7 +515,8 @@ TEST(StaticSolverProperty, TangentResponseToForcesIsTheDerivativeOfTheSolution) 
   EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
 
   Eigen::MatrixXd directions = none;
-  for (const int node : top_of(model)) directions.middleRows<3>(3 * node) = Eigen::Matrix<double, 3, 2>::Identity();
+  for (const int node : top_of(model))
+    directions.middleRows<3>(3 * node) = Eigen::Matrix<double, 3, 2>::Identity();
   Eigen::MatrixXd moved;
   Eigen::MatrixXd both;
   ASSERT_TRUE(solver.tangent_response(load, u, directions, moved));
