@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/compliance_errors.hpp"
@@ -105,8 +106,12 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   return surveys;
 }
 
+// Empty where nothing is to be kept: beside a device or a pipe there is no place for it.
 std::filesystem::path sample_folder(const BuildArguments& arguments) {
   if (!arguments.samples.empty()) return arguments.samples;
+  std::error_code error;
+  const bool is_new = !std::filesystem::exists(arguments.pack, error);
+  if (!is_new && !std::filesystem::is_regular_file(arguments.pack, error)) return {};
   std::filesystem::path folder = arguments.pack;
   return folder += ".samples";
 }
@@ -194,13 +199,15 @@ int run_build(const BuildArguments& arguments) {
     linear = compute_linear_dd(
         assembly, sites, [&](int done, int) { bar.show(done); }, rest);
   }
+  const std::filesystem::path samples = sample_folder(arguments);
   std::vector<SiteResult> results;
   {
-    const SampleStore store(sample_folder(arguments),
-                            what_samples_depend_on(model, scene, sites, input_files));
+    std::optional<SampleStore> store;
+    if (!samples.empty()) store.emplace(samples, what_samples_depend_on(model, scene, sites, input_files));
     ProgressBar bar("sampling sites", num_surveyed);
     results = sample_sites(
-        assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest, &store);
+        assembly, scene, sites, linear, plan, [&](int done, int) { bar.show(done); }, rest,
+        store ? &*store : nullptr);
   }
 
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
@@ -269,8 +276,10 @@ int run_build(const BuildArguments& arguments) {
     }
     fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
                counts.solves, counts.iterations, counts.factorizations, min_jacobian);
-    fmt::print("samples    {} kept in {}, {} of them taken from there\n", counts.solves + counts.reused,
-               sample_folder(arguments).string(), counts.reused);
+    if (!samples.empty()) {
+      fmt::print("samples    {} kept in {}, {} of them taken from there\n", counts.solves + counts.reused,
+                 samples.string(), counts.reused);
+    }
     fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", arguments.pack.string(),
                static_cast<double>(bytes.bytes().size()) / 1e6, seconds);
     fmt::print(

@@ -172,8 +172,8 @@ TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
   }
 }
 
-// Sums of the largest numbers there may be, of all signs: 16 bits saturate and 32 overflow if anything is in excess. The
-// sizes of the weights add up to 65535; an entry of -32768 no builder writes, but a pack may hold it.
+// Sums of the largest numbers there may be, of all signs: 16 bits saturate and 32 overflow if anything is in
+// excess. The sizes of the weights add up to 65535; an entry of -32768 no builder writes, but a pack may hold it.
 TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
   const std::vector<pal_real> start(pack::kPanelRows, 0);
   std::mt19937_64 random(9);
