@@ -8,6 +8,7 @@
 #include <random>
 
 #include "runtime/src/surface_bvh.hpp"
+#include "schemas/monomials.hpp"
 #include "schemas/pack_generated.h"
 #include "tests/support/changed_pack.hpp"
 #include "tests/support/runtime_session.hpp"
@@ -405,6 +406,58 @@ TEST_F(Contradiction, PolynomialTable) {
   EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
   for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
     EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
+}
+
+// Whole packs, each array as long as its sites say: of degrees and ranks that no frame has room for.
+TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
+  const auto written = [&](int degree, uint32_t rank, bool rounded) {
+    std::vector<SiteResult> results = small_.polynomials;
+    SitePolynomial& last = results.back().polynomial;
+    const auto terms = [](int first, int end) {
+      return static_cast<Eigen::Index>(
+          pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(end)));
+    };
+    last.degree = degree;
+    last.energy = Eigen::VectorXd::Ones(terms(2, degree + 1));
+    last.basis = Eigen::MatrixXd::Zero(last.linear.rows(), rank);
+    last.coefficients = Eigen::MatrixXd::Ones(terms(2, degree), rank) * 1e-3;
+    PackContent content = small_.content();
+    content.polynomials = &results;
+    content.rounded = rounded;
+    return write_pack(content);
+  };
+  for (const bool rounded : {false, true}) {
+    const auto status_of = [&](int degree, uint32_t rank) {
+      return open_status(written(degree, rank, rounded).bytes());
+    };
+    EXPECT_EQ(status_of(1, 0), PAL_STATUS_OK);
+    EXPECT_EQ(status_of(7, 64), PAL_STATUS_OK);
+    EXPECT_EQ(status_of(7, 66), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(status_of(8, 64), PAL_STATUS_CORRUPT_CONTENT);
+  }
+  // Half a pair of columns: the last site without its last column, and the arrays as much shorter.
+  const auto status_of_rank = [&](uint32_t fewer) {
+    AlignedBytes copy = written(3, 8, true);
+    unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
+    auto* polynomial =
+        flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)->GetPointer<flatbuffers::Table*>(
+            pack::Pack::VT_POLYNOMIAL_DD);
+    const auto shorten = [&](flatbuffers::voffset_t field, uint64_t bytes) {
+      auto* segment = reinterpret_cast<pack::Segment*>(polynomial->GetAddressOf(field));
+      *segment = pack::Segment(segment->offset(), segment->bytes() - bytes);
+    };
+    const uint64_t panels = pack::num_panels(static_cast<uint32_t>(small_.sites.packed_nodes.size()));
+    shorten(pack::PolynomialDd::VT_COEFFICIENTS, fewer * pack::num_monomials(2, 3) * sizeof(pal_real));
+    shorten(pack::PolynomialDd::VT_FIELD, fewer * panels * pack::kPanelRows * sizeof(int16_t));
+    auto* sites =
+        reinterpret_cast<pack::PolynomialSite*>(copy.bytes().data() + polynomials_of(copy).sites()->offset());
+    sites[small_.sites.sites.size() - 1].rank -= fewer;
+    repair_checksum(copy.bytes());
+    return open_status(copy.bytes());
+  };
+  EXPECT_EQ(status_of_rank(0), PAL_STATUS_OK);
+  EXPECT_EQ(status_of_rank(1), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_of_rank(2), PAL_STATUS_OK);
 }
 
 // Scene values that are finite and still make no sense in double or float arithmetic.
