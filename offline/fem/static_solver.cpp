@@ -113,6 +113,7 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
 bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
                                 const Eigen::VectorXd& displacement, bool project) {
   factor_valid_ = false;  // also should memory run out below
+  ++num_factorizations_;
   factor_precision_ = precision;
   factor_projected_ = project;
   assemble_tangent(load, displacement, project);

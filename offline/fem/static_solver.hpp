@@ -128,7 +128,7 @@ class StaticSolver {
   // many, or none) -> full-length columns with the directions at held dofs and the free dofs following,
   // K_ff du_f = df_f - K_fc du_c. The linearised DD function; exact to 1e-10, or to what the condition of K
   // leaves of 16 digits. Needs K positive definite there and no pressures; false where it is not, or leaves
-  // fewer than six.
+  // fewer than six. Cost: K once, and two back-solves a column or more where the factor is of another state.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
                                       const Eigen::MatrixXd& forces = {});
@@ -151,6 +151,7 @@ class StaticSolver {
 
   // Of all it did since it was made.
   const SolveSeconds& seconds() const { return seconds_; }
+  long num_factorizations() const { return num_factorizations_; }
 
  private:
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
@@ -206,6 +207,7 @@ class StaticSolver {
   std::optional<Cholesky> cholesky_;  // one of the two
   std::optional<ConjugateGradient> conjugate_gradient_;
   SolveSeconds seconds_;
+  long num_factorizations_ = 0;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
   bool factor_valid_ = false;
   bool factor_projected_ = false;

@@ -415,8 +415,8 @@ int highest_degree(const std::vector<SiteResult>& results) {
   return highest;
 }
 
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear, int rank,
-                           bool rounded, bool compressed) {
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
+                           PolynomialSize polynomials, bool rounded, bool compressed) {
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
   // A closed surface has two triangles a node, and its tree about one node a triangle.
@@ -429,9 +429,15 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
   if (linear)
     bytes += compressed ? estimate_compressed_bytes(packed_nodes, contact_nodes)
                         : dense_compliance_bytes(packed_nodes, contact_nodes);
-  if (rank >= 0)
-    bytes += static_cast<double>(sites) * rows / pack::kPanelRows *
-             static_cast<double>(pack::polynomial_panel_bytes(static_cast<uint32_t>(rank), rounded));
+  if (const auto [degree, rank] = polynomials; degree > 0) {
+    const double panels = rows / pack::kPanelRows;
+    const size_t tables = sizeof(pack::PolynomialSite) +
+                          sizeof(double) * pack::num_monomials(2, degree + 1) +
+                          sizeof(pack::Real) * pack::num_monomials(2, degree) * rank;
+    bytes += static_cast<double>(sites) *
+             (panels * static_cast<double>(pack::polynomial_panel_bytes(rank, rounded)) +
+              static_cast<double>(tables));
+  }
   return bytes;
 }
 

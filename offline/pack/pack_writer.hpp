@@ -57,9 +57,15 @@ AlignedBytes write_pack(const PackContent& content);
 // The largest of any site; 0 where nothing was fitted.
 int highest_degree(const std::vector<SiteResult>& results);
 
+// Of each site; of degree 0: no polynomials.
+struct PolynomialSize {
+  std::uint32_t degree = 0;
+  std::uint32_t rank = 0;
+};
+
 // Bytes that write_pack would make but for the input files, to a percent, from counts alone; of a compressed
-// compliance to a third. `rank` of each site's basis; negative: no polynomials.
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear, int rank,
-                           bool rounded, bool compressed = false);
+// compliance to a third.
+double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
+                           PolynomialSize polynomials, bool rounded, bool compressed = false);
 
 }  // namespace palpate

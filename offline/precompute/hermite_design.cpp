@@ -1,5 +1,6 @@
 #include "offline/precompute/hermite_design.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "schemas/monomials.hpp"
@@ -16,6 +17,17 @@ double power_derivative(double x, uint32_t power, uint32_t order) {
 }
 
 }  // namespace
+
+Eigen::VectorXd derivative_weights(int degree, int order, int wanted) {
+  Eigen::VectorXd weights(pack::monomial_start(static_cast<uint32_t>(order) + 1));
+  Eigen::Index row = 0;
+  for (int k = 0; k <= order; ++k) {
+    const Eigen::Index count = pack::num_monomials(static_cast<uint32_t>(k));
+    weights.segment(row, count).setConstant(derivative_weight(degree, std::max(0, k - wanted)));
+    row += count;
+  }
+  return weights;
+}
 
 Eigen::MatrixXd hermite_rows(const Eigen::Vector3d& x, int first, int last, int order) {
   const auto skipped = static_cast<Eigen::Index>(pack::monomial_start(static_cast<uint32_t>(first)));

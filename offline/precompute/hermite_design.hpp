@@ -16,6 +16,10 @@ inline double derivative_weight(int degree, int order) {
   return weight;
 }
 
+// For each row of hermite_rows. A derivative counts as one of `wanted` less: where those of order `wanted` are what the
+// fit is for, lower ones count like them.
+Eigen::VectorXd derivative_weights(int degree, int order, int wanted = 0);
+
 // The monomials of degrees first .. last (columns, in the order of a pack) at x, and their partial derivatives
 // up to `order` (rows: the derivative by x^a y^b z^c where a pack has the monomial x^a y^b z^c: value; x y z; xx
 // xy xz yy yz zz; ...): num_monomials(0, order) rows.

@@ -54,6 +54,11 @@ Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   return map;
 }
 
+// What a sample weighs: an error counts as part of |d|, down to a tenth of the range.
+double sample_weight(const SiteSamples& samples, const Sample& sample) {
+  return 1 / std::max((samples.to_unit * sample.displacement).norm(), 0.1);
+}
+
 // A least-squares problem in blocks of rows, one for each sample.
 struct HermiteSystem {
   Eigen::MatrixXd to_monomials;  // T of ball_polynomials.hpp: the columns of `design` are q = T^T m
@@ -63,28 +68,25 @@ struct HermiteSystem {
 };
 
 // For a function in terms of degrees first .. last. `known` of sample i: what is known of it there, functions as
-// columns, derivatives by d up to `order` as rows. A derivative weighs as one of (its order - unweighed).
+// columns, derivatives by d up to `order` as rows. Derivatives of order `wanted` are what it is for.
 template <typename Known>
-HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, int order, int unweighed,
+HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, int order, int wanted,
                              Known&& known) {
   HermiteSystem system;
   system.to_monomials = orthonormal_on_ball(first, last, samples.half);
   system.block = num_terms(0, order);
   const auto count = static_cast<Eigen::Index>(samples.samples.size());
   system.design.resize(system.block * count, system.to_monomials.cols());
-  Eigen::VectorXd weights(system.block);
-  for (int k = 0; k <= order; ++k) {
-    weights.segment(num_terms(0, k) - num_terms(k, k), num_terms(k, k))
-        .setConstant(derivative_weight(last - unweighed, std::max(0, k - unweighed)));
-  }
+  const Eigen::VectorXd weights = derivative_weights(last - wanted, order, wanted);
   const Eigen::MatrixXd to_values =
       weights.asDiagonal() * derivatives_by_unit(order, samples.to_unit.inverse());
   for (Eigen::Index i = 0; i < count; ++i) {
     const Sample& sample = samples.samples[static_cast<size_t>(i)];
     const Eigen::Vector3d x = samples.to_unit * sample.displacement;
+    const double weight = sample_weight(samples, sample);
     system.design.middleRows(system.block * i, system.block) =
-        weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
-    const Eigen::MatrixXd values = to_values * known(sample);
+        weight * weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
+    const Eigen::MatrixXd values = weight * (to_values * known(sample));
     if (i == 0) system.values.resize(system.block * count, values.cols());
     system.values.middleRows(system.block * i, system.block) = values;
   }
@@ -104,7 +106,7 @@ HermiteSystem field_system(const SiteSamples& samples, int degree) {
 }
 
 // E - d S d / 2, known with its derivatives up to the third, in terms of degree 3 .. degree + 1. The force is what is
-// wanted, so the weights count from the gradient.
+// wanted: the weights count from the gradient.
 HermiteSystem energy_system(const SiteSamples& samples, int degree) {
   const Eigen::Matrix3d& S = samples.linear.stiffness;
   return hermite_system(samples, 3, degree + 1, 3, 1, [&](const Sample& sample) {
@@ -154,17 +156,22 @@ double held_out_error(const SiteSamples& samples, int degree) {
   const Eigen::MatrixXd Q = factor.columns();
   const Eigen::MatrixXd residuals = system.values - Q * (Q.transpose() * system.values);
   double squares = 0;
+  int pushes = 0;
   for (size_t i = 0; i < samples.samples.size(); ++i) {
+    const Sample& sample = samples.samples[i];
+    if (sample.displacement.isZero(0)) continue;
+    ++pushes;
     const auto first = static_cast<Eigen::Index>(i) * system.block;
     const auto Q_b = Q.middleRows(first, system.block);
     const Eigen::MatrixXd rest =
         Eigen::MatrixXd::Identity(system.block, system.block) - Q_b * Q_b.transpose();
     const Eigen::VectorXd row = rest.ldlt().solve(Eigen::VectorXd::Unit(system.block, 0));
     const Eigen::VectorXd error = residuals.middleRows(first, system.block).transpose() * row;
-    const double part = largest_node(error) / samples.samples[i].displacement.norm();
+    const double part =
+        largest_node(error) / (sample_weight(samples, sample) * sample.displacement.norm());
     squares += part * part;
   }
-  return std::sqrt(squares / static_cast<double>(samples.samples.size()));
+  return std::sqrt(squares / pushes);
 }
 
 SitePolynomial fit_polynomial(const SiteSamples& samples, int degree) {

@@ -2,7 +2,7 @@
 //
 // Source: Zhong et al. 2005 eqs. (22)-(24). Departures, all measured: the linear part is pinned to the exact
 // linear DD; values, first and second derivatives are fitted together (Hermite); in polynomials that are orthonormal
-// over the sampled domain and by an orthogonal factorisation, not by eq. (24), whose normal equations square the
+// over the sampled domain, each sample weighed as its error counts, and by an orthogonal factorisation, not by eq. (24), whose normal equations square the
 // condition; and the force is the gradient of a fitted energy.
 #pragma once
 
@@ -35,8 +35,8 @@ struct SitePolynomial {
   double basis_error = 0;  // of reduce_basis: max |u - what it was| / |d|
 };
 
-// How wrong the field of a fit is at a sample that it was not given: max over packed nodes of |u - u_FE| / |d|, the
-// root mean square over the samples, each left out in turn. Of a least-squares fit with the orthonormal factor Q of its design
+// How wrong the field of a fit is at a push that it was not given: max over packed nodes of |u - u_FE| / |d|, the
+// root mean square over the samples but that of rest, each left out in turn. Of a least-squares fit with the orthonormal factor Q of its design
 // that takes no other fit: with the rows b of a sample, the residual without them is (1 - Q_b Q_b^T)^-1 r_b (Allen
 // 1974, The relationship between variable selection and data augmentation and a method for prediction). Infinite where
 // they do not determine the polynomial. Cost: a QR of

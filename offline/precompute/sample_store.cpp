@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,13 +23,12 @@ struct RecordHeader {
   double displacement[3];
   std::uint64_t numbers;  // float64
   std::uint64_t fields;   // float32, behind them
-  std::uint64_t solved;
+  std::uint64_t outcome;
 };
 static_assert(sizeof(RecordHeader) == 72);
 
-constexpr char kMagic[8] = {'P', 'A', 'L', 'S', 'M', 'P', '0', '1'};
+constexpr char kMagic[8] = {'P', 'A', 'L', 'S', 'M', 'P', '0', '2'};
 constexpr size_t kUnchecked = offsetof(RecordHeader, checksum) + sizeof(RecordHeader::checksum);
-constexpr std::uint64_t kMostNumbers = 1u << 30;
 
 std::uint64_t checksum_of(std::string_view record) {
   return XXH3_64bits(record.data() + kUnchecked, record.size() - kUnchecked);
@@ -63,7 +63,7 @@ bool write_at(int file, std::uint64_t offset, std::string_view bytes) {
 
 }  // namespace
 
-SampleFile::SampleFile(const std::filesystem::path& path) : path_(path) {
+SampleFile::SampleFile(const std::filesystem::path& path) {
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) throw_system_error(path);
   read_index();
@@ -79,18 +79,23 @@ SampleFile::Key SampleFile::key_of(const PushRequest& request) {
 }
 
 void SampleFile::read_index() {
+  struct stat status = {};
+  if (fstat(file_, &status) != 0) return;
+  const auto size = static_cast<std::uint64_t>(status.st_size);
   std::string record;
   for (;;) {
     RecordHeader header;
-    if (!read_at(file_, end_, &header, sizeof header)) return;
-    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.numbers > kMostNumbers ||
-        header.fields > kMostNumbers)
+    if (size - end_ < sizeof header || !read_at(file_, end_, &header, sizeof header)) return;
+    const std::uint64_t rest = size - end_ - sizeof header;
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.numbers > rest / sizeof(double) ||
+        header.fields > (rest - header.numbers * sizeof(double)) / sizeof(float))
       return;
     record.resize(sizeof header + header.numbers * sizeof(double) + header.fields * sizeof(float));
     if (!read_at(file_, end_, record.data(), record.size()) || checksum_of(record) != header.checksum) return;
     const double* d = header.displacement;
     places_[{header.kind, header.increments, d[0], d[1], d[2]}] = {end_ + sizeof header, header.numbers,
-                                                                   header.fields, header.solved != 0};
+                                                                   header.fields,
+                                                                   static_cast<PushOutcome>(header.outcome)};
     end_ += record.size();
   }
 }
@@ -101,8 +106,8 @@ std::optional<SolvedPush> SampleFile::find(const PushRequest& request, size_t nu
   if (found == places_.end()) return std::nullopt;
   const Place& place = found->second;
   SolvedPush push;
-  push.solved = place.solved;
-  if (!push.solved) return push;
+  push.outcome = place.outcome;
+  if (push.outcome != PushOutcome::solved) return push;
   if (place.numbers != num_numbers || place.fields != num_fields) return std::nullopt;
   push.numbers.resize(num_numbers);
   push.fields.resize(num_fields);
@@ -121,7 +126,7 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
   Eigen::Map<Eigen::Vector3d>(header.displacement) = request.displacement;
   header.numbers = push.numbers.size();
   header.fields = push.fields.size();
-  header.solved = push.solved ? 1 : 0;
+  header.outcome = static_cast<std::uint64_t>(push.outcome);
   std::string record(sizeof header, '\0');
   std::memcpy(record.data(), &header, sizeof header);
   record.append(reinterpret_cast<const char*>(push.numbers.data()), push.numbers.size() * sizeof(double));
@@ -129,7 +134,7 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
   const std::uint64_t checksum = checksum_of(record);
   std::memcpy(record.data() + offsetof(RecordHeader, checksum), &checksum, sizeof checksum);
   if (!write_at(file_, end_, record)) return false;
-  places_[key_of(request)] = {end_ + sizeof header, header.numbers, header.fields, push.solved};
+  places_[key_of(request)] = {end_ + sizeof header, header.numbers, header.fields, push.outcome};
   end_ += record.size();
   return true;
 }
@@ -146,7 +151,10 @@ SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view k
   lock_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0) throw_system_error(lock);
   if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    const int reason = errno;
     close(lock_);
+    errno = reason;
+    if (reason != EWOULDBLOCK) throw_system_error(lock);
     throw std::runtime_error(
         folder_.string() +
         ": another build of the same scene works in it; wait for it, or name another folder with "

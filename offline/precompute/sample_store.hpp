@@ -28,9 +28,17 @@ struct PushRequest {
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
 };
 
+enum class PushOutcome : std::uint32_t {
+  solved,
+  no_equilibrium,   // none was found
+  unstable,         // it is not stable
+  other_branch,     // it is not the one that the straight path from rest leads to
+  nearly_inverted,  // det F of some element is below 0.05
+};
+
 // What came of it.
 struct SolvedPush {
-  bool solved = false;
+  PushOutcome outcome = PushOutcome::no_equilibrium;
   std::vector<double> numbers;
   std::vector<float> fields;
 };
@@ -47,18 +55,17 @@ class SampleFile {
   // The answer kept for exactly this request, with so many numbers and fields where it was solved.
   std::optional<SolvedPush> find(const PushRequest& request, size_t num_numbers, size_t num_fields) const;
   // False where it cannot be kept, on a full disk for one; nothing else happens then.
-  bool keep(const PushRequest& request, const SolvedPush& push);
+  [[nodiscard]] bool keep(const PushRequest& request, const SolvedPush& push);
 
  private:
   struct Place {
     std::uint64_t offset, numbers, fields;
-    bool solved;
+    PushOutcome outcome;
   };
   using Key = std::tuple<std::uint32_t, int, double, double, double>;
   static Key key_of(const PushRequest& request);
   void read_index();
 
-  std::filesystem::path path_;
   int file_ = -1;
   std::uint64_t end_ = 0;  // of the last whole record
   std::map<Key, Place> places_;

@@ -17,6 +17,9 @@
 namespace palpate {
 namespace {
 
+// det F of an element that nearly inverts: beyond it polynomials of any degree converge slowly if at all.
+constexpr double kLeastJacobian = 0.05;
+
 // splitmix64: a small generator with the same numbers on every platform, which <random>'s distributions do
 // not promise.
 class Random {
@@ -47,20 +50,17 @@ std::vector<Eigen::Vector3d> sphere_points(int count) {
 }
 
 Eigen::MatrixXd weighed_rows(const Eigen::Vector3d& x, int degree) {
-  Eigen::MatrixXd rows = hermite_rows(x, 2, degree, 2);
-  rows.middleRows<3>(1) *= derivative_weight(degree, 1);
-  rows.middleRows<6>(4) *= derivative_weight(degree, 2);
-  return rows;
+  return derivative_weights(degree, 2).asDiagonal() * hermite_rows(x, 2, degree, 2);
 }
 
 }  // namespace
 
 SamplePoints::SamplePoints(bool half) {
   constexpr int kDirections = 96;
-  for (const double radius : {1.0, 0.75, 0.5}) {
-    for (const Eigen::Vector3d& direction : sphere_points(kDirections)) {
-      if (!half || direction.z() >= 0) candidates_.push_back(radius * direction);
-    }
+  for (const Eigen::Vector3d& direction : sphere_points(kDirections)) {
+    if (half && direction.z() < 0) continue;
+    for (const double radius : {1.0, 0.75, 0.5}) candidates_.push_back(radius * direction);
+    for (const double radius : {0.8, 0.6, 0.4, 0.2}) inner_candidates_.push_back(radius * direction);
   }
 }
 
@@ -71,10 +71,38 @@ Eigen::Vector3d SamplePoints::operator[](size_t index) {
 }
 
 void SamplePoints::choose_next() {
+  constexpr size_t kFirstInner = 12;
+  constexpr size_t kEachInner = 3;
+  const Eigen::Vector3d next = chosen_.size() >= kFirstInner && chosen_.size() % kEachInner == 0
+                                   ? farthest_inner()
+                                   : most_informative();
+  const Eigen::MatrixXd rows = weighed_rows(next, degree_);
+  information_ += rows.transpose() * rows;
+  chosen_.push_back(next);
+}
+
+Eigen::Vector3d SamplePoints::farthest_inner() const {
+  const auto distance = [&](const Eigen::Vector3d& candidate) {
+    double least = candidate.norm();  // of the rest state, which is known
+    for (const Eigen::Vector3d& x : chosen_) least = std::min(least, (x - candidate).norm());
+    return least;
+  };
+  double farthest = 0;
+  Eigen::Vector3d best;
+  for (const Eigen::Vector3d& candidate : inner_candidates_) {
+    if (const double from_all = distance(candidate); from_all > farthest * (1.0 + 1e-9)) {
+      farthest = from_all;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+Eigen::Vector3d SamplePoints::most_informative() {
   constexpr int kLeastDegree = 3;
   constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
   int degree = std::max(degree_, kLeastDegree);
-  while (degree <= static_cast<int>(pack::kMaxDegree) &&
+  while (degree < static_cast<int>(pack::kMaxDegree) &&
          2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
              kEquationsPerSample * (chosen_.size() + 1)) {
     ++degree;
@@ -110,8 +138,7 @@ void SamplePoints::choose_next() {
     }
   }
   if (best_gain < 0) throw std::logic_error("no sample points are left");
-  information_ += candidate_rows_[best].transpose() * candidate_rows_[best];
-  chosen_.push_back(candidates_[best]);
+  return candidates_[best];
 }
 
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed) {
@@ -134,7 +161,7 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
 
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
                          const RestState& rest_state, SampleFile* kept)
-    : solver_(&solver), site_(&site), rest_(&rest_state), step_(1e-4 * sites.mean_surface_edge), kept_(kept) {
+    : solver_(&solver), site_(&site), rest_(&rest_state), step_(1e-4 * sites.mean_surface_edge), rest_displacement_(rest_state.displacement_of(solver.assembly().model())), kept_(kept), factorizations_before_(solver.num_factorizations()) {
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();
@@ -146,13 +173,13 @@ SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const 
 const SiteSampler::Anchor& SiteSampler::rest() {
   if (!rest_anchor_) {
     Anchor rest;
-    rest.u = rest_->displacement_of(solver_->assembly().model());
+    rest.u = rest_displacement_;
     solver_->forget_factor();
-    Eigen::MatrixXd curvature;
-    if (!read_derivatives(rest, curvature)) {
+    if (!read_derivatives(rest, rest_curvature_)) {
       throw std::runtime_error(
           solver_->assembly().model().file + ": the organ at rest has no stable answer to a push at node " +
-          std::to_string(solver_->assembly().model().labels[static_cast<size_t>(site_->node)]));
+          std::to_string(solver_->assembly().model().labels[static_cast<size_t>(site_->node)]) +
+          "; check its supports and materials, and the gravity of the scene");
     }
     rest_anchor_ = std::move(rest);
   }
@@ -173,7 +200,12 @@ LoadCase SiteSampler::load_for(const Eigen::Vector3d& displacement) const {
 
 void SiteSampler::count(const SolveReport& report) {
   counts_.iterations += report.iterations;
-  counts_.factorizations += report.factorizations;
+}
+
+SolveCounts SiteSampler::counts() const {
+  SolveCounts counts = counts_;
+  counts.factorizations = solver_->num_factorizations() - factorizations_before_;
+  return counts;
 }
 
 bool SiteSampler::ramp_from_rest(const LoadCase& load, Eigen::VectorXd& u) {
@@ -181,11 +213,6 @@ bool SiteSampler::ramp_from_rest(const LoadCase& load, Eigen::VectorXd& u) {
   const SolveReport report = solver_->ramp(load_for(Eigen::Vector3d::Zero()), load, u, SolverSettings());
   count(report);
   return report.converged;
-}
-
-Eigen::VectorXd SiteSampler::packed_field(const Eigen::VectorXd& u) const {
-  if (rest_->is_mesh()) return u(packed_dofs_);
-  return u(packed_dofs_) - rest_->displacement(packed_dofs_);
 }
 
 void SiteSampler::read_response(const Eigen::VectorXd& u, Sample& sample) const {
@@ -198,57 +225,80 @@ void SiteSampler::read_response(const Eigen::VectorXd& u, Sample& sample) const 
   sample.force = patch_motion_.transpose() * internal;
 }
 
-bool SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
-  const PushRequest request = {PushRequest::Kind::sample, 0, displacement};
-  Anchor anchor;
-  anchor.sample.displacement = displacement;
-  Eigen::MatrixXd curvature(packed_dofs_.size(), 6);
-  anchor.u.resize(patch_motion_.rows());
-  anchor.tangent.resize(patch_motion_.rows(), 3);
-  // Both ways: what is kept, and what it was before.
-  const auto each_number = [&](auto&& visit) {
-    visit(anchor.sample.energy);
-    visit(anchor.sample.min_jacobian);
-    for (double& number : anchor.sample.force) visit(number);
-    for (double& number : anchor.sample.stiffness.reshaped()) visit(number);
-    for (double& number : anchor.sample.hardening) visit(number);
-  };
-  constexpr size_t kNumbers = 24;
-  const auto each_field = [&](auto&& visit) {
-    for (double& number : anchor.u) visit(number);
-    for (double& number : anchor.tangent.reshaped()) visit(number);
-    for (double& number : curvature.reshaped()) visit(number);
-  };
-  const auto num_fields = static_cast<size_t>(anchor.u.size() + anchor.tangent.size() + curvature.size());
+// What is kept for a request, or what `compute` finds, which is then kept; as the store rounds it in either case. The
+// two visitors go over what it consists of.
+template <typename Compute, typename Numbers, typename Fields>
+PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request, Numbers&& each_number,
+                                   Fields&& each_field) {
+  size_t num_numbers = 0;
+  size_t num_fields = 0;
+  each_number([&](double&) { ++num_numbers; });
+  each_field([&](double&) { ++num_fields; });
   std::optional<SolvedPush> push;
-  if (kept_ != nullptr) push = kept_->find(request, kNumbers, num_fields);
-  const bool reused = push.has_value();
-  if (!reused) {
+  if (kept_ != nullptr) push = kept_->find(request, num_numbers, num_fields);
+  if (push) {
+    ++counts_.reused;
+  } else {
+    ++counts_.solves;
     push.emplace();
-    push->solved = compute(displacement, anchor, curvature);
-    if (push->solved) {
-      each_number([&](double number) { push->numbers.push_back(number); });
-      each_field([&](double number) { push->fields.push_back(static_cast<float>(number)); });
+    push->outcome = compute();
+    if (push->outcome == PushOutcome::solved) {
+      each_number([&](double& number) { push->numbers.push_back(number); });
+      each_field([&](double& number) { push->fields.push_back(static_cast<float>(number)); });
     }
-    if (kept_ != nullptr) kept_->keep(request, *push);
+    if (kept_ != nullptr && !kept_->keep(request, *push)) ++counts_.not_kept;
   }
-  ++(reused ? counts_.reused : counts_.solves);
-  if (!push->solved) return false;
+  if (push->outcome != PushOutcome::solved) return push->outcome;
   auto number = push->numbers.begin();
   each_number([&](double& to) { to = *number++; });
   auto field = push->fields.begin();
   each_field([&](double& to) { to = *field++; });
-
-  sample = anchor.sample;
-  sample.field = packed_field(anchor.u);
-  sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
-  sample.field_curvature = curvature;
-  anchors_.push_back(std::move(anchor));
-  return true;
+  return push->outcome;
 }
 
-bool SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& anchor, Eigen::MatrixXd& curvature) {
+PushOutcome SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& sample) {
+  Anchor anchor;
+  anchor.sample.displacement = displacement;
+  anchor.u.resize(patch_motion_.rows());
+  anchor.tangent.resize(patch_motion_.rows(), 3);
+  Eigen::MatrixXd curvature(packed_dofs_.size(), 6);
+  const PushOutcome outcome = recall_or(
+      [&] {
+        const PushOutcome found = compute(displacement, anchor, curvature);
+        anchor.u -= rest_displacement_;  // a small push of a sagging organ keeps its digits
+        return found;
+      },
+      {PushRequest::Kind::sample, 0, displacement},
+      [&](auto&& visit) {
+        visit(anchor.sample.energy);
+        visit(anchor.sample.min_jacobian);
+        for (double& number : anchor.sample.force) visit(number);
+        for (double& number : anchor.sample.stiffness.reshaped()) visit(number);
+        for (double& number : anchor.sample.hardening) visit(number);
+      },
+      [&](auto&& visit) {
+        for (double& number : anchor.u) visit(number);
+        for (double& number : anchor.tangent.reshaped()) visit(number);
+        for (double& number : curvature.reshaped()) visit(number);
+      });
+  if (outcome != PushOutcome::solved) return outcome;
+  sample = anchor.sample;
+  sample.field = anchor.u(packed_dofs_);
+  sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
+  sample.field_curvature = std::move(curvature);
+  anchor.u += rest_displacement_;
+  anchors_.push_back(std::move(anchor));
+  return outcome;
+}
+
+PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& anchor,
+                                 Eigen::MatrixXd& curvature) {
   const Anchor* nearest = &rest();
+  if (displacement.isZero(0)) {
+    anchor = *nearest;
+    curvature = rest_curvature_;
+    return PushOutcome::solved;
+  }
   for (const Anchor& other : anchors_) {
     if ((other.sample.displacement - displacement).norm() <
         (nearest->sample.displacement - displacement).norm())
@@ -265,10 +315,11 @@ bool SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& anchor, E
   }
   const SolveReport report = solver_->correct(load, anchor.u, SolverSettings());
   count(report);
-  if (!report.converged && !ramp_from_rest(load, anchor.u)) return false;
+  if (!report.converged && !ramp_from_rest(load, anchor.u)) return PushOutcome::no_equilibrium;
   read_response(anchor.u, anchor.sample);
-  if (!read_derivatives(anchor, curvature)) return false;
-  return !report.converged || is_on_branch_from_rest(*nearest, anchor.sample);
+  if (!read_derivatives(anchor, curvature)) return PushOutcome::unstable;
+  if (report.converged && !is_on_branch_from_rest(*nearest, anchor.sample)) return PushOutcome::other_branch;
+  return anchor.sample.min_jacobian < kLeastJacobian ? PushOutcome::nearly_inverted : PushOutcome::solved;
 }
 
 // Where a body has two equilibria for the same push, the step from a neighbour may have ended in the other one. Then
@@ -343,37 +394,29 @@ bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curva
 }
 
 bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample) {
-  const PushRequest request = {PushRequest::Kind::survey, increments, displacement};
   sample = {};
+  Sample solved;
+  solved.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()));
+  const PushOutcome outcome = recall_or(
+      [&] {
+        Eigen::VectorXd u;
+        if (!compute_from_rest(displacement, increments, u)) return PushOutcome::no_equilibrium;
+        read_response(u, solved);
+        solved.field = (u - rest_displacement_)(packed_dofs_);
+        return PushOutcome::solved;
+      },
+      {PushRequest::Kind::survey, increments, displacement},
+      [&](auto&& visit) {
+        visit(solved.energy);
+        visit(solved.min_jacobian);
+        for (double& number : solved.force) visit(number);
+      },
+      [&](auto&& visit) {
+        for (double& number : solved.field) visit(number);
+      });
+  if (outcome == PushOutcome::solved) sample = std::move(solved);
   sample.displacement = displacement;
-  sample.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()));
-  constexpr size_t kNumbers = 5;
-  const auto each_number = [&](auto&& visit) {
-    visit(sample.energy);
-    visit(sample.min_jacobian);
-    for (double& number : sample.force) visit(number);
-  };
-  std::optional<SolvedPush> push;
-  if (kept_ != nullptr) push = kept_->find(request, kNumbers, packed_dofs_.size());
-  const bool reused = push.has_value();
-  if (!reused) {
-    push.emplace();
-    Eigen::VectorXd u;
-    push->solved = compute_from_rest(displacement, increments, u);
-    if (push->solved) {
-      read_response(u, sample);
-      sample.field = packed_field(u);
-      each_number([&](double number) { push->numbers.push_back(number); });
-      for (const double number : sample.field) push->fields.push_back(static_cast<float>(number));
-    }
-    if (kept_ != nullptr) kept_->keep(request, *push);
-  }
-  ++(reused ? counts_.reused : counts_.solves);
-  if (!push->solved) return false;
-  auto number = push->numbers.begin();
-  each_number([&](double& to) { to = *number++; });
-  std::copy(push->fields.begin(), push->fields.end(), sample.field.begin());
-  return true;
+  return outcome == PushOutcome::solved;
 }
 
 bool SiteSampler::compute_from_rest(const Eigen::Vector3d& displacement, int increments, Eigen::VectorXd& u) {

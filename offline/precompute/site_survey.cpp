@@ -27,8 +27,6 @@ namespace {
 
 constexpr double kShrink = 0.7;          // of the domain along a displacement that cannot be had
 constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
-// det F of an element that nearly inverts: beyond it polynomials of any degree converge slowly if at all.
-constexpr double kLeastJacobian = 0.05;
 
 SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   SurveySample sample;
@@ -118,26 +116,43 @@ class SiteDomain {
              SiteSamples& samples, SiteResult& result)
       : sampler_(sampler), scene_(scene), site_(site), label_(label), samples_(samples), result_(result) {}
 
-  // Adds a sample at x = A d; where there is none to be had the domain is shortened in its place.
+  // Adds what is known at rest.
+  void sample_rest() {
+    Sample rest;
+    if (sampler_.solve(Eigen::Vector3d::Zero(), rest) != PushOutcome::solved)
+      throw std::logic_error("there is no state of rest");
+    samples_.samples.push_back(std::move(rest));
+  }
+
+  // Adds a sample at x = A d, shortening the domain until there is one to be had.
   void sample(const Eigen::Vector3d& x) {
-    Sample sample;
-    if (sampler_.solve(samples_.to_unit.inverse() * x, sample) && sample.min_jacobian >= kLeastJacobian) {
-      result_.min_jacobian = std::min(result_.min_jacobian, sample.min_jacobian);
-      samples_.samples.push_back(std::move(sample));
-      return;
-    }
-    shorten(x, site_.inward, samples_);
-    const double reach = least_reach(samples_.to_unit);
-    if (reach < kSmallestReach * scene_.max_displacement) {
-      throw std::runtime_error(
-          fmt::format("{}: no equilibrium found for pushes of {:.3g} at node {}, though max_displacement is "
-                      "{:.3g}; reduce "
-                      "max_displacement, or raise tip_radius",
-                      scene_.file.string(), reach / kShrink, label_, scene_.max_displacement));
+    while (!is_sampled(x)) {
     }
   }
 
  private:
+  bool is_sampled(const Eigen::Vector3d& x) {
+    Sample sample;
+    const PushOutcome outcome = sampler_.solve(samples_.to_unit.inverse() * x, sample);
+    if (outcome == PushOutcome::solved) {
+      result_.min_jacobian = std::min(result_.min_jacobian, sample.min_jacobian);
+      samples_.samples.push_back(std::move(sample));
+      ++result_.samples;
+      return true;
+    }
+    result_.cut_by = outcome;
+    shorten(x, site_.inward, samples_);
+    const double reach = least_reach(samples_.to_unit);
+    if (reach < kSmallestReach * scene_.max_displacement) {
+      throw std::runtime_error(
+          fmt::format("{}: {} for pushes of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
+                      "max_displacement, or raise tip_radius",
+                      scene_.file.string(), words_for(outcome), reach / kShrink, label_,
+                      scene_.max_displacement));
+    }
+    return false;
+  }
+
   SiteSampler& sampler_;
   const Scene& scene_;
   const ContactSite& site_;
@@ -149,10 +164,11 @@ class SiteDomain {
 // Samples a site until its fit keeps the target, and fits it.
 SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
+  domain.sample_rest();
   size_t next = 0;
   for (size_t wanted = plan.least_samples;;
        wanted = std::min(plan.most_samples, std::max(wanted + 2, wanted * 5 / 4))) {
-    while (samples.samples.size() < wanted) domain.sample(points[next++]);
+    while (result.samples < wanted) domain.sample(points[next++]);
     const auto [degree, error] = choose_degree(samples);
     result.held_out_error = error;
     if (error <= plan.target || wanted == plan.most_samples) return fit_polynomial(samples, degree);
@@ -191,7 +207,6 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
                                    : fit_as_paper(domain, scene, site.inward, samples);
     constexpr double kBasisPart = 0.1;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
-    result.samples = samples.samples.size();
   }
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were.
   for (const Eigen::Vector3d& point :
@@ -205,6 +220,17 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
 }
 
 }  // namespace
+
+const char* words_for(PushOutcome outcome) {
+  switch (outcome) {
+    case PushOutcome::solved: return "an equilibrium was found";
+    case PushOutcome::no_equilibrium: return "no equilibrium was found";
+    case PushOutcome::unstable: return "the equilibrium is not stable";
+    case PushOutcome::other_branch: return "another equilibrium was found than from rest";
+    case PushOutcome::nearly_inverted: return "an element nearly inverts";
+  }
+  return "";
+}
 
 double least_reach(const Eigen::Matrix3d& to_unit) {
   return 1 / to_unit.jacobiSvd().singularValues()[0];

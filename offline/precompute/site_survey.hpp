@@ -21,8 +21,9 @@ struct SamplingPlan {
 
 struct SiteResult {
   SitePolynomial polynomial;  // of degree 0 when none was asked for
-  size_t samples = 0;         // that it was fitted to
-  double held_out_error = 0;  // of the fit
+  size_t samples = 0;         // nonlinear solves that it was fitted to
+  double held_out_error = 0;  // of the fit; 0 for the paper's, which has none
+  PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
   double min_jacobian = 1;    // smallest det F over the samples
   std::vector<SurveySample> survey;
   int unsolved = 0;  // of the survey
@@ -38,6 +39,9 @@ struct Push {
 
 // The shortest semi-axis of a sampled domain.
 double least_reach(const Eigen::Matrix3d& to_unit);
+
+// "no equilibrium was found", ...: of what a push came to.
+const char* words_for(PushOutcome outcome);
 
 // Whether it was cut, by more than rounding.
 inline bool is_shortened(double reach, double max_displacement) {
@@ -62,11 +66,9 @@ std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSi
 std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
 
 // `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
-// surveyed come back with nothing. The domain of a site is a ball,
-// shortened along the displacements that the solver cannot reach, that nearly invert an element, or that lead to
-// another equilibrium than the path from rest: an ellipsoid; below a quarter of the largest displacement
-// std::runtime_error names the node.
-// `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
+// surveyed come back with nothing. The domain of a site is a ball, shortened along the displacements that the solver
+// cannot reach, that nearly invert an element, or that lead to another equilibrium than the path from rest: an
+// ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
 // is kept.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,

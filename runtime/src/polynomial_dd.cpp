@@ -11,7 +11,7 @@ namespace {
 using pack::monomial_start;
 using pack::num_monomials;
 
-constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree);
+constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree - 1);
 // Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
 constexpr double kRounding = 1e-9;
 
@@ -170,7 +170,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
   }
 
   double monomials[kMostMonomials];
-  pack::evaluate_monomials(x, polynomial.degree, monomials);
+  pack::evaluate_monomials(x, polynomial.degree - 1, monomials);  // of second derivatives
 
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + polynomial.energy_start;

@@ -14,7 +14,7 @@
 //   field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
 // that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n.
 //
-// Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, which is x . n for a ball),
+// Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, 1 at the end of the domain along n),
 // the nonlinear part fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1 for c >= 0,
 // 0 for c <= -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
 #pragma once

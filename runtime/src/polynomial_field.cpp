@@ -1,6 +1,7 @@
 #include "runtime/src/polynomial_field.hpp"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/src/pack_view.hpp"
 #include "schemas/monomials.hpp"
@@ -21,12 +22,17 @@ void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
     if (size > largest) largest = size;
     sum += size;
   }
+  rounded.num_pairs = rank / 2;
+  if (!isfinite(sum)) {  // a damaged pack that nobody verified: as without rounding
+    rounded.unit = sum;
+    memset(rounded.weights, 0, rank * sizeof *rounded.weights);
+    return;
+  }
   const pal_real by_largest = largest / pack::kBasisUnit;
   const pal_real unit = by_largest > sum / kMostSum ? by_largest : sum / kMostSum;
   // Below what float32 has digits for there is nothing to show.
   constexpr pal_real kLeast = pal_real(1e-30);
   const pal_real per_unit = unit > kLeast ? 1 / unit : 0;
-  rounded.num_pairs = rank / 2;
   rounded.unit = unit / pack::kBasisUnit;
   for (uint32_t k = 0; k < rank; ++k) {
     const pal_real value = z[k] * per_unit;

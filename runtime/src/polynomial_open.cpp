@@ -19,19 +19,25 @@ struct Stretch {
   }
 };
 
-bool is_map(const double to_unit[9]) {
-  double largest = 0;
+// A maps an ellipsoid to the unit ball whose semi-axes are max_displacement, or shortened to no less than a quarter.
+bool is_map(const double A[9], double max_displacement) {
+  constexpr double kMostStretch = 4.0;
+  constexpr double kRounding = 1e-9;
+  double scaled[9];
   for (int i = 0; i < 9; ++i) {
-    if (!(fabs(to_unit[i]) <= kLargestScale)) return false;
-    if (fabs(to_unit[i]) > largest) largest = fabs(to_unit[i]);
+    scaled[i] = A[i] * max_displacement;
+    if (!(fabs(scaled[i]) <= kMostStretch + kRounding)) return false;
   }
-  return largest >= 1 / kLargestScale;
+  const double* a = scaled;
+  const double determinant = a[0] * (a[4] * a[8] - a[5] * a[7]) - a[1] * (a[3] * a[8] - a[5] * a[6]) +
+                             a[2] * (a[3] * a[7] - a[4] * a[6]);
+  return fabs(determinant) >= 1.0 - kRounding;
 }
 
 bool is_site(const pack::PolynomialSite& site, const pal_pack& pack) {
   return site.degree >= 1 && site.degree <= pack.degree && site.rank <= pack::kMostRank &&
          (!pack.basis_rounded || site.rank % 2 == 0) && isfinite(site.min_jacobian) &&
-         site.basis_error >= 0 && isfinite(site.basis_error) && is_map(site.to_unit);
+         site.basis_error >= 0 && isfinite(site.basis_error) && is_map(site.to_unit, pack.max_displacement);
 }
 
 }  // namespace

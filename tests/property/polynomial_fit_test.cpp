@@ -248,6 +248,10 @@ void weigh(int degree, int unweighed, Eigen::MatrixXd& rows) {
   }
 }
 
+double weight_at(const Eigen::Vector3d& x) {
+  return 1 / std::max(x.norm(), 0.1);
+}
+
 // Samples of more degrees than are fitted: the normal equations hold, so that no other polynomial of the degree is
 // nearer in the weighted sum of squares.
 TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
@@ -288,6 +292,8 @@ TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
     };
     Eigen::MatrixXd residual = (rows_of(truth) - rows_of(fitted)).topRows<10>();
     Eigen::MatrixXd design = hermite_rows(x, 2, kDegree, 2);
+    residual *= weight_at(x);
+    design *= weight_at(x);
     weigh(kDegree, 0, residual);
     weigh(kDegree, 0, design);
     gradient += design.transpose() * residual;
@@ -295,6 +301,8 @@ TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
 
     Eigen::MatrixXd energy_residual = rows_of(energy) - rows_of(fitted_energy);
     Eigen::MatrixXd energy_design = hermite_rows(x, 3, kDegree + 1, 3);
+    energy_residual *= weight_at(x);
+    energy_design *= weight_at(x);
     weigh(kDegree, 1, energy_residual);
     weigh(kDegree, 1, energy_design);
     energy_gradient += energy_design.transpose() * energy_residual;

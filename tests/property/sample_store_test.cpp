@@ -17,7 +17,7 @@ namespace {
 const PushRequest kRequest = {PushRequest::Kind::sample, 0, {0.1, -0.2, 1e-300}};
 
 SolvedPush push_of(double number) {
-  return {true, {number, 1.0 / 3}, {1.5f, -0.0f, 3e38f}};
+  return {PushOutcome::solved, {number, 1.0 / 3}, {1.5f, -0.0f, 3e38f}};
 }
 
 struct StoredSolves : ::testing::Test {
@@ -30,17 +30,17 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
     SampleFile file(path());
     EXPECT_FALSE(file.find(kRequest, 2, 3).has_value());
     EXPECT_TRUE(file.keep(kRequest, push_of(2.5)));
-    EXPECT_TRUE(file.keep({PushRequest::Kind::survey, 2, kRequest.displacement}, {false, {}, {}}));
+    EXPECT_TRUE(file.keep({PushRequest::Kind::survey, 2, kRequest.displacement}, {PushOutcome::no_equilibrium, {}, {}}));
   }
   const SampleFile file(path());
   const auto found = file.find(kRequest, 2, 3);
   ASSERT_TRUE(found.has_value());
-  EXPECT_TRUE(found->solved);
+  EXPECT_EQ(found->outcome, PushOutcome::solved);
   EXPECT_EQ(found->numbers, push_of(2.5).numbers);
   EXPECT_EQ(found->fields, push_of(2.5).fields);
   const auto unsolved = file.find({PushRequest::Kind::survey, 2, kRequest.displacement}, 9, 9);
   ASSERT_TRUE(unsolved.has_value()) << "that there was no equilibrium is worth keeping";
-  EXPECT_FALSE(unsolved->solved);
+  EXPECT_EQ(unsolved->outcome, PushOutcome::no_equilibrium);
   // Asked for something else in the least.
   EXPECT_FALSE(file.find({PushRequest::Kind::survey, 1, kRequest.displacement}, 2, 3).has_value());
   EXPECT_FALSE(file.find({PushRequest::Kind::sample, 0, {0.1, -0.2, 2e-300}}, 2, 3).has_value());
@@ -51,8 +51,8 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
 TEST_F(StoredSolves, HalfARecordIsNone) {
   {
     SampleFile file(path());
-    file.keep(kRequest, push_of(1));
-    file.keep({PushRequest::Kind::sample, 0, {1, 2, 3}}, push_of(2));
+    EXPECT_TRUE(file.keep(kRequest, push_of(1)));
+    EXPECT_TRUE(file.keep({PushRequest::Kind::sample, 0, {1, 2, 3}}, push_of(2)));
   }
   const auto whole = std::filesystem::file_size(path());
   for (const auto cut : {whole - 1, whole / 2 + 1, whole / 2 + 40, whole / 2 + 80}) {
@@ -67,7 +67,7 @@ TEST_F(StoredSolves, HalfARecordIsNone) {
 }
 
 TEST_F(StoredSolves, DamageIsSeen) {
-  SampleFile(path()).keep(kRequest, push_of(1));
+  EXPECT_TRUE(SampleFile(path()).keep(kRequest, push_of(1)));
   const auto bytes = static_cast<std::streamoff>(std::filesystem::file_size(path()));
   for (std::streamoff at = 0; at < bytes; ++at) {
     const auto flip = [&] {

@@ -188,7 +188,7 @@ struct SamplingSite : ::testing::Test {
 
   static Sample solved(SiteSampler& sampler, const Eigen::Vector3d& d) {
     Sample sample;
-    EXPECT_TRUE(sampler.solve(d, sample));
+    EXPECT_EQ(sampler.solve(d, sample), PushOutcome::solved);
     EXPECT_EQ(sample.displacement, d);
     return sample;
   }
@@ -457,7 +457,7 @@ TEST_F(SamplingColumn, TheOtherBranchIsNoSample) {
       const bool is_other = stepped && std::abs(*stepped - from_rest.energy) > 1e-3 * from_rest.energy;
       Sample sample;
       SiteSampler again(solver, sites, site, rest);
-      const bool solved = again.solve(d, sample);
+      const bool solved = again.solve(d, sample) == PushOutcome::solved;
       on_the_other += is_other;
       on_the_same += solved;
       if (is_other) {
@@ -501,9 +501,9 @@ TEST_F(SamplingLimit, AnImpossiblePushIsNoSample) {
   const RestState rest;
   SiteSampler sampler(solver, block.sites, block.sites.sites.front(), rest);
   Sample sample;
-  EXPECT_TRUE(sampler.solve({0, 0, -0.2}, sample));
-  EXPECT_FALSE(sampler.solve({0, 0, -0.6}, sample));
-  EXPECT_TRUE(sampler.solve({0, 0, -0.25}, sample)) << "a failure must not stick";
+  EXPECT_EQ(sampler.solve({0, 0, -0.2}, sample), PushOutcome::solved);
+  EXPECT_NE(sampler.solve({0, 0, -0.6}, sample), PushOutcome::solved);
+  EXPECT_EQ(sampler.solve({0, 0, -0.25}, sample), PushOutcome::solved) << "a failure must not stick";
 }
 
 // A survey counts what it could not measure as wholly wrong, in its bin and over all.

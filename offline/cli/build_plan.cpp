@@ -1,0 +1,146 @@
+#include "offline/cli/build_plan.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <stdexcept>
+
+#include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/paper_quadratic.hpp"
+
+namespace palpate {
+namespace {
+
+// Opens in a twentieth of a second and is exact; what a surface of 1,900 nodes takes. It grows with the square.
+constexpr double kMostDenseBytes = 256e6;
+
+double dense_bytes(const ContactSites& sites) {
+  return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
+}
+
+// Solves of a site that its polynomial is fitted to, at the least.
+size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
+  if (!scene.polynomial) return 0;
+  const bool half = scene.directions == Directions::inward;
+  switch (scene.polynomial_method) {
+    case PolynomialMethod::hermite: return plan.least_samples;
+    case PolynomialMethod::paper_grid: return grid_points(half).size();
+    case PolynomialMethod::paper_ray: return ray_points(Eigen::Vector3d::UnitZ()).size();
+  }
+  return 0;
+}
+
+}  // namespace
+
+bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
+  if (!scene.linear || scene.compliance == ComplianceForm::dense) return false;
+  return scene.compliance == ComplianceForm::compressed || dense_bytes(sites) > kMostDenseBytes;
+}
+
+bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
+  return !is_to_be_compressed(scene, sites) && (scene.linear || dense_bytes(sites) <= kMostDenseBytes);
+}
+
+SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
+  SamplingPlan plan;
+  plan.jobs = jobs;
+  plan.target = scene.accuracy_target;
+  // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
+  constexpr double kRoundedFrom = 2e-4;
+  plan.rounded = scene.precision == FieldPrecision::rounded ||
+                 (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
+                  scene.accuracy_target >= kRoundedFrom);
+  // Below it energies and forces lose to rounding what a polynomial is fitted to.
+  constexpr double kLeastReach = 1e-6;  // of h
+  if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
+    throw std::runtime_error(fmt::format(
+        "{}: max_displacement = {:g} is below a millionth of the mean surface edge {:.4g}, too little for a "
+        "nonlinear model; raise it, or write [models] polynomial = false",
+        scene.file.string(), scene.max_displacement, sites.mean_surface_edge));
+  }
+  // Few sites are measured more often, so that 95 % of each bin's errors are told with a confidence of 95 %.
+  constexpr int kFewestSurveySolves = 4 * 60;
+  const int num_sites = static_cast<int>(sites.sites.size());
+  int num_surveyed = num_sites;
+  if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
+    // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin
+    // at sites all over the organ.
+    num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
+    plan.survey_samples = 4;
+  }
+  plan.survey_samples =
+      std::max(plan.survey_samples, (kFewestSurveySolves / 4 + num_surveyed - 1) / num_surveyed * 4);
+  return plan;
+}
+
+size_t num_worked(const SamplingPlan& plan, const ContactSites& sites) {
+  return plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
+}
+
+std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
+                                   const std::vector<InputFile>& inputs) {
+  // Another build of this program may solve otherwise, in the last digit or by a mended fault.
+  const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
+  std::string key = fmt::format("{} {:a} {:a} {} {}", program, scene.max_displacement, scene.tip_radius, static_cast<int>(scene.directions),
+                                static_cast<int>(scene.polynomial_method));
+  for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first is the scene
+  if (scene.gravity) {
+    for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
+  }
+  for (const int node : sites.packed_nodes)
+    key += fmt::format(" {}", model.labels[static_cast<size_t>(node)]);
+  return key;
+}
+
+double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
+                          const SamplingPlan& plan) {
+  const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
+  // Displacement and three derivatives of all dofs, six second derivatives of what is packed; a survey's displacement.
+  const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
+  return sizeof(float) * static_cast<double>(num_worked(plan, sites)) *
+         (static_cast<double>(samples_of_site(scene, plan)) * sample + plan.survey_samples * rows);
+}
+
+void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
+                const std::vector<InputFile>& inputs, const SamplingPlan& plan, bool keeps_samples) {
+  StaticSolver solver(assembly);
+  const auto start = std::chrono::steady_clock::now();
+  const bool factored =
+      solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
+  const double factor_seconds = factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
+  const size_t worked = num_worked(plan, sites);
+  const double solves =
+      static_cast<double>(worked) * static_cast<double>(samples_of_site(scene, plan) +
+                                                        static_cast<size_t>(plan.survey_samples));
+  const bool compressed = is_to_be_compressed(scene, sites);
+  constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
+  const int jobs = std::min(plan.jobs, static_cast<int>(worked));
+  constexpr PolynomialSize kUsual = {5, 20};
+  double bytes =
+      estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(), sites.sites.size(),
+                          scene.linear, scene.polynomial ? kUsual : PolynomialSize(), plan.rounded, compressed);
+  for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
+  fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
+             model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
+             sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
+             scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
+  if (scene.linear) {
+    const double dense = dense_bytes(sites) / 1e6;
+    if (compressed) {
+      fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
+                 kComplianceTolerance, dense);
+    } else {
+      fmt::print("compliance dense, {:.1f} MB\n", dense);
+    }
+  }
+  fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB", solves,
+             std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
+  if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
+  fmt::print("\n");
+  std::fflush(stdout);  // also into a file: it is for before the wait
+}
+
+}  // namespace palpate

@@ -1,0 +1,170 @@
+#include "offline/cli/build_report.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "offline/cli/compliance_errors.hpp"
+#include "offline/cli/json_text.hpp"
+#include "offline/cli/survey_table.hpp"
+
+namespace palpate {
+namespace {
+
+struct Totals {
+  SolveCounts counts;
+  double min_jacobian = 1;
+  int unsolved = 0;                      // of the survey's pushes
+  int surveyed = 0;                      // pushes
+  int shortened = 0;                     // sites with a smaller domain
+  std::array<int, 5> shortened_by = {};  // PushOutcome
+  int off_target = 0;                    // sites whose fit does not keep it on samples it was not given
+  double worst_held_out = 0;
+};
+
+Totals totals_of(const BuildResult& result) {
+  const Scene& scene = result.content.scene;
+  Totals totals;
+  for (const SiteResult& site : result.sites) {
+    totals.counts.solves += site.counts.solves;
+    totals.counts.reused += site.counts.reused;
+    totals.counts.not_kept += site.counts.not_kept;
+    totals.counts.iterations += site.counts.iterations;
+    totals.counts.factorizations += site.counts.factorizations;
+    totals.min_jacobian = std::min(totals.min_jacobian, site.min_jacobian);
+    totals.unsolved += site.unsolved;
+    totals.surveyed += static_cast<int>(site.survey.size());
+    if (scene.polynomial && is_shortened(least_reach(site.polynomial.to_unit), scene.max_displacement)) {
+      ++totals.shortened;
+      ++totals.shortened_by.at(static_cast<size_t>(site.cut_by));
+    }
+    totals.off_target += site.held_out_error > scene.accuracy_target;
+    totals.worst_held_out = std::max(totals.worst_held_out, site.held_out_error);
+  }
+  return totals;
+}
+
+const SurveyTable& best_survey(const BuildResult& result) {
+  return result.content.surveys.back().table;
+}
+
+bool is_measured(const BuildResult& result) {
+  const auto& bins = best_survey(result).bins;
+  return std::all_of(bins.begin(), bins.end(), [](const SurveyBin& bin) { return bin.samples > 0; });
+}
+
+bool is_on_target(const BuildResult& result) {
+  return is_measured(result) &&
+         best_survey(result).overall.displacement.p95 <= result.content.scene.accuracy_target;
+}
+
+}  // namespace
+
+void print_json(const BuildResult& result) {
+  const Totals totals = totals_of(result);
+  const Scene& scene = result.content.scene;
+  const ContactSites& sites = result.content.sites;
+  fmt::print("{}\n",
+             json_text({{"pack", result.pack.string()},
+                        {"bytes", result.opened.bytes().size()},
+                        {"seconds", result.seconds},
+                        {"sites", sites.sites.size()},
+                        {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
+                        {"solves", totals.counts.solves},
+                        {"reused", totals.counts.reused},
+                        {"iterations", totals.counts.iterations},
+                        {"factorizations", totals.counts.factorizations},
+                        {"min_J", totals.min_jacobian},
+                        {"sites_with_smaller_domain", totals.shortened},
+                        {"sites_off_target", totals.off_target},
+                        {"survey_pushes_without_equilibrium", totals.unsolved},
+                        {"target_met", is_on_target(result)},
+                        {"frame_us", result.frame_us},
+                        {"budget_met", result.frame_us <= scene.frame_budget_us},
+                        {"compliance", compliance_json(result.opened.tables())},
+                        {"errors", survey_json(surveys_of(result.opened.tables()))}}));
+}
+
+void print_text(const BuildResult& result) {
+  const Totals totals = totals_of(result);
+  const Scene& scene = result.content.scene;
+  if (const CompressedCompliance* compressed = result.content.compressed) {
+    fmt::print(
+        "compliance {:.1f} MB; against exact linear solves of {} sets of contacts, displacements are wrong "
+        "by at most {:.2g} of |d|, forces by {:.2g}\n",
+        static_cast<double>(compressed->num_bytes()) / 1e6, compressed->samples,
+        compressed->displacement_error, compressed->force_error);
+  }
+  fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
+             totals.counts.solves, totals.counts.iterations, totals.counts.factorizations,
+             totals.min_jacobian);
+  if (!result.samples.empty()) {
+    fmt::print("samples    {} kept in {}, {} of them taken from there\n",
+               totals.counts.solves + totals.counts.reused - totals.counts.not_kept, result.samples.string(),
+               totals.counts.reused);
+  }
+  fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", result.pack.string(),
+             static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
+  fmt::print(
+      "frame      forces of {} {} at new sites in {:.2f} us (median) on this machine; the budget is {:g} "
+      "us\n\n{}\n",
+      scene.max_contacts, scene.max_contacts == 1 ? "contact" : "contacts", result.frame_us,
+      scene.frame_budget_us, survey_text(surveys_of(result.opened.tables())));
+}
+
+void print_warnings(const BuildResult& result) {
+  const Totals totals = totals_of(result);
+  const Scene& scene = result.content.scene;
+  const std::string file = scene.file.string();
+  const size_t num_sites = result.content.sites.sites.size();
+  if (totals.counts.not_kept > 0) {
+    fmt::print(stderr,
+               "{}: {} solves could not be kept, another build has to repeat them; make room on the disk, or "
+               "name another folder with --samples\n",
+               result.samples.string(), totals.counts.not_kept);
+  }
+  if (totals.shortened > 0) {
+    std::string reasons;
+    for (size_t i = 0; i < totals.shortened_by.size(); ++i) {
+      if (totals.shortened_by[i] == 0) continue;
+      reasons += fmt::format("{}{} ({})", reasons.empty() ? "" : ", ", words_for(static_cast<PushOutcome>(i)),
+                             totals.shortened_by[i]);
+    }
+    fmt::print(stderr,
+               "{}: {} of {} sites are sampled less far than max_displacement in some directions: {}\n", file,
+               totals.shortened, num_sites, reasons);
+  }
+  if (totals.unsolved > 0) {
+    fmt::print(stderr,
+               "{}: {} of {} survey pushes reached no equilibrium and count as errors of 100 %; reduce "
+               "max_displacement\n",
+               file, totals.unsolved, totals.surveyed);
+  }
+  if (result.frame_us > scene.frame_budget_us) {
+    fmt::print(stderr,
+               "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts or "
+               "tip_radius, or raise [budget] frame_us\n",
+               file, result.frame_us, scene.frame_budget_us);
+  }
+  if (!is_measured(result)) {
+    fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);
+  } else if (!is_on_target(result)) {
+    const SurveyBin& overall = best_survey(result).overall;
+    fmt::print(stderr,
+               "{}: the p95 displacement error is {:.3g} % over the survey (force: {:.3g} %), above the "
+               "target of {:.3g} %; reduce max_displacement or raise [accuracy] target\n",
+               file, 100 * overall.displacement.p95, 100 * overall.force.p95, 100 * scene.accuracy_target);
+  } else if (totals.off_target > 0) {
+    fmt::print(stderr,
+               "{}: {} of {} sites do not keep the target with {} solves (held out: up to {:.3g} %, target "
+               "{:.3g} %), though the survey as a whole does\n",
+               file, totals.off_target, num_sites, result.plan.most_samples, 100 * totals.worst_held_out,
+               100 * scene.accuracy_target);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,28 @@
+// What a build made: printed, as JSON, and what its user should know before using it.
+#pragma once
+
+#include <filesystem>
+
+#include "offline/cli/opened_pack.hpp"
+#include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/site_survey.hpp"
+
+namespace palpate {
+
+struct BuildResult {
+  const PackContent& content;  // with its surveys
+  const std::vector<SiteResult>& sites;
+  const SamplingPlan& plan;
+  const OpenedPack& opened;
+  std::filesystem::path pack;
+  std::filesystem::path samples;  // empty: none were kept
+  double seconds = 0;
+  double frame_us = 0;  // median of forces at new sites
+};
+
+void print_json(const BuildResult& result);
+void print_text(const BuildResult& result);
+// To standard error, each with a remedy.
+void print_warnings(const BuildResult& result);
+
+}  // namespace palpate
