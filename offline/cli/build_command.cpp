@@ -80,6 +80,10 @@ std::filesystem::path sample_folder(const BuildArguments& arguments) {
   return folder += ".samples";
 }
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 int run_build(const BuildArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const auto [scene, model] = read_scene(arguments.scene);
@@ -107,6 +111,7 @@ int run_build(const BuildArguments& arguments) {
 
   const RestState rest = find_rest(assembly, scene);
   Compliance compliance = compute_compliance(assembly, scene, sites, rest, plan.jobs);
+  const auto sampling_start = std::chrono::steady_clock::now();
   std::vector<SiteResult> results;
   {
     ProgressBar bar("sampling sites", static_cast<int>(num_worked(plan, sites)));
@@ -114,6 +119,7 @@ int run_build(const BuildArguments& arguments) {
         assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(done); }, rest,
         store ? &*store : nullptr);
   }
+  const double sampling_seconds = seconds_since(sampling_start);
 
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
   content.rest = &rest;
@@ -132,9 +138,9 @@ int run_build(const BuildArguments& arguments) {
   const AlignedBytes bytes = write_pack(content);
   const OpenedPack opened(bytes);  // what the runtime refuses is not written
   write_finished_bytes(arguments.pack, bytes.bytes());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;
-  const BuildResult result{content, results, plan, opened, arguments.pack, samples, seconds,
+  const BuildResult result{content, results, plan, opened, arguments.pack, samples, seconds, sampling_seconds,
                            time_scene(opened, kTimedFrames).at(0.5) / 1000};
   if (arguments.json) {
     print_json(result);

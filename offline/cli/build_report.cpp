@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "offline/cli/build_plan.hpp"
 #include "offline/cli/compliance_errors.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/survey_table.hpp"
@@ -72,6 +73,7 @@ void print_json(const BuildResult& result) {
              json_text({{"pack", result.pack.string()},
                         {"bytes", result.opened.bytes().size()},
                         {"seconds", result.seconds},
+                        {"sampling_seconds", result.sampling_seconds},
                         {"sites", sites.sites.size()},
                         {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
                         {"solves", totals.counts.solves},
@@ -102,6 +104,11 @@ void print_text(const BuildResult& result) {
   fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
              totals.counts.solves, totals.counts.iterations, totals.counts.factorizations,
              totals.min_jacobian);
+  if (totals.counts.solves > 0) {
+    fmt::print("speed      {:.3g} equilibria a second on {} threads, {:.3g} s a site\n",
+               static_cast<double>(totals.counts.solves) / result.sampling_seconds, result.plan.jobs,
+               result.sampling_seconds / static_cast<double>(num_worked(result.plan, result.content.sites)));
+  }
   if (!result.samples.empty()) {
     fmt::print("samples    {} kept in {}, {} of them taken from there\n",
                totals.counts.solves + totals.counts.reused - totals.counts.not_kept, result.samples.string(),

@@ -12,6 +12,7 @@
 #include "offline/cli/contact_arguments.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
+#include "offline/cli/patch_pressure.hpp"
 #include "offline/output/finished_file.hpp"
 
 namespace palpate {
@@ -88,14 +89,16 @@ double largest_displacement(const Eigen::VectorXd& field) {
   return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
 }
 
-nlohmann::json answer_json(const ContactAnswer& answer) {
+nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer) {
   nlohmann::json contacts = nlohmann::json::array();
   for (size_t c = 0; c < answer.results.size(); ++c) {
     const pal_contact_result& result = answer.results[c];
+    const std::optional<double> pressure = patch_pressure(opened, answer.contacts[c].site, result.force);
     contacts.push_back(
         {{"node", answer.labels[c]},
          {"displacement", answer.contacts[c].displacement},
          {"force", result.force},
+         {"pressure", pressure ? nlohmann::json(*pressure) : nlohmann::json()},
          {"stiffness", result.stiffness},
          {"model", model_name(result.model)},
          {"error_estimate", {{"displacement", result.displacement_error}, {"force", result.force_error}}},
@@ -116,6 +119,11 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
         "{:.3g} %, force {:.3g} %",
         answer.labels[c], model_name(result.model), force[0], force[1], force[2], force_unit, force.norm(),
         100 * result.displacement_error, 100 * result.force_error);
+    if (const auto pressure = patch_pressure(opened, answer.contacts[c].site, result.force)) {
+      const std::string unit =
+          length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
+      fmt::print("; mean pressure {:.4g}{}", *pressure, unit);
+    }
     if (answer.contacts[c].force_axes != 0) {
       const double* d = answer.contacts[c].displacement;
       fmt::print("; moved by ({:.6g}, {:.6g}, {:.6g}){}", d[0], d[1], d[2], length);
@@ -175,7 +183,7 @@ int run_eval(const EvalArguments& arguments) {
   if (!arguments.reference.empty()) reference = compare(opened, answer, arguments.reference);
   if (!arguments.output.empty()) write_field(opened, answer, arguments.output);
   if (arguments.json) {
-    nlohmann::json json = answer_json(answer);
+    nlohmann::json json = answer_json(opened, answer);
     if (reference) add_reference(answer, *reference, json);
     fmt::print("{}\n", json_text(json));
   } else {
@@ -191,8 +199,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand("eval", "Answer one touch through the real runtime, from rest");
   command->footer(
-      "Lengths and forces are in the model's units; the force is what the outside must apply to the "
-      "tissue. `palpate info PACK`\n"
+      "Lengths and forces are in the model's units; the force is what the outside must apply to the tissue, the "
+      "pressure its part\ninto the surface over the patch's area. `palpate info PACK` "
       "names the nodes that --contact takes; without --contact the answer is rest.\n\n"
       "Example: palpate eval brain.pack --contact 812=0,0,-8 --json");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();

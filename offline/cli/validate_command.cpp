@@ -93,9 +93,7 @@ Eigen::Matrix3d sampled_domain(const OpenedPack& opened, const Scene& scene, con
     const double* to_unit = opened.segment<pack::PolynomialSite>(*polynomial->sites())[site].to_unit;
     return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(to_unit).inverse();
   }
-  const bool half = scene.directions == Directions::inward;
-  const Eigen::Matrix3d frame = half ? frame_about(sites.sites[site].inward) : Eigen::Matrix3d::Identity();
-  return scene.max_displacement * frame;
+  return scene.max_displacement * sites.sites[site].frame;
 }
 
 // At sites drawn with the same chance, as many in each quarter of the range.

@@ -1,10 +1,34 @@
 #include "offline/precompute/contact_sites.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 
 namespace palpate {
+namespace {
+
+// Of a surface without a normal there, an edge takes its place.
+Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node, const Eigen::Vector3d& inward) {
+  constexpr double kLeastAside = 0.1;  // of an edge
+  Eigen::Vector3d axis = inward;
+  const auto begin = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node)]);
+  const auto end = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node) + 1]);
+  for (size_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d edge = (model.positions[static_cast<size_t>(surface.neighbours[i])] -
+                                  model.positions[static_cast<size_t>(node)])
+                                     .normalized();
+    if (axis.isZero()) axis = edge;
+    const Eigen::Vector3d aside = edge - edge.dot(axis) * axis;
+    if (aside.norm() < kLeastAside) continue;
+    Eigen::Matrix3d frame;
+    frame << aside.normalized(), axis.cross(aside.normalized()), axis;
+    return frame;
+  }
+  return Eigen::Matrix3d::Identity();
+}
+
+}  // namespace
 
 ContactSites find_contact_sites(const Scene& scene, const Model& model) {
   const Surface surface = extract_surface(model);
@@ -36,6 +60,7 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
                                std::to_string(model.labels[static_cast<size_t>(node)]) +
                                " has no inward direction; take that site out, or write directions = \"all\"");
     }
+    site.frame = frame_at(model, surface, node, site.inward);
     const std::vector<int> within = nodes_within(surface, node, scene.tip_radius);
     result.sites_at_fixed_nodes +=
         std::any_of(within.begin(), within.end(), [&](int near) { return fixed[static_cast<size_t>(near)]; });

@@ -16,6 +16,8 @@ struct ContactSite {
   std::vector<int> patch;                            // in ContactSites::contact_nodes, ascending
   std::vector<int> patch_nodes;                      // the same in the model
   Eigen::Vector3d inward = Eigen::Vector3d::Zero();  // unit normal into the organ
+  // Axes as columns that turn with the organ: the last one inward, the first along an edge of the surface.
+  Eigen::Matrix3d frame = Eigen::Matrix3d::Identity();
 };
 
 struct ContactSites {

@@ -192,8 +192,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   const int label = solver.assembly().model().labels[static_cast<size_t>(site.node)];
   SiteSamples samples;
   samples.half = scene.directions == Directions::inward;
-  samples.to_unit = Eigen::Matrix3d::Identity() / scene.max_displacement;
-  if (samples.half) samples.to_unit = frame_about(site.inward).transpose() / scene.max_displacement;
+  samples.to_unit = site.frame.transpose() / scene.max_displacement;
   std::optional<SampleFile> kept;
   if (store != nullptr) kept.emplace(store->file_of(label));
   SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
@@ -205,7 +204,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     const SitePolynomial fit = scene.polynomial_method == PolynomialMethod::hermite
                                    ? fit_to_target(domain, plan, points, samples, result)
                                    : fit_as_paper(domain, scene, site.inward, samples);
-    constexpr double kBasisPart = 0.1;  // of the target
+    constexpr double kBasisPart = 0.2;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
   }
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were.

@@ -334,6 +334,16 @@ TEST_F(Contradiction, PolynomialSites) {
                 PAL_STATUS_CORRUPT_CONTENT)
           << scale;
     }
+    // Not of a domain within the scene's largest displacement, or of one that has no end in some direction.
+    for (const double scale : {0.9, 4.5}) {
+      EXPECT_EQ(changed([&](Site& site) {
+                  for (double& entry : site.to_unit) entry *= scale;
+                }),
+                PAL_STATUS_CORRUPT_CONTENT)
+          << scale;
+    }
+    EXPECT_EQ(changed([](Site& site) { std::copy(site.to_unit, site.to_unit + 3, site.to_unit + 3); }),
+              PAL_STATUS_CORRUPT_CONTENT);
     for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL})
       EXPECT_EQ(changed([&](Site& site) { site.min_jacobian = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
     for (const double wrong : {std::nan(""), HUGE_VAL, -1e-3})
@@ -460,6 +470,21 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
   EXPECT_EQ(status_of_rank(2), PAL_STATUS_OK);
 }
 
+// Opened without a look at its numbers, a damaged pack may answer with them, but no more than that.
+TEST_F(Contradiction, PolynomialsNobodyVerified) {
+  AlignedBytes copy = copy_of(rounded_pack_bytes().bytes());
+  const pack::PolynomialDd& table = polynomials_of(copy);
+  auto* coefficients = reinterpret_cast<pal_real*>(copy.bytes().data() + table.coefficients()->offset());
+  const uint64_t count = table.coefficients()->bytes() / sizeof(pal_real);
+  for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL, 3e38}) {
+    std::fill(coefficients, coefficients + count, static_cast<pal_real>(wrong));
+    const OpenPack pack(copy, PAL_VERIFY_NEVER);
+    OwnedSession session(pack.get(), PAL_MODEL_POLYNOMIAL, 1, 0);
+    session.touch({{0, {0.01, 0.01, -0.02}, 0, {}}});
+    session.field();
+  }
+}
+
 // Scene values that are finite and still make no sense in double or float arithmetic.
 TEST_F(Contradiction, Scales) {
   const auto written = [&](auto&& change) {
@@ -477,8 +502,8 @@ TEST_F(Contradiction, Scales) {
         << absurd;
     const auto in_units = [&](double metres, double newtons) {
       return written([&](Scene& scene) {
-        scene.length_unit = "a";
-        scene.force_unit = "b";
+        scene.length_unit = std::string(1, 'a');
+        scene.force_unit = std::string(1, 'b');
         scene.metres_per_length_unit = metres;
         scene.newtons_per_force_unit = newtons;
       });

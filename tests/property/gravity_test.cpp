@@ -329,6 +329,12 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   EXPECT_LE(error_of(nonlinear, 2, d), 0.01);
   EXPECT_GT(error_of(linear, 2, d), 0.01);
   EXPECT_LE(error_of(linear, 2, 1e-3 * d), 1e-3);
+  // A push far smaller than the sag keeps its digits, also where it is rounded as if it had been kept.
+  SiteSampler sampler(solver, heavy.block.sites, heavy.block.sites.sites[2], heavy.rest);
+  Sample small;
+  ASSERT_EQ(sampler.solve(1e-4 * d, small), PushOutcome::solved);
+  const Sample small_truth = truth_at(2, 1e-4 * d);
+  EXPECT_LE((small.field - small_truth.field).norm(), 1e-6 * small_truth.field.norm());
   // The energy is that of the work done: its gradient is the force.
   const Sample truth = truth_at(2, d);
   constexpr double kStep = 1e-5;

@@ -47,6 +47,26 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
   EXPECT_FALSE(file.find(kRequest, 2, 4).has_value()) << "an organ of another size";
 }
 
+TEST(StoredSolvesOfAFullDisk, AreSaidNotToBeKept) {
+  SampleFile file("/dev/full");
+  EXPECT_FALSE(file.keep(kRequest, push_of(1)));
+  EXPECT_FALSE(file.find(kRequest, 2, 3).has_value());
+}
+
+// Whatever a record says of its length, no more is read than there is.
+TEST_F(StoredSolves, AnAbsurdLengthIsNoRecord) {
+  EXPECT_TRUE(SampleFile(path()).keep(kRequest, push_of(1)));
+  for (const int number : {48, 56}) {  // bytes before the counts of numbers and fields
+    for (const std::uint64_t absurd : {std::uint64_t{1} << 28, ~std::uint64_t{0}}) {
+      std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(number);
+      file.write(reinterpret_cast<const char*>(&absurd), sizeof absurd);
+      file.close();
+      EXPECT_FALSE(SampleFile(path()).find(kRequest, 2, 3).has_value());
+    }
+  }
+}
+
 // A kill in the middle of a write, wherever it falls: what came before stands, and the next one takes its place.
 TEST_F(StoredSolves, HalfARecordIsNone) {
   {

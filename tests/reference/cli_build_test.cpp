@@ -84,6 +84,34 @@ TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
   EXPECT_NE(run.error.find("--samples"), std::string::npos) << run.error;
 }
 
+// What another scene solved is not taken for one's own; another target, precision or number of tools is no other scene.
+TEST(Build, SamplesOfAnotherSceneAreNotTaken) {
+  const SceneFiles files;
+  const std::string scene = file_text(files.scene);
+  const auto reused = [&](const std::string& changed) {
+    files.dir.write("block.toml", changed);
+    const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.error;
+    return run.exit_code == 0 && run.json()["reused"].get<int>() > 0;
+  };
+  const auto with = [&](const std::string& was, const std::string& now) {
+    const size_t at = scene.find(was);
+    EXPECT_NE(at, std::string::npos) << was;
+    return std::string(scene).replace(at, was.size(), now);
+  };
+  EXPECT_FALSE(reused(scene));
+  EXPECT_TRUE(reused(scene));
+  EXPECT_TRUE(reused(scene + "[accuracy]\ntarget = 0.02\n"));
+  EXPECT_FALSE(reused(with("tip_radius = 0.13", "tip_radius = 0.14")));
+  EXPECT_FALSE(reused(with("[contact]\n", "[contact]\ndirections = \"inward\"\n")));
+  EXPECT_FALSE(reused(with("max_displacement = 0.03", "max_displacement = 0.031")));
+  EXPECT_FALSE(reused(scene + "[output]\nnodes = \"all\"\n"));
+  EXPECT_FALSE(reused(scene + "[models]\npolynomial_method = \"paper_ray\"\n"));
+  const std::string mesh = file_text(files.inp);
+  files.dir.write("block.inp", "** a comment\n" + mesh);
+  EXPECT_FALSE(reused(scene));
+}
+
 // Every free node of the surface a site, the compliance compressed as it would be of a larger one.
 TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   const std::string scene =

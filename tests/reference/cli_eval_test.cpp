@@ -67,6 +67,22 @@ double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) 
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
+// The middle node of the top alone is a corner of four triangles, each half a cell, and bears a third of each.
+TEST(EvalPressure, IsTheForceIntoTheSurfaceOverItsArea) {
+  const SceneFiles files("[contact]\nsites = [23]\nmax_displacement = 0.01\n");
+  ASSERT_EQ(files.build().exit_code, 0);
+  const double area = 4 * (0.125 * 0.125 / 2) / 3;
+  for (const char* push : {"23=0,0,-0.008", "23=0.003,0,0.005"}) {
+    const nlohmann::json contact =
+        run_cleanly({"eval", files.pack.string(), "--contact", push, "--json"}).json()["contacts"][0];
+    EXPECT_NEAR(contact["pressure"].get<double>(), -contact["force"][2].get<double>() / area,
+                1e-9 * std::abs(contact["pressure"].get<double>()))
+        << push;
+  }
+  EXPECT_NE(run_cleanly({"eval", files.pack.string(), "--contact", "23=0,0,-0.008"}).out.find("mean pressure"),
+            std::string::npos);
+}
+
 TEST_F(Eval, JsonIsAsTheContractSays) {
   const nlohmann::json json = answer({"--contact", "23=0.001,0,-0.02"});
   EXPECT_EQ(json.size(), 2u);
@@ -76,7 +92,7 @@ TEST_F(Eval, JsonIsAsTheContractSays) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : contact.items()) keys.push_back(key);
   EXPECT_EQ(keys, (std::vector<std::string>{"displacement", "error_estimate", "flags", "force", "model",
-                                            "node", "stiffness"}));
+                                            "node", "pressure", "stiffness"}));
   EXPECT_EQ(contact["node"], 23);
   EXPECT_EQ(contact["displacement"], nlohmann::json({0.001, 0.0, -0.02}));
   EXPECT_EQ(contact["model"], "polynomial");
