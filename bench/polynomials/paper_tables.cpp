@@ -149,12 +149,13 @@ void write(const StudyTable& table, const std::filesystem::path& folder, const s
 
 // The force as the gradient of the energy, and by eq. (4) from displacements, the paper's way.
 StudyTable force_table(Cylinder& cylinder) {
-  StudyTable table("force",
-                   "Errors of the force in percent of the force, over the same 200 pushes, below a tenth of the range "
-                   "left out: of displacements from the solver, rounded to single precision as they are kept, and of the "
-                   "polynomial's.",
-                   {"strain %", "gradient, p95", "gradient, max", "eq. (4), solver's u, max", "eq. (4), p95",
-                    "eq. (4), max"});
+  StudyTable table(
+      "force",
+      "Errors of the force in percent of the force, over the same 200 pushes, below a tenth of the range "
+      "left out: of displacements from the solver, rounded to single precision as they are kept, and of the "
+      "polynomial's.",
+      {"strain %", "gradient, p95", "gradient, max", "eq. (4), solver's u, max", "eq. (4), p95",
+       "eq. (4), max"});
   for (const double strain : {0.1, 0.2, 0.23, 0.3, 0.4}) {
     const double reach = strain * kPaperHeight;
     const SiteResult result = cylinder.fit(reach, PolynomialMethod::hermite, 1e-3);
@@ -214,12 +215,13 @@ void study(const std::filesystem::path& folder) {
   // The last row of a path of ten steps of -8, and -80 at once.
   StudyTable table3(
       "table3",
-      "The same at the last of the ray's own ten samples: -80, at once and in ten steps of -8. Ours is sampled as far.",
+      "The same at the last of the ray's own ten samples: -80, at once and in ten steps of -8. Ours is "
+      "sampled as far.",
       {"load", "uz of P1", "paper, P_m z", "ray, P_m z", "ray, any node", "ours, P_m z", "ours, any node"});
   const Eigen::Vector3d at_once = cylinder.tips_under({-80.0}).front();
   const SiteResult farther = cylinder.fit(at_once.norm() * (1 + 1e-12), PolynomialMethod::hermite, kFine);
-  for (const auto& [name, tip, paper] :
-       {std::tuple("-80 at once", at_once, kPaperAtOnce), std::tuple("ten times -8", tips.back(), kPaperInSteps)}) {
+  for (const auto& [name, tip, paper] : {std::tuple("-80 at once", at_once, kPaperAtOnce),
+                                         std::tuple("ten times -8", tips.back(), kPaperInSteps)}) {
     const Sample truth = cylinder.solved(tip);
     std::vector<std::string> row = {name, fmt::format("{:.6g}", tip.z()), fmt::format("{:.3g}", paper)};
     for (const SitePolynomial* one : {&ray, &farther.polynomial}) append(row, both(cylinder, *one, truth));

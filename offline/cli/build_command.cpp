@@ -72,7 +72,12 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
 
 // Empty where nothing is to be kept: beside a device or a pipe there is no place for it.
 std::filesystem::path sample_folder(const BuildArguments& arguments) {
-  if (!arguments.samples.empty()) return arguments.samples;
+  if (!arguments.samples.empty()) {
+    if (arguments.samples.lexically_normal() == arguments.pack.lexically_normal())
+      throw std::runtime_error(arguments.samples.string() +
+                               ": --samples is a folder, and the pack a file; name two places");
+    return arguments.samples;
+  }
   std::error_code error;
   const bool is_new = !std::filesystem::exists(arguments.pack, error);
   if (!is_new && !std::filesystem::is_regular_file(arguments.pack, error)) return {};
@@ -140,8 +145,9 @@ int run_build(const BuildArguments& arguments) {
   write_finished_bytes(arguments.pack, bytes.bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;
-  const BuildResult result{content, results, plan, opened, arguments.pack, samples, seconds, sampling_seconds,
-                           time_scene(opened, kTimedFrames).at(0.5) / 1000};
+  const BuildResult result{content, results,          plan,
+                           opened,  arguments.pack,   samples,
+                           seconds, sampling_seconds, time_scene(opened, kTimedFrames).at(0.5) / 1000};
   if (arguments.json) {
     print_json(result);
   } else {

@@ -25,9 +25,12 @@ size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
   if (!scene.polynomial) return 0;
   const bool half = scene.directions == Directions::inward;
   switch (scene.polynomial_method) {
-    case PolynomialMethod::hermite: return plan.least_samples;
-    case PolynomialMethod::paper_grid: return grid_points(half).size();
-    case PolynomialMethod::paper_ray: return ray_points(Eigen::Vector3d::UnitZ()).size();
+    case PolynomialMethod::hermite:
+      return plan.least_samples;
+    case PolynomialMethod::paper_grid:
+      return grid_points(half).size();
+    case PolynomialMethod::paper_ray:
+      return ray_points(Eigen::Vector3d::UnitZ()).size();
   }
   return 0;
 }
@@ -83,8 +86,9 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
                                    const std::vector<InputFile>& inputs) {
   // Another build of this program may solve otherwise, in the last digit or by a mended fault.
   const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
-  std::string key = fmt::format("{} {:a} {:a} {} {}", program, scene.max_displacement, scene.tip_radius, static_cast<int>(scene.directions),
-                                static_cast<int>(scene.polynomial_method));
+  std::string key =
+      fmt::format("{} {:a} {:a} {} {}", program, scene.max_displacement, scene.tip_radius,
+                  static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method));
   for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first is the scene
   if (scene.gravity) {
     for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
@@ -109,18 +113,19 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const auto start = std::chrono::steady_clock::now();
   const bool factored =
       solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
-  const double factor_seconds = factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
+  const double factor_seconds =
+      factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
   const size_t worked = num_worked(plan, sites);
   const double solves =
-      static_cast<double>(worked) * static_cast<double>(samples_of_site(scene, plan) +
-                                                        static_cast<size_t>(plan.survey_samples));
+      static_cast<double>(worked) *
+      static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   const int jobs = std::min(plan.jobs, static_cast<int>(worked));
   constexpr PolynomialSize kUsual = {5, 20};
-  double bytes =
-      estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(), sites.sites.size(),
-                          scene.linear, scene.polynomial ? kUsual : PolynomialSize(), plan.rounded, compressed);
+  double bytes = estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(),
+                                     sites.sites.size(), scene.linear,
+                                     scene.polynomial ? kUsual : PolynomialSize(), plan.rounded, compressed);
   for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
@@ -136,8 +141,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       fmt::print("compliance dense, {:.1f} MB\n", dense);
     }
   }
-  fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB", solves,
-             std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
+  fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
+             solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
   std::fflush(stdout);  // also into a file: it is for before the wait

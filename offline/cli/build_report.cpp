@@ -69,26 +69,25 @@ void print_json(const BuildResult& result) {
   const Totals totals = totals_of(result);
   const Scene& scene = result.content.scene;
   const ContactSites& sites = result.content.sites;
-  fmt::print("{}\n",
-             json_text({{"pack", result.pack.string()},
-                        {"bytes", result.opened.bytes().size()},
-                        {"seconds", result.seconds},
-                        {"sampling_seconds", result.sampling_seconds},
-                        {"sites", sites.sites.size()},
-                        {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
-                        {"solves", totals.counts.solves},
-                        {"reused", totals.counts.reused},
-                        {"iterations", totals.counts.iterations},
-                        {"factorizations", totals.counts.factorizations},
-                        {"min_J", totals.min_jacobian},
-                        {"sites_with_smaller_domain", totals.shortened},
-                        {"sites_off_target", totals.off_target},
-                        {"survey_pushes_without_equilibrium", totals.unsolved},
-                        {"target_met", is_on_target(result)},
-                        {"frame_us", result.frame_us},
-                        {"budget_met", result.frame_us <= scene.frame_budget_us},
-                        {"compliance", compliance_json(result.opened.tables())},
-                        {"errors", survey_json(surveys_of(result.opened.tables()))}}));
+  fmt::print("{}\n", json_text({{"pack", result.pack.string()},
+                                {"bytes", result.opened.bytes().size()},
+                                {"seconds", result.seconds},
+                                {"sampling_seconds", result.sampling_seconds},
+                                {"sites", sites.sites.size()},
+                                {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
+                                {"solves", totals.counts.solves},
+                                {"reused", totals.counts.reused},
+                                {"iterations", totals.counts.iterations},
+                                {"factorizations", totals.counts.factorizations},
+                                {"min_J", totals.min_jacobian},
+                                {"sites_with_smaller_domain", totals.shortened},
+                                {"sites_off_target", totals.off_target},
+                                {"survey_pushes_without_equilibrium", totals.unsolved},
+                                {"target_met", is_on_target(result)},
+                                {"frame_us", result.frame_us},
+                                {"budget_met", result.frame_us <= scene.frame_budget_us},
+                                {"compliance", compliance_json(result.opened.tables())},
+                                {"errors", survey_json(surveys_of(result.opened.tables()))}}));
 }
 
 void print_text(const BuildResult& result) {
@@ -116,11 +115,12 @@ void print_text(const BuildResult& result) {
   }
   fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", result.pack.string(),
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
+  const size_t contacts = std::min<size_t>(scene.max_contacts, result.content.sites.sites.size());
   fmt::print(
       "frame      forces of {} {} at new sites in {:.2f} us (median) on this machine; the budget is {:g} "
       "us\n\n{}\n",
-      scene.max_contacts, scene.max_contacts == 1 ? "contact" : "contacts", result.frame_us,
-      scene.frame_budget_us, survey_text(surveys_of(result.opened.tables())));
+      contacts, contacts == 1 ? "contact" : "contacts", result.frame_us, scene.frame_budget_us,
+      survey_text(surveys_of(result.opened.tables())));
 }
 
 void print_warnings(const BuildResult& result) {

@@ -18,7 +18,7 @@ struct BuildResult {
   std::filesystem::path samples;  // empty: none were kept
   double seconds = 0;
   double sampling_seconds = 0;  // of them, of the sites' solves and fits
-  double frame_us = 0;  // median of forces at new sites
+  double frame_us = 0;          // median of forces at new sites
 };
 
 void print_json(const BuildResult& result);

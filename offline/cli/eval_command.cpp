@@ -120,8 +120,7 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
         answer.labels[c], model_name(result.model), force[0], force[1], force[2], force_unit, force.norm(),
         100 * result.displacement_error, 100 * result.force_error);
     if (const auto pressure = patch_pressure(opened, answer.contacts[c].site, result.force)) {
-      const std::string unit =
-          length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
+      const std::string unit = length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
       fmt::print("; mean pressure {:.4g}{}", *pressure, unit);
     }
     if (answer.contacts[c].force_axes != 0) {
@@ -199,7 +198,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand("eval", "Answer one touch through the real runtime, from rest");
   command->footer(
-      "Lengths and forces are in the model's units; the force is what the outside must apply to the tissue, the "
+      "Lengths and forces are in the model's units; the force is what the outside must apply to the tissue, "
+      "the "
       "pressure its part\ninto the surface over the patch's area. `palpate info PACK` "
       "names the nodes that --contact takes; without --contact the answer is rest.\n\n"
       "Example: palpate eval brain.pack --contact 812=0,0,-8 --json");

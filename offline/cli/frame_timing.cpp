@@ -1,5 +1,7 @@
 #include "offline/cli/frame_timing.hpp"
 
+#include <algorithm>
+#include <numeric>
 #include <random>
 
 namespace palpate {
@@ -118,10 +120,18 @@ Timing time_scene(const OpenedPack& opened, int frames) {
   const bool several = info.has_linear != 0;  // polynomials answer one contact alone
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
-  const std::vector<pal_contact> contacts = random_contacts(opened, true);
+  // One set of different sites after the other, in any order, so that none is known from the frame before.
+  std::vector<pal_contact> contacts = random_contacts(opened, true);
+  std::vector<std::uint32_t> order(info.num_sites);
+  std::iota(order.begin(), order.end(), 0u);
+  std::mt19937 generator(2);
+  for (size_t first = 0; first + count <= contacts.size(); first += count) {
+    std::shuffle(order.begin(), order.end(), generator);
+    for (size_t i = 0; i < count; ++i) contacts[first + i].site = order[i];
+  }
+  const size_t num_sets = contacts.size() / count;
   return time_frames("", "scene", frames, [&](int frame) {
-    const size_t first = static_cast<size_t>(frame) * count % (contacts.size() - count);
-    session.haptic({&contacts[first], count});
+    session.haptic({&contacts[static_cast<size_t>(frame) % num_sets * count], count});
   });
 }
 

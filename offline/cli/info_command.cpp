@@ -107,8 +107,8 @@ void print_polynomials(const OpenedPack& opened) {
   if (shorter > 0) {
     fmt::print(
         "                 {} sites are sampled less far than {:.4g}{} in some directions: there is no "
-        "equilibrium, or\n"
-        "                 an element nearly inverts\n",
+        "equilibrium, another\n"
+        "                 one than from rest, or an element nearly inverts\n",
         shorter, full, opened.length_suffix());
   }
 }

@@ -24,6 +24,7 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
     ++estimate;
     ++survey.solved;
   }
+  survey.errors = errors;
   return survey;
 }
 

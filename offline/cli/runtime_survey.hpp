@@ -10,6 +10,7 @@ namespace palpate {
 
 struct RuntimeSurvey {
   SurveyTable table;
+  std::vector<SampleErrors> errors;  // of each push
   // Pushes with an equilibrium, and those of them whose error is within what the runtime estimated for it.
   int solved = 0;
   int displacement_covered = 0;

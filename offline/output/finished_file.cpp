@@ -112,10 +112,15 @@ void write_finished_file(const fs::path& path, const std::function<void(const fs
 
 void write_finished_bytes(const fs::path& path, std::span<const unsigned char> bytes) {
   write_finished_file(path, [&](const fs::path& temporary) {
+    errno = 0;
     std::ofstream stream(temporary, std::ios::binary);
     stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     stream.close();
-    if (!stream) throw std::runtime_error(path.string() + ": cannot be written");
+    if (!stream) {
+      const std::string reason = errno != 0 ? " (" + std::generic_category().message(errno) + ")" : "";
+      throw std::runtime_error(path.string() + ": cannot be written" + reason +
+                               "; make room, or name another place");
+    }
   });
 }
 

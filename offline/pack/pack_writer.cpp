@@ -431,8 +431,7 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
                         : dense_compliance_bytes(packed_nodes, contact_nodes);
   if (const auto [degree, rank] = polynomials; degree > 0) {
     const double panels = rows / pack::kPanelRows;
-    const size_t tables = sizeof(pack::PolynomialSite) +
-                          sizeof(double) * pack::num_monomials(2, degree + 1) +
+    const size_t tables = sizeof(pack::PolynomialSite) + sizeof(double) * pack::num_monomials(2, degree + 1) +
                           sizeof(pack::Real) * pack::num_monomials(2, degree) * rank;
     bytes += static_cast<double>(sites) *
              (panels * static_cast<double>(pack::polynomial_panel_bytes(rank, rounded)) +

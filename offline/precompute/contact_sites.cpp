@@ -9,7 +9,8 @@ namespace palpate {
 namespace {
 
 // Of a surface without a normal there, an edge takes its place.
-Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node, const Eigen::Vector3d& inward) {
+Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
+                         const Eigen::Vector3d& inward) {
   constexpr double kLeastAside = 0.1;  // of an edge
   Eigen::Vector3d axis = inward;
   const auto begin = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node)]);

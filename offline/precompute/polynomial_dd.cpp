@@ -167,8 +167,7 @@ double held_out_error(const SiteSamples& samples, int degree) {
         Eigen::MatrixXd::Identity(system.block, system.block) - Q_b * Q_b.transpose();
     const Eigen::VectorXd row = rest.ldlt().solve(Eigen::VectorXd::Unit(system.block, 0));
     const Eigen::VectorXd error = residuals.middleRows(first, system.block).transpose() * row;
-    const double part =
-        largest_node(error) / (sample_weight(samples, sample) * sample.displacement.norm());
+    const double part = largest_node(error) / (sample_weight(samples, sample) * sample.displacement.norm());
     squares += part * part;
   }
   return std::sqrt(squares / pushes);
@@ -202,7 +201,7 @@ Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d
 
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded) {
   if (polynomial.basis.cols() == 0) return polynomial;
-  // Eigenvectors of B^T B: as the columns of B belong to orthonormal functions, the directions in which the field
+  // Eigenvectors of B^T B: where the columns of B belong to orthonormal functions, the directions in which the field
   // varies most over the domain.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
                                                                   polynomial.basis);
@@ -233,7 +232,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
+    for (const Eigen::Index next = std::min(most, rank + (rounded ? 2 : 1)); rank < next; ++rank) {
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
       if (size > 0) {

@@ -30,8 +30,8 @@ static_assert(sizeof(RecordHeader) == 72);
 constexpr char kMagic[8] = {'P', 'A', 'L', 'S', 'M', 'P', '0', '2'};
 constexpr size_t kUnchecked = offsetof(RecordHeader, checksum) + sizeof(RecordHeader::checksum);
 
-std::uint64_t checksum_of(std::string_view record) {
-  return XXH3_64bits(record.data() + kUnchecked, record.size() - kUnchecked);
+std::uint64_t checksum_of(std::string_view record, std::uint64_t binding) {
+  return XXH3_64bits_withSeed(record.data() + kUnchecked, record.size() - kUnchecked, binding);
 }
 
 bool read_at(int file, std::uint64_t offset, void* to, size_t count) {
@@ -63,7 +63,7 @@ bool write_at(int file, std::uint64_t offset, std::string_view bytes) {
 
 }  // namespace
 
-SampleFile::SampleFile(const std::filesystem::path& path) {
+SampleFile::SampleFile(const std::filesystem::path& path, std::uint64_t binding) : binding_(binding) {
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) throw_system_error(path);
   read_index();
@@ -91,11 +91,12 @@ void SampleFile::read_index() {
         header.fields > (rest - header.numbers * sizeof(double)) / sizeof(float))
       return;
     record.resize(sizeof header + header.numbers * sizeof(double) + header.fields * sizeof(float));
-    if (!read_at(file_, end_, record.data(), record.size()) || checksum_of(record) != header.checksum) return;
+    if (!read_at(file_, end_, record.data(), record.size()) ||
+        checksum_of(record, binding_) != header.checksum)
+      return;
     const double* d = header.displacement;
-    places_[{header.kind, header.increments, d[0], d[1], d[2]}] = {end_ + sizeof header, header.numbers,
-                                                                   header.fields,
-                                                                   static_cast<PushOutcome>(header.outcome)};
+    places_[{header.kind, header.increments, d[0], d[1], d[2]}] = {
+        end_ + sizeof header, header.numbers, header.fields, static_cast<PushOutcome>(header.outcome)};
     end_ += record.size();
   }
 }
@@ -131,7 +132,7 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
   std::memcpy(record.data(), &header, sizeof header);
   record.append(reinterpret_cast<const char*>(push.numbers.data()), push.numbers.size() * sizeof(double));
   record.append(reinterpret_cast<const char*>(push.fields.data()), push.fields.size() * sizeof(float));
-  const std::uint64_t checksum = checksum_of(record);
+  const std::uint64_t checksum = checksum_of(record, binding_);
   std::memcpy(record.data() + offsetof(RecordHeader, checksum), &checksum, sizeof checksum);
   if (!write_at(file_, end_, record)) return false;
   places_[key_of(request)] = {end_ + sizeof header, header.numbers, header.fields, push.outcome};
@@ -142,6 +143,7 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
 SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view key_of) {
   const XXH128_hash_t hash = XXH3_128bits(key_of.data(), key_of.size());
   folder_ = folder / fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+  key_ = hash.low64;
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error)
@@ -164,6 +166,10 @@ SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view k
 
 SampleStore::~SampleStore() {
   if (lock_ >= 0) close(lock_);
+}
+
+std::uint64_t SampleStore::binding_of(int label) const {
+  return XXH3_64bits_withSeed(&label, sizeof label, key_);
 }
 
 std::filesystem::path SampleStore::file_of(int label) const {

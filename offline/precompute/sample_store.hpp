@@ -46,8 +46,9 @@ struct SolvedPush {
 // The solves of one site. Not thread-safe.
 class SampleFile {
  public:
-  // Reads what is there. Throws std::runtime_error "PATH: REASON" when it cannot be opened for reading and writing.
-  explicit SampleFile(const std::filesystem::path& path);
+  // Reads what is there and was kept under the same `binding`: what else it depends on. Throws std::runtime_error
+  // "PATH: REASON" when it cannot be opened for reading and writing.
+  explicit SampleFile(const std::filesystem::path& path, std::uint64_t binding = 0);
   ~SampleFile();
   SampleFile(const SampleFile&) = delete;
   SampleFile& operator=(const SampleFile&) = delete;
@@ -66,6 +67,7 @@ class SampleFile {
   static Key key_of(const PushRequest& request);
   void read_index();
 
+  std::uint64_t binding_;
   int file_ = -1;
   std::uint64_t end_ = 0;  // of the last whole record
   std::map<Key, Place> places_;
@@ -83,9 +85,12 @@ class SampleStore {
   SampleStore& operator=(const SampleStore&) = delete;
 
   std::filesystem::path file_of(int label) const;
+  std::uint64_t binding_of(
+      int label) const;  // a file of another site or scene, copied here, is not taken for it
 
  private:
   std::filesystem::path folder_;
+  std::uint64_t key_ = 0;
   int lock_ = -1;
 };
 

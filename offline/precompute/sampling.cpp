@@ -162,7 +162,13 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
 
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
                          const RestState& rest_state, SampleFile* kept)
-    : solver_(&solver), site_(&site), rest_(&rest_state), step_(1e-4 * sites.mean_surface_edge), rest_displacement_(rest_state.displacement_of(solver.assembly().model())), kept_(kept), factorizations_before_(solver.num_factorizations()) {
+    : solver_(&solver),
+      site_(&site),
+      rest_(&rest_state),
+      step_(1e-4 * sites.mean_surface_edge),
+      rest_displacement_(rest_state.displacement_of(solver.assembly().model())),
+      kept_(kept),
+      factorizations_before_(solver.num_factorizations()) {
   const int num_dofs = solver.assembly().num_dofs();
   patch_motion_ = Eigen::MatrixXd::Zero(num_dofs, 3);
   for (const int node : site.patch_nodes) patch_motion_.middleRows<3>(3 * node).setIdentity();

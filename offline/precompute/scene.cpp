@@ -108,7 +108,8 @@ void read_models(const SceneTable& models, Scene& scene) {
 void read_precision(const SceneTable& output, Scene& scene) {
   constexpr FieldPrecision kPrecisions[] = {FieldPrecision::automatic, FieldPrecision::real,
                                             FieldPrecision::rounded};
-  scene.precision = kPrecisions[output.choice("precision", {"auto", "f32", "i16"}).value_or(0)];
+  constexpr const char* kReal = sizeof(pack::Real) == sizeof(float) ? "f32" : "f64";
+  scene.precision = kPrecisions[output.choice("precision", {"auto", kReal, "i16"}).value_or(0)];
 }
 
 // The node set as it is named in the scene: as the model file writes it, in upper or lower case.

@@ -144,11 +144,10 @@ class SiteDomain {
     shorten(x, site_.inward, samples_);
     const double reach = least_reach(samples_.to_unit);
     if (reach < kSmallestReach * scene_.max_displacement) {
-      throw std::runtime_error(
-          fmt::format("{}: {} for pushes of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
-                      "max_displacement, or raise tip_radius",
-                      scene_.file.string(), words_for(outcome), reach / kShrink, label_,
-                      scene_.max_displacement));
+      throw std::runtime_error(fmt::format(
+          "{}: {} for pushes of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
+          "max_displacement, or raise tip_radius",
+          scene_.file.string(), words_for(outcome), reach / kShrink, label_, scene_.max_displacement));
     }
     return false;
   }
@@ -194,7 +193,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   samples.half = scene.directions == Directions::inward;
   samples.to_unit = site.frame.transpose() / scene.max_displacement;
   std::optional<SampleFile> kept;
-  if (store != nullptr) kept.emplace(store->file_of(label));
+  if (store != nullptr) kept.emplace(store->file_of(label), store->binding_of(label));
   SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
   SiteResult result;
   if (scene.polynomial) {
@@ -222,11 +221,16 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
 
 const char* words_for(PushOutcome outcome) {
   switch (outcome) {
-    case PushOutcome::solved: return "an equilibrium was found";
-    case PushOutcome::no_equilibrium: return "no equilibrium was found";
-    case PushOutcome::unstable: return "the equilibrium is not stable";
-    case PushOutcome::other_branch: return "another equilibrium was found than from rest";
-    case PushOutcome::nearly_inverted: return "an element nearly inverts";
+    case PushOutcome::solved:
+      return "an equilibrium was found";
+    case PushOutcome::no_equilibrium:
+      return "no equilibrium was found";
+    case PushOutcome::unstable:
+      return "the equilibrium is not stable";
+    case PushOutcome::other_branch:
+      return "another equilibrium was found than from rest";
+    case PushOutcome::nearly_inverted:
+      return "an element nearly inverts";
   }
   return "";
 }

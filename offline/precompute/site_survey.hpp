@@ -20,11 +20,11 @@ struct SamplingPlan {
 };
 
 struct SiteResult {
-  SitePolynomial polynomial;  // of degree 0 when none was asked for
-  size_t samples = 0;         // nonlinear solves that it was fitted to
-  double held_out_error = 0;  // of the fit; 0 for the paper's, which has none
+  SitePolynomial polynomial;                 // of degree 0 when none was asked for
+  size_t samples = 0;                        // nonlinear solves that it was fitted to
+  double held_out_error = 0;                 // of the fit; 0 for the paper's, which has none
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
-  double min_jacobian = 1;    // smallest det F over the samples
+  double min_jacobian = 1;                   // smallest det F over the samples
   std::vector<SurveySample> survey;
   int unsolved = 0;  // of the survey
   SolveCounts counts;

@@ -19,7 +19,8 @@ struct PolynomialWeights {
   RoundedWeights rounded;                 // z where it is
 };
 
-// Of the state of a polynomial answer. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at degree 7
+// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by rank / 2 units at most, of
+// about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at degree 7
 // and rank 16.
 void weigh_polynomial(const pal_pack& pack, const FieldState& field, PolynomialWeights& weights);
 

@@ -52,7 +52,7 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// p95 of the survey bin that holds |d|, or kUnknownError: for a case that no survey has, or a flagged answer.
+// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError: for a case that no survey has, or a flagged answer.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      pal_contact_result& result) {
   result.displacement_error = kUnknownError;

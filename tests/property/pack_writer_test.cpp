@@ -159,8 +159,7 @@ TEST(PackWriter, EstimateOfTheSizeIsNear) {
     result.polynomial.degree = kSize.degree;
     result.polynomial.energy = Eigen::VectorXd::Zero(pack::num_monomials(2, kSize.degree + 1));
     result.polynomial.basis = Eigen::MatrixXd::Zero(result.polynomial.linear.rows(), kSize.rank);
-    result.polynomial.coefficients =
-        Eigen::MatrixXd::Zero(pack::num_monomials(2, kSize.degree), kSize.rank);
+    result.polynomial.coefficients = Eigen::MatrixXd::Zero(pack::num_monomials(2, kSize.degree), kSize.rank);
   }
   const auto expect_near = [&](bool linear, bool polynomial, bool rounded) {
     PackContent content = small.content();

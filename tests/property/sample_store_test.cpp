@@ -30,7 +30,8 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
     SampleFile file(path());
     EXPECT_FALSE(file.find(kRequest, 2, 3).has_value());
     EXPECT_TRUE(file.keep(kRequest, push_of(2.5)));
-    EXPECT_TRUE(file.keep({PushRequest::Kind::survey, 2, kRequest.displacement}, {PushOutcome::no_equilibrium, {}, {}}));
+    EXPECT_TRUE(file.keep({PushRequest::Kind::survey, 2, kRequest.displacement},
+                          {PushOutcome::no_equilibrium, {}, {}}));
   }
   const SampleFile file(path());
   const auto found = file.find(kRequest, 2, 3);
@@ -45,6 +46,16 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
   EXPECT_FALSE(file.find({PushRequest::Kind::survey, 1, kRequest.displacement}, 2, 3).has_value());
   EXPECT_FALSE(file.find({PushRequest::Kind::sample, 0, {0.1, -0.2, 2e-300}}, 2, 3).has_value());
   EXPECT_FALSE(file.find(kRequest, 2, 4).has_value()) << "an organ of another size";
+}
+
+// A file copied to another site's place, or into another scene's folder.
+TEST_F(StoredSolves, AreThoseOfTheirSiteAndScene) {
+  const SampleStore store(dir.path() / "kept", "a scene");
+  const SampleStore other(dir.path() / "kept", "another scene");
+  EXPECT_TRUE(SampleFile(store.file_of(7), store.binding_of(7)).keep(kRequest, push_of(1)));
+  EXPECT_TRUE(SampleFile(store.file_of(7), store.binding_of(7)).find(kRequest, 2, 3).has_value());
+  EXPECT_FALSE(SampleFile(store.file_of(7), store.binding_of(8)).find(kRequest, 2, 3).has_value());
+  EXPECT_FALSE(SampleFile(store.file_of(7), other.binding_of(7)).find(kRequest, 2, 3).has_value());
 }
 
 TEST(StoredSolvesOfAFullDisk, AreSaidNotToBeKept) {

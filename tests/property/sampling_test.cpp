@@ -193,7 +193,6 @@ TEST(SamplingPoints, LaterOnesCoverTheInside) {
   }
 }
 
-
 struct SamplingSite : ::testing::Test {
   TouchedBlock block = touched_block(4, 0.26);
   Assembly assembly{block.model, block.model.fixed_dofs()};

@@ -79,8 +79,9 @@ TEST(EvalPressure, IsTheForceIntoTheSurfaceOverItsArea) {
                 1e-9 * std::abs(contact["pressure"].get<double>()))
         << push;
   }
-  EXPECT_NE(run_cleanly({"eval", files.pack.string(), "--contact", "23=0,0,-0.008"}).out.find("mean pressure"),
-            std::string::npos);
+  EXPECT_NE(
+      run_cleanly({"eval", files.pack.string(), "--contact", "23=0,0,-0.008"}).out.find("mean pressure"),
+      std::string::npos);
 }
 
 TEST_F(Eval, JsonIsAsTheContractSays) {

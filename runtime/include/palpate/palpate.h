@@ -198,7 +198,7 @@ typedef struct pal_pack_info {
   uint32_t max_contacts;      /* that the scene asks for */
   uint32_t has_linear;        /* 1 = the pack carries the model */
   uint32_t has_polynomial;
-  uint32_t polynomial_degree;    /* of the displacement field; 0 without the model */
+  uint32_t polynomial_degree;    /* of the displacement field, the highest of any site; 0 without the model */
   uint32_t has_units;            /* 1 = this API speaks metres and newtons */
   double metres_per_length_unit; /* 1 without units */
   double newtons_per_force_unit;

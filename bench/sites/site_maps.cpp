@@ -1,0 +1,287 @@
+// How far a sampled site's answer can be moved, by the paper's map and by ours: on the brain, against full solves.
+//
+//   palpate_study_sites SCENE DIR     writes DIR/moved.md, DIR/blended.md and their CSVs; keeps solves in DIR/samples
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/solver/study_table.hpp"
+#include "offline/precompute/affine_site.hpp"
+#include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/site_survey.hpp"
+
+namespace palpate {
+namespace {
+
+using study::StudyTable;
+
+struct Errors {
+  std::vector<double> displacement;
+  std::vector<double> force;
+};
+
+Eigen::Vector3d force_of(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
+  const Eigen::Vector3d x = polynomial.to_unit * d;
+  return polynomial.to_unit.transpose() *
+         (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
+}
+
+// Of second order at rest: (d . u'' d) / 2, its six second derivatives as columns; and the force of the third
+// derivatives of the energy.
+Eigen::VectorXd second_order_field(const Eigen::MatrixXd& curvature, const Eigen::Vector3d& d) {
+  return curvature * Eigen::Vector<double, 6>(0.5 * d[0] * d[0], d[0] * d[1], d[0] * d[2], 0.5 * d[1] * d[1],
+                                              d[1] * d[2], 0.5 * d[2] * d[2]);
+}
+Eigen::Vector3d second_order_force(const Eigen::Vector<double, 10>& T, const Eigen::Vector3d& d) {
+  Eigen::Matrix<double, 3, 6> rows;
+  rows << T[0], T[1], T[2], T[3], T[4], T[5], T[1], T[3], T[4], T[6], T[7], T[8], T[2], T[4], T[5], T[7],
+      T[8], T[9];
+  return second_order_field(rows, d);
+}
+
+class Organ {
+ public:
+  Organ(const std::filesystem::path& scene, const std::filesystem::path& samples)
+      : loaded_(read_scene(scene)),
+        sites_(find_contact_sites(loaded_.scene, loaded_.model)),
+        assembly_(loaded_.model, loaded_.model.fixed_dofs()),
+        linear_(compute_linear_dd(assembly_, sites_)) {
+    SamplingPlan plan;
+    plan.target = 1e-3;
+    plan.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    const SampleStore store(samples, loaded_.model.file);
+    results_ = sample_sites(assembly_, loaded_.scene, sites_, linear_, plan, {}, RestState(), &store);
+    StaticSolver solver(assembly_);
+    const RestState unloaded;
+    for (size_t i = 0; i < results_.size(); ++i) {
+      const int label = loaded_.model.labels[static_cast<size_t>(site(i).node)];
+      SampleFile kept(store.file_of(label), store.binding_of(label));
+      SiteSampler sampler(solver, sites_, site(i), unloaded, &kept);
+      Sample rest;
+      if (sampler.solve(Eigen::Vector3d::Zero(), rest) != PushOutcome::solved)
+        throw std::runtime_error("there is no state of rest");
+      rests_.push_back(std::move(rest));
+    }
+    for (const SiteResult& result : results_) {
+      for (const SurveySample& sample : result.survey)
+        largest_force_ = std::max(largest_force_, sample.truth.force.norm());
+    }
+  }
+
+  size_t num_sites() const { return results_.size(); }
+  const ContactSite& site(size_t index) const { return sites_.sites[index]; }
+  const Eigen::Vector3d& place(size_t index) const {
+    return loaded_.model.positions[static_cast<size_t>(site(index).node)];
+  }
+  double edges_between(size_t one, size_t other) const {
+    return (place(one) - place(other)).norm() / sites_.mean_surface_edge;
+  }
+  const std::vector<SurveySample>& survey(size_t index) const { return results_[index].survey; }
+  const SitePolynomial& polynomial(size_t index) const { return results_[index].polynomial; }
+  const Sample& rest(size_t index) const { return rests_[index]; }
+  SiteLinearResponse linear_at(size_t index) const { return linear_response(linear_, site(index)); }
+
+  std::optional<Placement> placement(SiteMap map, size_t from, size_t to) const {
+    return place_contact(loaded_.model, sites_, map, site(from), site(to));
+  }
+  LocalTable table(const Placement& placement) const { return local_table(loaded_.model, sites_, placement); }
+  std::vector<size_t> spread(size_t count) const { return spread_sites(loaded_.model, sites_, count); }
+
+  void add(const SurveySample& sample, const Eigen::VectorXd& field, const Eigen::Vector3d& force,
+           Errors& errors) const {
+    const Sample& truth = sample.truth;
+    const Eigen::VectorXd wrong = field - truth.field;
+    errors.displacement.push_back(wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() /
+                                  truth.displacement.norm());
+    errors.force.push_back((force - truth.force).norm() /
+                           std::max(truth.force.norm(), 0.05 * largest_force_));
+  }
+
+ private:
+  LoadedScene loaded_;
+  ContactSites sites_;
+  Assembly assembly_;
+  LinearDd linear_;
+  std::vector<SiteResult> results_;
+  std::vector<Sample> rests_;
+  double largest_force_ = 0;
+};
+
+std::string percent(double part) {
+  return fmt::format("{:.3g}", 100 * part);
+}
+
+std::vector<std::string> row_of(const std::string& name, const std::string& where, const Errors& errors) {
+  return {name,
+          where,
+          fmt::format("{}", errors.displacement.size()),
+          percent(quantile(errors.displacement, 0.5)),
+          percent(quantile(errors.displacement, 0.95)),
+          percent(quantile(errors.displacement, 1)),
+          percent(quantile(errors.force, 0.95)),
+          percent(quantile(errors.force, 1))};
+}
+
+const std::vector<std::string> kColumns = {"way", "edges away", "pushes",    "median",
+                                           "p95", "max",        "force p95", "force max"};
+
+// One site's answer at each other one, the nearest to each distance.
+StudyTable moved_table(const Organ& organ) {
+  StudyTable table(
+      "moved",
+      "Errors in percent at one site of the answer of another one, over the survey pushes of all sites.",
+      kColumns);
+  for (const double edges : {0.0, 1.0, 2.0, 3.0, 5.0}) {
+    std::vector<std::pair<std::string, Errors>> ways = {{"not moved", {}},
+                                                        {"eq. (25), printed sense", {}},
+                                                        {"eq. (25), inverse sense", {}},
+                                                        {"affine about the site", {}},
+                                                        {"rigid along the surface", {}},
+                                                        {"linear alone", {}},
+                                                        {"linear + remainder", {}},
+                                                        {"second order alone", {}},
+                                                        {"second order + remainder", {}}};
+    int singular = 0;
+    for (size_t t = 0; t < organ.num_sites(); ++t) {
+      size_t s = t;
+      double nearest = 1e300;
+      for (size_t other = 0; other < organ.num_sites(); ++other) {
+        const double off = std::abs(organ.edges_between(t, other) - edges);
+        if (off < nearest) {
+          nearest = off;
+          s = other;
+        }
+      }
+      if (nearest > 0.5) continue;
+      const auto linear = organ.linear_at(t);
+      constexpr std::array kMaps = {SiteMap::printed, SiteMap::inverse, SiteMap::affine, SiteMap::rigid};
+      std::array<std::optional<SitePolynomial>, 4> by_map;
+      std::optional<SitePolynomial> remainder;
+      SitePolynomial curvature;  // whose basis is that of the site, moved
+      Eigen::Matrix3d to_site;
+      for (size_t m = 0; m < kMaps.size(); ++m) {
+        const auto placement = organ.placement(kMaps[m], s, t);
+        if (!placement) {
+          ++singular;
+          continue;
+        }
+        const LocalTable lookups = organ.table(*placement);
+        by_map[m] = moved(organ.polynomial(s), *placement, lookups);
+        if (kMaps[m] != SiteMap::rigid) continue;
+        remainder = moved_remainder(organ.polynomial(s), *placement, lookups);
+        curvature = organ.polynomial(s);
+        curvature.basis = organ.rest(s).field_curvature;
+        curvature = moved(curvature, *placement, lookups);
+        to_site = placement->of_vectors.transpose();
+      }
+      for (const SurveySample& sample : organ.survey(t)) {
+        if (!sample.solved) continue;
+        const Eigen::Vector3d& d = sample.truth.displacement;
+        const auto answer = [&](size_t way, const SitePolynomial& polynomial) {
+          organ.add(sample, field_at(polynomial, d), force_of(polynomial, d), ways[way].second);
+        };
+        answer(0, organ.polynomial(s));
+        for (size_t m = 0; m < kMaps.size(); ++m) {
+          if (by_map[m]) answer(m + 1, *by_map[m]);
+        }
+        organ.add(sample, linear.field * d, linear.stiffness * d, ways[5].second);
+        organ.add(sample, linear.field * d + field_at(*remainder, d),
+                  linear.stiffness * d + force_of(*remainder, d), ways[6].second);
+        const Eigen::VectorXd field = linear.field * d + second_order_field(organ.rest(t).field_curvature, d);
+        const Eigen::Vector3d force = linear.stiffness * d + second_order_force(organ.rest(t).hardening, d);
+        organ.add(sample, field, force, ways[7].second);
+        const Eigen::Vector3d at_site = to_site * d;
+        organ.add(sample, field + field_at(*remainder, d) - second_order_field(curvature.basis, at_site),
+                  force + force_of(*remainder, d) -
+                      to_site.transpose() * second_order_force(organ.rest(s).hardening, at_site),
+                  ways[8].second);
+      }
+    }
+    for (const auto& [name, errors] : ways) {
+      if (!errors.displacement.empty()) table.add(row_of(name, fmt::format("{:g}", edges), errors));
+    }
+    if (singular > 0) fmt::print("{} maps at {:g} edges are singular\n", singular, edges);
+  }
+  return table;
+}
+
+// Some of the sites answer for all others: linear part there, and the remainder of those nearby.
+StudyTable blended_table(const Organ& organ) {
+  StudyTable table(
+      "blended",
+      "Errors in percent where there is no site: exact linear answer and the remainders of sites nearby.",
+      {"sites", "blended", "edges to the nearest", "pushes", "median", "p95", "max", "force p95",
+       "force max"});
+  for (const size_t count : {10, 16, 24, 36}) {
+    const std::vector<size_t> kept = organ.spread(count);
+    for (const size_t blended : {1, 3, 5, 7, 9}) {
+      Errors errors;
+      double farthest = 0;
+      for (size_t t = 0; t < organ.num_sites(); ++t) {
+        if (std::find(kept.begin(), kept.end(), t) != kept.end()) continue;
+        std::vector<size_t> near = kept;
+        std::sort(near.begin(), near.end(), [&](size_t one, size_t other) {
+          return organ.edges_between(t, one) < organ.edges_between(t, other);
+        });
+        farthest = std::max(farthest, organ.edges_between(t, near.front()));
+        near.resize(std::min(near.size(), blended + (blended > 1 ? 1 : 0)));  // the last one ends the support
+        std::vector<Eigen::Vector3d> places;
+        for (const size_t s : near) places.push_back(organ.place(s));
+        const std::vector<double> weights = blended == 1
+                                                ? std::vector<double>{1}
+                                                : site_weights(places, organ.place(t), organ.site(t).inward);
+        std::vector<SitePolynomial> remainders;
+        for (const size_t s : near) {
+          const auto placement = organ.placement(SiteMap::rigid, s, t);
+          remainders.push_back(moved_remainder(organ.polynomial(s), *placement, organ.table(*placement)));
+        }
+        const auto linear = organ.linear_at(t);
+        for (const SurveySample& sample : organ.survey(t)) {
+          if (!sample.solved) continue;
+          const Eigen::Vector3d& d = sample.truth.displacement;
+          Eigen::VectorXd field = linear.field * d;
+          Eigen::Vector3d force = linear.stiffness * d;
+          for (size_t i = 0; i < near.size(); ++i) {
+            field += weights[i] * field_at(remainders[i], d);
+            force += weights[i] * force_of(remainders[i], d);
+          }
+          organ.add(sample, field, force, errors);
+        }
+      }
+      std::vector<std::string> row = row_of(fmt::format("{}", count), fmt::format("{}", blended), errors);
+      row.insert(row.begin() + 2, fmt::format("up to {:.2g}", farthest));
+      table.add(row);
+    }
+  }
+  return table;
+}
+
+void run_study(const std::filesystem::path& scene, const std::filesystem::path& folder) {
+  const Organ organ(scene, folder / "samples");
+  for (const StudyTable& table : {moved_table(organ), blended_table(organ)}) {
+    study::write_text(folder / (table.name() + ".md"), table.markdown());
+    study::write_text(folder / (table.name() + ".csv"), table.csv());
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 3) throw std::invalid_argument("usage: palpate_study_sites SCENE DIR");
+    std::filesystem::create_directories(argv[2]);
+    palpate::run_study(argv[1], argv[2]);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,257 @@
+#include "offline/precompute/affine_site.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "schemas/monomials.hpp"
+
+namespace palpate {
+namespace {
+
+// The part of the organ where a map acts: a ball about both centres.
+struct Region {
+  Eigen::Vector3d middle;
+  double radius;
+  std::vector<Eigen::Vector3d> edge;  // nodes of the surface on its boundary
+};
+
+// It grows with the distance of the centres until it meets what is fixed; then its boundary is of fixed nodes.
+Region region_of(const Model& model, const ContactSites& sites, const Eigen::Vector3d& s,
+                 const Eigen::Vector3d& t) {
+  constexpr double kLeastRadius = 2;  // of h
+  const double h = sites.mean_surface_edge;
+  Region region{(s + t) / 2, kLeastRadius * h + (s - t).norm(), {}};
+  const std::vector<char> fixed = model.fixed_nodes();
+  double to_fixed = std::numeric_limits<double>::infinity();
+  for (size_t node = 0; node < fixed.size(); ++node) {
+    if (fixed[node]) to_fixed = std::min(to_fixed, (model.positions[node] - region.middle).norm());
+  }
+  const bool meets_fixed = to_fixed < region.radius;
+  region.radius = std::min(region.radius, to_fixed);
+  for (const int node : sites.packed_nodes) {
+    const Eigen::Vector3d& at = model.positions[static_cast<size_t>(node)];
+    const bool counts = !meets_fixed || fixed[static_cast<size_t>(node)];
+    if (counts && std::abs((at - region.middle).norm() - region.radius) < 0.75 * h) region.edge.push_back(at);
+  }
+  return region;
+}
+
+double condition_of(const Eigen::Matrix3d& matrix) {
+  const Eigen::Vector3d values = matrix.jacobiSvd().singularValues();
+  return values[0] / values[2];
+}
+
+// Eq. (25): [b1 b2 t] = phi [b1 b2 s]. The text leaves b1 and b2 open: of the nodes on the boundary those for which it
+// is conditioned best.
+std::optional<Placement> place_as_paper(const Region& region, const Eigen::Vector3d& s,
+                                        const Eigen::Vector3d& t, bool inverse) {
+  Eigen::Matrix3d from;
+  Eigen::Matrix3d to;
+  double best = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < region.edge.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      Eigen::Matrix3d tried;
+      tried << region.edge[i], region.edge[j], s;
+      const double condition = condition_of(tried);
+      if (!(condition < best)) continue;
+      best = condition;
+      from = tried;
+      to << region.edge[i], region.edge[j], t;
+    }
+  }
+  constexpr double kSingular = 1e10;
+  if (!(best < kSingular) || !(condition_of(to) < kSingular)) return std::nullopt;
+  Placement placement;
+  placement.of_places = inverse ? from * to.inverse() : to * from.inverse();
+  placement.condition = best;
+  return placement;
+}
+
+// phi(x) = t + A (x - s), A the least-squares answer to phi(b) = b on the boundary; a little weight keeps directions
+// that the boundary leaves open as they are.
+std::optional<Placement> place_affinely(const Region& region, const Eigen::Vector3d& s,
+                                        const Eigen::Vector3d& t) {
+  constexpr double kHeld = 1e-3;
+  Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d image = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& b : region.edge) {
+    gram += (b - s) * (b - s).transpose();
+    image += (b - t) * (b - s).transpose();
+  }
+  const double held = kHeld * gram.trace();
+  if (!(held > 0)) return std::nullopt;
+  gram.diagonal().array() += held;
+  image.diagonal().array() += held;
+  const Eigen::Matrix3d A = image * gram.inverse();
+  if (!(std::abs(A.determinant()) > 1e-6)) return std::nullopt;
+  Placement placement;
+  placement.of_places = A.inverse();
+  placement.condition = condition_of(A);
+  placement.at_contact = t;
+  placement.at_site = s;
+  return placement;
+}
+
+// Of the corners of the triangle a b c, those of the point on it nearest to p (Ericson 2005, Real-Time Collision
+// Detection, section 5.1.5).
+std::array<double, 3> nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                          const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a;
+  const Eigen::Vector3d ac = c - a;
+  const double d1 = ab.dot(p - a);
+  const double d2 = ac.dot(p - a);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double d3 = ab.dot(p - b);
+  const double d4 = ac.dot(p - b);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {d3 / (d3 - d1), d1 / (d1 - d3), 0};
+  const double d5 = ab.dot(p - c);
+  const double d6 = ac.dot(p - c);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {d6 / (d6 - d2), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    const double w = (d4 - d3) / (d4 - d3 + d5 - d6);
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+Eigen::MatrixXd moved_rows(const Eigen::MatrixXd& rows, const Placement& placement, const LocalTable& table) {
+  Eigen::MatrixXd out(rows.rows(), rows.cols());
+  for (size_t node = 0; node < table.nodes.size(); ++node) {
+    Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(3, rows.cols());
+    for (size_t k = 0; k < 3; ++k) {
+      if (table.weights[node][k] != 0)
+        taken += table.weights[node][k] * rows.middleRows<3>(Eigen::Index{3} * table.nodes[node][k]);
+    }
+    out.middleRows<3>(3 * static_cast<Eigen::Index>(node)) = placement.of_vectors * taken;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<Placement> place_contact(const Model& model, const ContactSites& sites, SiteMap map,
+                                       const ContactSite& site, const ContactSite& contact) {
+  const Eigen::Vector3d& s = model.positions[static_cast<size_t>(site.node)];
+  const Eigen::Vector3d& t = model.positions[static_cast<size_t>(contact.node)];
+  std::optional<Placement> placement;
+  if (map == SiteMap::rigid) {
+    placement.emplace();
+    placement->at_contact = t;
+    placement->at_site = s;
+    placement->of_vectors =
+        Eigen::Quaterniond::FromTwoVectors(site.inward, contact.inward).toRotationMatrix();
+    placement->of_places = placement->of_vectors.transpose();
+    return placement;
+  }
+  const Region region = region_of(model, sites, s, t);
+  placement = map == SiteMap::affine ? place_affinely(region, s, t)
+                                     : place_as_paper(region, s, t, map == SiteMap::inverse);
+  if (placement) {
+    placement->middle = region.middle;
+    placement->reach = region.radius;
+  }
+  return placement;
+}
+
+LocalTable local_table(const Model& model, const ContactSites& sites, const Placement& placement) {
+  const size_t num_nodes = sites.packed_nodes.size();
+  std::vector<Eigen::Vector3d> places;
+  for (const int node : sites.packed_nodes) places.push_back(model.positions[static_cast<size_t>(node)]);
+  std::vector<std::vector<size_t>> around(num_nodes);
+  for (size_t triangle = 0; triangle < sites.triangles.size(); ++triangle) {
+    for (const int corner : sites.triangles[triangle])
+      around[static_cast<size_t>(corner)].push_back(triangle);
+  }
+  LocalTable table;
+  for (size_t node = 0; node < num_nodes; ++node) {
+    const int itself = static_cast<int>(node);
+    table.nodes.push_back({itself, itself, itself});
+    table.weights.push_back({1, 0, 0});
+    if ((places[node] - placement.middle).norm() > placement.reach) continue;
+    const Eigen::Vector3d q = placement.at_site + placement.of_places * (places[node] - placement.at_contact);
+    const auto nearer = [&](const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
+      return (one - q).squaredNorm() < (other - q).squaredNorm();
+    };
+    const auto nearest =
+        static_cast<int>(std::min_element(places.begin(), places.end(), nearer) - places.begin());
+    table.nodes.back() = {nearest, nearest, nearest};
+    if (around[node].empty()) continue;  // inside
+    double least = (places[static_cast<size_t>(nearest)] - q).squaredNorm();
+    for (const size_t first : around[static_cast<size_t>(nearest)]) {
+      for (const int corner : sites.triangles[first]) {
+        for (const size_t tried : around[static_cast<size_t>(corner)]) {
+          const std::array<int, 3>& triangle = sites.triangles[tried];
+          const auto at = [&](size_t k) -> const Eigen::Vector3d& {
+            return places[static_cast<size_t>(triangle[k])];
+          };
+          const std::array<double, 3> weights = nearest_on_triangle(q, at(0), at(1), at(2));
+          const double distance =
+              (weights[0] * at(0) + weights[1] * at(1) + weights[2] * at(2) - q).squaredNorm();
+          if (distance >= least) continue;
+          least = distance;
+          table.nodes.back() = triangle;
+          table.weights.back() = weights;
+        }
+      }
+    }
+  }
+  return table;
+}
+
+SitePolynomial moved(const SitePolynomial& polynomial, const Placement& placement, const LocalTable& table) {
+  SitePolynomial out = polynomial;
+  out.to_unit = polynomial.to_unit * placement.of_vectors.transpose();
+  out.linear = moved_rows(polynomial.linear, placement, table);
+  out.basis = moved_rows(polynomial.basis, placement, table);
+  return out;
+}
+
+SitePolynomial moved_remainder(const SitePolynomial& polynomial, const Placement& placement,
+                               const LocalTable& table) {
+  SitePolynomial out = moved(polynomial, placement, table);
+  out.linear.setZero();
+  out.energy.head<6>().setZero();
+  return out;
+}
+
+std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, const Eigen::Vector3d& contact,
+                                 const Eigen::Vector3d& normal) {
+  double farthest = 0;
+  for (const Eigen::Vector3d& place : places) farthest = std::max(farthest, (place - contact).norm());
+  // Weights of least squares: they end at the farthest, and grow without end towards a site, which then stands alone.
+  Eigen::Matrix3d tangents = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+  const auto count = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd terms(count, 4);
+  Eigen::VectorXd kernel(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector3d away = places[static_cast<size_t>(i)] - contact;
+    const double part = away.norm() / farthest;
+    terms.row(i) << 1, (tangents * away).transpose() / farthest;
+    kernel[i] = std::pow(1 - part, 2) / (part * part + 1e-12);
+  }
+  // Along the normal there is nothing to reproduce: the least of the weights that do.
+  Eigen::Matrix4d gram = terms.transpose() * kernel.asDiagonal() * terms;
+  gram.diagonal().tail<3>().array() += 1e-3 * kernel.sum() / static_cast<double>(places.size());
+  const Eigen::Vector4d shares = gram.ldlt().solve(Eigen::Vector4d::Unit(0));
+  std::vector<double> weights(places.size());
+  double sum = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    weights[static_cast<size_t>(i)] = kernel[i] * terms.row(i).dot(shares);
+    sum += weights[static_cast<size_t>(i)];
+  }
+  for (double& weight : weights) weight /= sum;
+  return weights;
+}
+
+}  // namespace palpate
