@@ -232,7 +232,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    for (const Eigen::Index next = std::min(most, rank + (rounded ? 2 : 1)); rank < next; ++rank) {
+    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
       if (size > 0) {
