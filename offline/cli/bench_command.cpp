@@ -49,6 +49,7 @@ int run_bench(const BenchArguments& arguments) {
     for (Timing& timing : time_model(opened, model, arguments.frames)) timings.push_back(std::move(timing));
     timings.push_back(time_copy(model_name(model), cost->field_bytes(), arguments.frames));
   }
+  if (has_places(opened)) timings.push_back(time_search(opened, arguments.frames));
   for (Timing& timing : time_start(arguments.pack)) timings.push_back(std::move(timing));
   const Timing clock = time_frames("", "reading the clock", arguments.frames, [](int) {});
   if (arguments.json) {

@@ -123,9 +123,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   const int jobs = std::min(plan.jobs, static_cast<int>(worked));
   constexpr PolynomialSize kUsual = {5, 20};
-  double bytes = estimate_pack_bytes(sites.packed_nodes.size(), sites.contact_nodes.size(),
-                                     sites.sites.size(), scene.linear,
-                                     scene.polynomial ? kUsual : PolynomialSize(), plan.rounded, compressed);
+  double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? kUsual : PolynomialSize(),
+                                     plan.rounded, compressed);
   for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);

@@ -29,7 +29,7 @@ ComplianceErrors measure_compliance(const OpenedPack& opened, const Assembly& as
       for (double& component : contact.displacement) component = unit();
       largest = std::max(largest, contact.displacement.norm());
       const Eigen::Vector3d& d = contact.displacement;
-      asked.push_back({static_cast<std::uint32_t>(contact.site), {d[0], d[1], d[2]}, 0, {}});
+      asked.push_back({static_cast<std::uint32_t>(contact.site), {d[0], d[1], d[2]}, 0, {}, {}, {}});
       contacts.push_back(contact);
     }
     const LinearContactAnswer exact = solve_contacts(solver, sites, contacts);

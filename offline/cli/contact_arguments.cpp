@@ -4,6 +4,7 @@
 
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
@@ -13,60 +14,126 @@
 namespace palpate {
 namespace {
 
-struct ParsedContact {
-  int label = 0;
-  pal_contact contact = {};  // without its site
+// Reads numbers off the front of an argument; each call says whether there was what it asked for.
+class ArgumentReader {
+ public:
+  explicit ArgumentReader(const std::string& text) : place_(text.data()), end_(text.data() + text.size()) {}
+  bool take(char wanted) {
+    const bool there = place_ != end_ && *place_ == wanted;
+    place_ += there ? 1 : 0;
+    return there;
+  }
+  bool take(int& number) { return advance(std::from_chars(place_, end_, number)); }
+  bool take(double& number) {
+    take('+');
+    return advance(std::from_chars(place_, end_, number)) && std::isfinite(number);
+  }
+  bool is_at_end() const { return place_ == end_; }
+
+ private:
+  bool advance(const std::from_chars_result& result) {
+    place_ = result.ptr;
+    return result.ec == std::errc();
+  }
+  const char* place_;
+  const char* end_;
 };
+
+// "1,2.5,-3".
+bool take_point(ArgumentReader& reader, Eigen::Vector3d& point) {
+  return reader.take(point[0]) && reader.take(',') && reader.take(point[1]) && reader.take(',') &&
+         reader.take(point[2]);
+}
 
 // "0,0,-9810".
 Eigen::Vector3d parse_gravity(const std::string& text) {
   Eigen::Vector3d acceleration;
-  const char* place = text.data();
-  const char* const end = text.data() + text.size();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::from_chars_result result = {place, std::errc::invalid_argument};
-    if (axis == 0 || (place != end && *place++ == ','))
-      result = std::from_chars(place, end, acceleration[axis]);
-    if (result.ec != std::errc() || !std::isfinite(acceleration[axis]) || (axis == 2 && result.ptr != end)) {
-      throw std::runtime_error(fmt::format("--gravity {}: expected gx,gy,gz, for example 0,0,-9810", text));
-    }
-    place = result.ptr;
-  }
+  ArgumentReader reader(text);
+  if (!take_point(reader, acceleration) || !reader.is_at_end())
+    throw std::runtime_error(fmt::format("--gravity {}: expected gx,gy,gz, for example 0,0,-9810", text));
   return acceleration;
 }
 
-// "7=0,0,-5": node 7 is moved by (0, 0, -5); "7=0,0,f-300": along z the force on it is -300 instead.
-ParsedContact parse_contact(const std::string& text) {
-  const auto refuse = [&]() -> std::runtime_error {
-    return std::runtime_error(
+// "0,0,-5": moved by (0, 0, -5); "0,0,f-300": along z the force on it is -300 instead.
+bool take_push(ArgumentReader& reader, pal_contact& contact) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (axis > 0 && !reader.take(',')) return false;
+    const bool by_force = reader.take('f');
+    if (by_force) contact.force_axes |= 1u << axis;
+    if (!reader.take(by_force ? contact.force[axis] : contact.displacement[axis])) return false;
+  }
+  return reader.is_at_end();
+}
+
+Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site) {
+  std::uint32_t node = 0;
+  require_ok(pal_pack_get_site_node(opened.pack().get(), site, &node), "site");
+  return Eigen::Vector3d(opened.pack().geometry().rest_positions + size_t{3} * node);
+}
+
+// "7=0,0,-5".
+void add_site_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
+  int label = 0;
+  pal_contact contact = {};
+  ArgumentReader reader(text);
+  if (!reader.take(label) || !reader.take('=') || !take_push(reader, contact)) {
+    throw std::runtime_error(
         fmt::format("--contact {}: expected NODE=dx,dy,dz, for example 7=0,0,-5, or with a force in place of "
                     "a displacement 7=0,0,f-300",
                     text));
-  };
-  ParsedContact parsed;
-  const char* place = text.data();
-  const char* const end = text.data() + text.size();
-  std::from_chars_result result = std::from_chars(place, end, parsed.label);
-  if (result.ec != std::errc()) throw refuse();
-  place = result.ptr;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    if (place == end || *place++ != (axis == 0 ? '=' : ',')) throw refuse();
-    const bool by_force = place != end && *place == 'f';
-    if (by_force) {
-      ++place;
-      parsed.contact.force_axes |= 1u << axis;
-    }
-    if (place != end && *place == '+') ++place;
-    double& number = by_force ? parsed.contact.force[axis] : parsed.contact.displacement[axis];
-    result = std::from_chars(place, end, number);
-    if (result.ec != std::errc() || !std::isfinite(number)) throw refuse();
-    place = result.ptr;
   }
-  if (place != end) throw refuse();
-  return parsed;
+  if (opened.pack().find_site(label, contact.site) != PAL_STATUS_OK) {
+    throw std::runtime_error(fmt::format(
+        "--contact {}: node {} is not a contact site of this pack; `palpate info` lists them, and "
+        "--at takes any place",
+        text, label));
+  }
+  answer.places.push_back(
+      {std::to_string(label), true, position_of_site(opened, contact.site), 0, {{label, 1.0}}});
+  answer.contacts.push_back(contact);
+}
+
+// "10,20,30=0,0,-5".
+void add_point_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
+  Eigen::Vector3d asked;
+  pal_contact push = {};
+  ArgumentReader reader(text);
+  if (!take_point(reader, asked) || !reader.take('=') || !take_push(reader, push)) {
+    throw std::runtime_error(fmt::format(
+        "--at {}: expected x,y,z=dx,dy,dz, for example 10,20,30=0,0,-5, or with a force in place of "
+        "a displacement 10,20,30=0,0,f-300",
+        text));
+  }
+  const double metres = opened.info().metres_per_length_unit;
+  const Eigen::Vector3d position = metres * asked;
+  pal_surface_point point;
+  const pal_status status = pal_pack_find_surface_point(opened.pack().get(), position.data(), &point);
+  if (status != PAL_STATUS_OK)
+    throw std::runtime_error(fmt::format("--at {}: {}", text, pal_status_text(status)));
+  const Eigen::Vector3d found = Eigen::Vector3d(point.position) / metres;
+  TouchedPlace place = {fmt::format("{:.6g},{:.6g},{:.6g}", found[0], found[1], found[2]),
+                        false,
+                        found,
+                        (found - asked).norm(),
+                        {}};
+  for (int i = 0; i < 3; ++i) {
+    if (point.weights[i] > 0)
+      place.corners.emplace_back(opened.label_of_site(point.sites[i]), point.weights[i]);
+  }
+  pal_contact contact = pal_contact_at(&point, push.displacement);
+  contact.force_axes = push.force_axes;
+  for (int i = 0; i < 3; ++i) contact.force[i] = push.force[i];
+  answer.places.push_back(place);
+  answer.contacts.push_back(contact);
 }
 
 }  // namespace
+
+int TouchedPlace::label() const {
+  return std::max_element(corners.begin(), corners.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
 
 void add_contact_options(CLI::App& command, ContactArguments& arguments) {
   command
@@ -75,6 +142,12 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
           "Move the patch of the site at NODE (label in the model file) by (dx,dy,dz); a component written "
           "fN is a force of N on it instead (answered by the linear model); may be repeated")
       ->type_name("NODE=dx,dy,dz")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option("--at", arguments.points,
+                  "The same at the surface point nearest to (x,y,z), also between sites; may be repeated")
+      ->type_name("x,y,z=dx,dy,dz")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
@@ -98,22 +171,15 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
   // The runtime's own bound: pal_session_config::max_contacts.
-  if (arguments.contacts.size() > pack::kMostContacts) {
-    throw std::runtime_error(fmt::format("--contact is given {} times; the runtime holds at most {} contacts",
-                                         arguments.contacts.size(), pack::kMostContacts));
+  if (arguments.contacts.size() + arguments.points.size() > pack::kMostContacts) {
+    throw std::runtime_error(fmt::format("{} contacts are given; the runtime holds at most {}",
+                                         arguments.contacts.size() + arguments.points.size(),
+                                         pack::kMostContacts));
   }
-  bool forces_given = false;
-  for (const std::string& text : arguments.contacts) {
-    auto [label, contact] = parse_contact(text);
-    if (opened.pack().find_site(label, contact.site) != PAL_STATUS_OK) {
-      throw std::runtime_error(
-          fmt::format("--contact {}: node {} is not a contact site of this pack; `palpate info` lists them",
-                      text, label));
-    }
-    forces_given = forces_given || contact.force_axes != 0;
-    answer.labels.push_back(label);
-    answer.contacts.push_back(contact);
-  }
+  for (const std::string& text : arguments.contacts) add_site_contact(opened, text, answer);
+  for (const std::string& text : arguments.points) add_point_contact(opened, text, answer);
+  const bool forces_given = std::any_of(answer.contacts.begin(), answer.contacts.end(),
+                                        [](const pal_contact& contact) { return contact.force_axes != 0; });
   std::vector<std::uint32_t> fixed;
   for (const int label : arguments.fixed) {
     std::uint32_t node = 0;

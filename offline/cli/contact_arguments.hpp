@@ -1,10 +1,12 @@
-// Contacts as `eval` and `picture` take them: --contact NODE=dx,dy,dz, NODE a label of the model file.
+// Contacts as `eval` and `picture` take them: --contact NODE=dx,dy,dz, NODE a label of the model file, and --at
+// x,y,z=dx,dy,dz, anywhere on the surface.
 #pragma once
 
 #include <palpate/palpate.h>
 
 #include <CLI/App.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "offline/cli/opened_pack.hpp"
@@ -13,17 +15,28 @@ namespace palpate {
 
 struct ContactArguments {
   std::vector<std::string> contacts;
+  std::vector<std::string> points;
   std::vector<int> fixed;
   std::string gravity;
   std::string model = "auto";
 };
 
-// Adds --contact, --fix, --gravity and --model.
+// Adds --contact, --at, --fix, --gravity and --model.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
+
+// Where a contact is.
+struct TouchedPlace {
+  std::string name;  // the label of a site, or "x,y,z"
+  bool is_site = true;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // at rest, length unit
+  double distance = 0;                                 // of the place that was asked for, length unit
+  std::vector<std::pair<int, double>> corners;         // labels of the sites that answer, and their weights
+  int label() const;                                   // of the one that weighs most
+};
 
 // The answer of the runtime to them, from rest, in model units.
 struct ContactAnswer {
-  std::vector<int> labels;            // of the site of each contact
+  std::vector<TouchedPlace> places;   // of each contact
   std::vector<pal_contact> contacts;  // model units; with the displacements that given forces have made
   std::vector<pal_contact_result> results;
   Eigen::VectorXd field;  // 3 packed nodes

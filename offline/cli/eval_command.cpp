@@ -43,6 +43,14 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
           fmt::format("{}: node {} of the pack is not in it; is it of another model?", file.string(), label));
     return found->second;
   };
+  for (const TouchedPlace& place : answer.places) {
+    if (place.corners.size() > 1) {
+      throw std::runtime_error(fmt::format(
+          "--reference: between sites, as at {}, the answer is a blend of those of {} sites and of no one "
+          "solve; use --contact",
+          place.name, place.corners.size()));
+    }
+  }
   const pal_geometry geometry = opened.pack().geometry();
   Reference reference;
   double push = 0;
@@ -65,7 +73,7 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
       if ((row.displacement - expected).norm() > 1e-6 * expected.norm()) {
         throw std::runtime_error(fmt::format(
             "{}: node {} of the patch of contact {} is displaced otherwise; it is not the same push",
-            file.string(), row.label, answer.labels[c]));
+            file.string(), row.label, answer.places[c].name));
       }
       if (!row.force) {
         throw std::runtime_error(
@@ -89,13 +97,35 @@ double largest_displacement(const Eigen::VectorXd& field) {
   return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
 }
 
+// Of the patches that answer, weighed as they are.
+std::optional<double> mean_pressure(const OpenedPack& opened, const TouchedPlace& place,
+                                    const double force[3]) {
+  double sum = 0;
+  for (const auto& [label, weight] : place.corners) {
+    std::uint32_t site = 0;
+    require_ok(opened.pack().find_site(label, site), "site");
+    const std::optional<double> pressure = patch_pressure(opened, site, force);
+    if (!pressure) return std::nullopt;
+    sum += weight * *pressure;
+  }
+  return sum;
+}
+
+void add_point(const TouchedPlace& place, nlohmann::json& contact) {
+  contact["at"] = {place.position[0], place.position[1], place.position[2]};
+  contact["distance"] = place.distance;
+  contact["corners"] = nlohmann::json::array();
+  for (const auto& [label, weight] : place.corners)
+    contact["corners"].push_back({{"node", label}, {"weight", weight}});
+}
+
 nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer) {
   nlohmann::json contacts = nlohmann::json::array();
   for (size_t c = 0; c < answer.results.size(); ++c) {
     const pal_contact_result& result = answer.results[c];
-    const std::optional<double> pressure = patch_pressure(opened, answer.contacts[c].site, result.force);
+    const std::optional<double> pressure = mean_pressure(opened, answer.places[c], result.force);
     contacts.push_back(
-        {{"node", answer.labels[c]},
+        {{"node", answer.places[c].label()},
          {"displacement", answer.contacts[c].displacement},
          {"force", result.force},
          {"pressure", pressure ? nlohmann::json(*pressure) : nlohmann::json()},
@@ -103,8 +133,18 @@ nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer
          {"model", model_name(result.model)},
          {"error_estimate", {{"displacement", result.displacement_error}, {"force", result.force_error}}},
          {"flags", flag_names(result.flags)}});
+    if (!answer.places[c].is_site) add_point(answer.places[c], contacts.back());
   }
   return {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
+}
+
+// In mean surface edges: a place so far from the surface may have been meant otherwise.
+constexpr double kFarFromSurface = 0.1;
+
+std::string corner_names(const TouchedPlace& place) {
+  std::vector<int> labels;
+  for (const auto& corner : place.corners) labels.push_back(corner.first);
+  return fmt::format("{}", fmt::join(labels, ", "));
 }
 
 void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
@@ -115,11 +155,13 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
     const pal_contact_result& result = answer.results[c];
     const Eigen::Vector3d force(result.force);
     fmt::print(
-        "contact {}: model {}, force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; estimated error: displacement "
+        "contact {}{}: model {}, force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; estimated error: "
+        "displacement "
         "{:.3g} %, force {:.3g} %",
-        answer.labels[c], model_name(result.model), force[0], force[1], force[2], force_unit, force.norm(),
-        100 * result.displacement_error, 100 * result.force_error);
-    if (const auto pressure = patch_pressure(opened, answer.contacts[c].site, result.force)) {
+        answer.places[c].is_site ? "" : "at ", answer.places[c].name, model_name(result.model), force[0],
+        force[1], force[2], force_unit, force.norm(), 100 * result.displacement_error,
+        100 * result.force_error);
+    if (const auto pressure = mean_pressure(opened, answer.places[c], result.force)) {
       const std::string unit = length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
       fmt::print("; mean pressure {:.4g}{}", *pressure, unit);
     }
@@ -127,6 +169,10 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
       const double* d = answer.contacts[c].displacement;
       fmt::print("; moved by ({:.6g}, {:.6g}, {:.6g}){}", d[0], d[1], d[2], length);
     }
+    if (answer.places[c].corners.size() > 1) fmt::print("; between nodes {}", corner_names(answer.places[c]));
+    if (answer.places[c].distance >
+        kFarFromSurface * opened.info().mean_surface_edge / opened.info().metres_per_length_unit)
+      fmt::print("; {:.3g}{} from the place given", answer.places[c].distance, length);
     if (result.flags != 0) fmt::print("; {}", fmt::join(flag_names(result.flags), ", "));
     fmt::print("\n");
   }
@@ -153,7 +199,7 @@ void print_reference(const OpenedPack& opened, const ContactAnswer& answer, cons
   for (size_t c = 0; c < answer.results.size(); ++c) {
     const Eigen::Vector3d& truth = reference.forces[c];
     fmt::print("full solve {}: force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; force error {:.3g} %\n",
-               answer.labels[c], truth[0], truth[1], truth[2], opened.force_suffix(), truth.norm(),
+               answer.places[c].name, truth[0], truth[1], truth[2], opened.force_suffix(), truth.norm(),
                100 * force_error(answer, reference, c));
   }
   fmt::print(
@@ -201,8 +247,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "Lengths and forces are in the model's units; the force is what the outside must apply to the tissue, "
       "the "
       "pressure its part\ninto the surface over the patch's area. `palpate info PACK` "
-      "names the nodes that --contact takes; without --contact the answer is rest.\n\n"
-      "Example: palpate eval brain.pack --contact 812=0,0,-8 --json");
+      "names the nodes that --contact takes; without a contact the answer is rest.\n\n"
+      "Example: palpate eval brain.pack --contact 812=0,0,-8 --json\n"
+      "         palpate eval brain.pack --at 10,20,60=0,0,-8");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   add_contact_options(*command, arguments->contacts);
   command

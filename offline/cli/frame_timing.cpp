@@ -7,22 +7,73 @@
 namespace palpate {
 namespace {
 
-// Contacts in the sampled ball, at sites that change every 50 frames as a tool that slides would make them.
+constexpr int kContacts = 4096;
+
+// As time_frames, with nothing of the pack or the session in a cache: each frame after a walk through more memory than
+// caches hold.
+template <typename Frame>
+Timing time_cold(std::string model, std::string stage, const Frame& frame) {
+  constexpr int kFrames = 200;
+  constexpr size_t kMoreThanCaches = size_t{96} << 20;
+  constexpr size_t kLine = 64;
+  std::vector<unsigned char> other(kMoreThanCaches);
+  return time_frames(std::move(model), std::move(stage), kFrames, frame, [&] {
+    for (size_t i = 0; i < other.size(); i += kLine) ++other[i];
+    asm volatile("" : : "r"(other.data()) : "memory");
+  });
+}
+
+class RandomBall {
+ public:
+  Eigen::Vector3d operator()() {
+    Eigen::Vector3d point;
+    do {
+      point = Eigen::Vector3d(unit_(generator_), unit_(generator_), unit_(generator_));
+    } while (point.norm() > 1);
+    return point;
+  }
+
+ private:
+  std::mt19937 generator_{1};
+  std::uniform_real_distribution<double> unit_{-1, 1};
+};
+
+// Contacts in the sampled ball, all at the first site, or each at the one after the one before.
 std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
   const pal_pack_info info = opened.info();
-  const std::uint32_t num_sites = std::max(info.num_sites, 1u);
-  std::mt19937 generator(1);
-  std::uniform_real_distribution<double> unit(-1, 1);
+  RandomBall random;
   std::vector<pal_contact> contacts;
-  std::uint32_t site = 0;
-  for (int i = 0; i < 4096; ++i) {
-    if (new_site_each_frame || i % 50 == 0) site = (site + 1) % num_sites;
-    Eigen::Vector3d d;
-    do {
-      d = Eigen::Vector3d(unit(generator), unit(generator), unit(generator));
-    } while (d.norm() > 1);
-    d *= info.max_displacement;
-    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}});
+  for (std::uint32_t i = 0; i < kContacts; ++i) {
+    const Eigen::Vector3d d = info.max_displacement * random();
+    const std::uint32_t site = new_site_each_frame ? i % info.num_sites : 0;
+    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}, {}, {}});
+  }
+  return contacts;
+}
+
+// Places an edge and less around sites, one after the other: metres, organ frame.
+std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
+  const pal_pack_info info = opened.info();
+  const pal_geometry geometry = opened.pack().geometry();
+  RandomBall random;
+  std::vector<Eigen::Vector3d> places;
+  for (std::uint32_t i = 0; i < kContacts; ++i) {
+    std::uint32_t node = 0;
+    require_ok(pal_pack_get_site_node(opened.pack().get(), i % info.num_sites, &node), "site");
+    const Eigen::Vector3d site(geometry.rest_positions + size_t{3} * node);
+    places.emplace_back(info.metres_per_length_unit * site + info.mean_surface_edge * random());
+  }
+  return places;
+}
+
+// The contacts of random_contacts at those places.
+std::vector<pal_contact> random_points(const OpenedPack& opened) {
+  std::vector<pal_contact> contacts;
+  const std::vector<pal_contact> pushes = random_contacts(opened, true);
+  for (const Eigen::Vector3d& place : random_places(opened)) {
+    pal_surface_point point;
+    require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
+    contacts.push_back(pal_contact_at(&point, pushes[contacts.size()].displacement));
   }
   return contacts;
 }
@@ -67,6 +118,10 @@ class TimedSession {
 
 }  // namespace
 
+bool has_places(const OpenedPack& opened) {
+  return opened.tables().surface_bvh() != nullptr;
+}
+
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames) {
   TimedSession session(opened, model, 1);
   const std::vector<pal_contact> staying = random_contacts(opened, false);
@@ -85,11 +140,32 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   // At a single site nothing moves: the same row again would claim a new factor in each frame.
   if (opened.info().num_sites > 1)
     timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
-  session.haptic({&staying.front(), 1});
   std::vector<pal_real> field(size_t{3} * opened.info().num_nodes);
-  timings.push_back(time_frames(model_name(model), "field of shown nodes", frames,
-                                [&](int) { session.visual(field.data()); }));
+  const auto show = [&](const pal_contact& contact, const char* stage) {
+    session.haptic({&contact, 1});
+    timings.push_back(
+        time_frames(model_name(model), stage, frames, [&](int) { session.visual(field.data()); }));
+  };
+  show(staying.front(), "field of shown nodes");
+  if (!has_places(opened)) return timings;
+  const std::vector<pal_contact> points = random_points(opened);
+  timings.push_back(time_frames(model_name(model), "force, between sites", frames, touch(points)));
+  timings.push_back(time_cold(model_name(model), "force, between sites, cold", touch(points)));
+  const auto inside = std::find_if(points.begin(), points.end(), [](const pal_contact& contact) {
+    return contact.neighbour_weights[0] > 0 && contact.neighbour_weights[1] > 0 &&
+           contact.neighbour_weights[0] + contact.neighbour_weights[1] < 1;
+  });
+  if (inside != points.end()) show(*inside, "field, between sites");
   return timings;
+}
+
+Timing time_search(const OpenedPack& opened, int frames) {
+  const std::vector<Eigen::Vector3d> places = random_places(opened);
+  return time_frames("", "find the surface point", frames, [&](int frame) {
+    pal_surface_point point;
+    const Eigen::Vector3d& place = places[static_cast<size_t>(frame) % places.size()];
+    require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
+  });
 }
 
 std::vector<Timing> time_start(const std::filesystem::path& file) {

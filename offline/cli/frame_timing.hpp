@@ -21,13 +21,16 @@ struct Timing {
   }
 };
 
-// Calls frame(i) for i = 0 .. frames - 1, each timed alone, after a twentieth as many to warm up.
-template <typename Frame>
-Timing time_frames(std::string model, std::string stage, int frames, const Frame& frame) {
+// Calls frame(i) for i = 0 .. frames - 1, each timed alone, after a twentieth as many to warm up; before each comes
+// prepare(), which is not timed.
+template <typename Frame, typename Prepare = void (*)()>
+Timing time_frames(
+    std::string model, std::string stage, int frames, const Frame& frame, const Prepare& prepare = [] {}) {
   using Clock = std::chrono::steady_clock;
   Timing timing{std::move(model), std::move(stage), std::vector<double>(static_cast<size_t>(frames))};
   for (int i = 0; i < frames / 20 + 1; ++i) frame(i);  // warm
   for (int i = 0; i < frames; ++i) {
+    prepare();
     const Clock::time_point start = Clock::now();
     frame(i);
     timing.nanoseconds[static_cast<size_t>(i)] =
@@ -37,9 +40,14 @@ Timing time_frames(std::string model, std::string stage, int frames, const Frame
   return timing;
 }
 
-// Contact frames at one site for 50 frames and at a new one in each, a tool that holds one site, and visual
-// frames.
+// Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
+
+// Whether the pack knows its surface, so that places between sites can be found.
+bool has_places(const OpenedPack& opened);
+
+// pal_pack_find_surface_point at places about an edge from the surface, another in each frame: the pack has places.
+Timing time_search(const OpenedPack& opened, int frames);
 
 // Opening the pack's file, which is in the system's cache by then, and making a session.
 std::vector<Timing> time_start(const std::filesystem::path& file);

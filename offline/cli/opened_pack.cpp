@@ -44,11 +44,10 @@ const char* model_name(pal_model model) {
 }
 
 std::vector<std::string> flag_names(std::uint32_t flags) {
-  constexpr std::pair<std::uint32_t, const char*> kNames[] = {{PAL_FLAG_EXTRAPOLATED, "extrapolated"},
-                                                              {PAL_FLAG_CLAMPED, "clamped"},
-                                                              {PAL_FLAG_LINEAR_FALLBACK, "linear_fallback"},
-                                                              {PAL_FLAG_OVERLAPPING, "overlapping"},
-                                                              {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}};
+  constexpr std::pair<std::uint32_t, const char*> kNames[] = {
+      {PAL_FLAG_EXTRAPOLATED, "extrapolated"},       {PAL_FLAG_CLAMPED, "clamped"},
+      {PAL_FLAG_LINEAR_FALLBACK, "linear_fallback"}, {PAL_FLAG_OVERLAPPING, "overlapping"},
+      {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}, {PAL_FLAG_NEAREST_SITE, "nearest_site"}};
   std::vector<std::string> names;
   for (const auto& [flag, name] : kNames) {
     if ((flags & flag) != 0) names.emplace_back(name);

@@ -39,19 +39,20 @@ int run_picture(const PictureArguments& arguments) {
   input.title = arguments.title;
   input.length_unit = opened.length_unit();
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
-    std::uint32_t node = 0;
-    require_ok(pal_pack_get_site_node(opened.pack().get(), answer.contacts[c].site, &node), "site");
-    input.tools.push_back({input.rest[node], Eigen::Vector3d(answer.contacts[c].displacement),
+    input.tools.push_back({answer.places[c].position, Eigen::Vector3d(answer.contacts[c].displacement),
                            opened.tables().sites()->tip_radius()});
     const pal_contact_result& result = answer.results[c];
     input.caption +=
-        fmt::format("{}node {}: {:.3g}{} pushed, {:.3g}{} force ({})", c == 0 ? "" : ";  ", answer.labels[c],
+        fmt::format("{}{} {}: {:.3g}{} pushed, {:.3g}{} force ({})", c == 0 ? "" : ";  ",
+                    answer.places[c].is_site ? "node" : "at", answer.places[c].name,
                     Eigen::Vector3d(answer.contacts[c].displacement).norm(), opened.length_suffix(),
                     Eigen::Vector3d(result.force).norm(), opened.force_suffix(), model_name(result.model));
   }
   write_before_after(input, {}, arguments.output);
   if (arguments.json) {
-    fmt::print("{}\n", json_text({{"picture", arguments.output.string()}, {"contacts", answer.labels}}));
+    std::vector<int> labels;
+    for (const TouchedPlace& place : answer.places) labels.push_back(place.label());
+    fmt::print("{}\n", json_text({{"picture", arguments.output.string()}, {"contacts", labels}}));
   } else {
     fmt::print("wrote {}\n", arguments.output.string());
   }

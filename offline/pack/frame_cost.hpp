@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Worst case of one frame with one contact.
+// Worst case of one frame with one contact at a site; between sites it is that of up to three.
 struct FrameCost {
   SurveyedModel model = SurveyedModel::linear_dd;
   std::uint64_t force_operations = 0;  // multiply-adds

@@ -51,7 +51,7 @@ struct SiteSegments {
   pack::Segment contact_nodes, site_nodes, patch_starts, patch_nodes, inward_normals;
 };
 struct LinearSegments {
-  pack::Segment contact_compliance, field_compliance;
+  pack::Segment contact_compliance, field_compliance, site_forces;
 };
 struct CompressedSegments {
   pack::Segment panels, node_places, basis, blocks, coefficients;
@@ -138,18 +138,41 @@ LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, Seg
     for (size_t panel = 0; panel < panels; ++panel)
       append_panel(linear.field_compliance.middleCols<3>(3 * node), panel, field);
   }
-  return {store.add(lower_blocks(linear.contact_compliance)), store.add(field)};
-}
-
-CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
-  return {store.add(compressed.panels), store.add(compressed.node_places), store.add_reals(compressed.basis),
-          store.add(compressed.blocks), store.add_reals(compressed.coefficients)};
+  return {store.add(lower_blocks(linear.contact_compliance)), store.add(field), {}};
 }
 
 std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
   std::vector<double> numbers;
   for (const auto& row : matrix.rowwise()) numbers.insert(numbers.end(), row.begin(), row.end());
   return numbers;
+}
+
+// For each site those of its patch, `compliance_of(site)` that of the patch.
+template <typename ComplianceOf>
+std::vector<double> forces_of_sites(const ContactSites& sites, ComplianceOf&& compliance_of) {
+  std::vector<double> forces;
+  for (const ContactSite& site : sites.sites) {
+    const std::vector<double> rows = by_rows(patch_forces(compliance_of(site)));
+    forces.insert(forces.end(), rows.begin(), rows.end());
+  }
+  return forces;
+}
+
+std::vector<double> site_forces(const PackContent& content) {
+  if (content.compressed != nullptr) {
+    return forces_of_sites(content.sites, [&](const ContactSite& site) {
+      return patch_compliance(*content.compressed, content.sites, site);
+    });
+  }
+  return forces_of_sites(content.sites, [&](const ContactSite& site) -> Eigen::MatrixXd {
+    const std::vector<Eigen::Index> dofs = patch_dofs(site);
+    return content.linear->contact_compliance(dofs, dofs);
+  });
+}
+
+CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
+  return {store.add(compressed.panels), store.add(compressed.node_places), store.add_reals(compressed.basis),
+          store.add(compressed.blocks), store.add_reals(compressed.coefficients)};
 }
 
 void append_bytes(const void* data, size_t count, std::vector<unsigned char>& bytes) {
@@ -273,6 +296,7 @@ AlignedBytes write_pack(const PackContent& content) {
   PolynomialSegments polynomial;
   if (content.linear != nullptr) linear = add_linear(*content.linear, content.sites, store);
   if (content.compressed != nullptr) compressed = add_compressed(*content.compressed, store);
+  if (content.has_linear()) linear.site_forces = store.add(site_forces(content));
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, content.rounded, store);
   const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
@@ -324,10 +348,12 @@ AlignedBytes write_pack(const PackContent& content) {
         static_cast<uint32_t>(content.scene.max_contacts),
         content.scene.directions == Directions::inward ? &inward_normals : nullptr);
     flatbuffers::Offset<pack::LinearDd> linear_table;
+    const pack::Segment forces_of_sites = at(linear.site_forces);
     if (content.linear != nullptr) {
       const pack::Segment contact_compliance = at(linear.contact_compliance);
       const pack::Segment field_compliance = at(linear.field_compliance);
-      linear_table = pack::CreateLinearDd(builder, &contact_compliance, &field_compliance);
+      linear_table =
+          pack::CreateLinearDd(builder, &contact_compliance, &field_compliance, 0, &forces_of_sites);
     } else if (content.compressed != nullptr) {
       const pack::Segment panels = at(compressed.panels);
       const pack::Segment node_places = at(compressed.node_places);
@@ -338,7 +364,7 @@ AlignedBytes write_pack(const PackContent& content) {
           builder, static_cast<uint32_t>(content.compressed->panels.size()), &panels, &node_places, &basis,
           &blocks, &coefficients, content.compressed->tolerance, content.compressed->displacement_error,
           content.compressed->force_error, static_cast<uint32_t>(content.compressed->samples));
-      linear_table = pack::CreateLinearDd(builder, nullptr, nullptr, compressed_table);
+      linear_table = pack::CreateLinearDd(builder, nullptr, nullptr, compressed_table, &forces_of_sites);
     }
     flatbuffers::Offset<pack::PolynomialDd> polynomial_table;
     if (content.polynomials != nullptr) {
@@ -415,8 +441,11 @@ int highest_degree(const std::vector<SiteResult>& results) {
   return highest;
 }
 
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           PolynomialSize polynomials, bool rounded, bool compressed) {
+double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
+                           bool compressed) {
+  const size_t packed_nodes = sites.packed_nodes.size();
+  const size_t contact_nodes = sites.contact_nodes.size();
+  const auto num_sites = static_cast<double>(sites.sites.size());
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
   // A closed surface has two triangles a node, and its tree about one node a triangle.
@@ -424,18 +453,19 @@ double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sit
       2.0 * (sizeof(SurfaceBvh::primitives[0]) + sizeof(SurfaceBvh::primitive_normals[0]) +
              sizeof(pack::BvhNode)) +
       sizeof(PackedNormal);
-  double bytes =
-      40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * static_cast<double>(sites);
-  if (linear)
+  double bytes = 40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * num_sites;
+  if (linear) {
     bytes += compressed ? estimate_compressed_bytes(packed_nodes, contact_nodes)
                         : dense_compliance_bytes(packed_nodes, contact_nodes);
+    for (const ContactSite& site : sites.sites)
+      bytes += 9.0 * sizeof(double) * static_cast<double>(site.patch.size());
+  }
   if (const auto [degree, rank] = polynomials; degree > 0) {
     const double panels = rows / pack::kPanelRows;
     const size_t tables = sizeof(pack::PolynomialSite) + sizeof(double) * pack::num_monomials(2, degree + 1) +
                           sizeof(pack::Real) * pack::num_monomials(2, degree) * rank;
-    bytes += static_cast<double>(sites) *
-             (panels * static_cast<double>(pack::polynomial_panel_bytes(rank, rounded)) +
-              static_cast<double>(tables));
+    bytes += num_sites * (panels * static_cast<double>(pack::polynomial_panel_bytes(rank, rounded)) +
+                          static_cast<double>(tables));
   }
   return bytes;
 }

@@ -65,7 +65,7 @@ struct PolynomialSize {
 
 // Bytes that write_pack would make but for the input files, to a percent, from counts alone; of a compressed
 // compliance to a third.
-double estimate_pack_bytes(size_t packed_nodes, size_t contact_nodes, size_t sites, bool linear,
-                           PolynomialSize polynomials, bool rounded, bool compressed = false);
+double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
+                           bool compressed = false);
 
 }  // namespace palpate

@@ -323,6 +323,39 @@ CompressedCompliance compress_linear_dd(const Assembly& assembly, const ContactS
   return Compressor(assembly, sites, tolerance, progress, rest).run();
 }
 
+Eigen::MatrixXd patch_compliance(const CompressedCompliance& compressed, const ContactSites& sites,
+                                 const ContactSite& site) {
+  const auto size = static_cast<Eigen::Index>(3 * site.patch.size());
+  Eigen::MatrixXd compliance(size, size);
+  for (Eigen::Index j = 0; j < size; j += 3) {
+    const auto column_node = static_cast<std::size_t>(site.patch[static_cast<std::size_t>(j / 3)]);
+    for (Eigen::Index i = j; i < size; i += 3) {
+      const auto row_node = static_cast<std::size_t>(site.patch[static_cast<std::size_t>(i / 3)]);
+      const std::uint32_t place =
+          compressed.node_places[static_cast<std::size_t>(sites.contact_nodes[row_node])];
+      const std::uint32_t panel = place / pack::kPanelNodes;
+      const auto row = static_cast<Eigen::Index>(3 * (place % pack::kPanelNodes));
+      const pack::CompressedBlock& block = compressed.blocks[column_node * compressed.panels.size() + panel];
+      const auto rank = static_cast<Eigen::Index>(block.rank);
+      const Eigen::Map<const Eigen::MatrixXf> weights(
+          &compressed.coefficients[std::size_t{block.start} * pack::kBlockUnit], rank, 3);
+      Eigen::Matrix3d entry;
+      if (block.rank == pack::kPanelRows) {
+        entry = weights.middleRows<3>(row).cast<double>();
+      } else {
+        const Eigen::Map<const Eigen::MatrixXf> basis(
+            &compressed.basis[std::size_t{compressed.panels[panel].first_column} * pack::kPanelRows],
+            pack::kPanelRows, rank);
+        entry = basis.middleRows<3>(row).cast<double>() * weights.cast<double>();
+      }
+      if (i == j) entry.triangularView<Eigen::StrictlyUpper>() = entry.transpose();
+      compliance.block<3, 3>(i, j) = entry;
+      compliance.block<3, 3>(j, i) = entry.transpose();
+    }
+  }
+  return compliance;
+}
+
 double dense_compliance_bytes(std::size_t packed_nodes, std::size_t contact_nodes) {
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);

@@ -53,6 +53,10 @@ CompressedCompliance compress_linear_dd(const Assembly& assembly, const ContactS
                                         const std::function<void(int, int)>& progress = {},
                                         const RestState& rest = RestState());
 
+// A of the contact nodes of a site's patch, as the runtime reads it.
+Eigen::MatrixXd patch_compliance(const CompressedCompliance& compressed, const ContactSites& sites,
+                                 const ContactSite& site);
+
 // Bytes that the dense form takes, and about what this one does.
 double dense_compliance_bytes(std::size_t packed_nodes, std::size_t contact_nodes);
 double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_nodes);

@@ -47,17 +47,31 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
   return linear;
 }
 
-SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site) {
-  const auto size = static_cast<Eigen::Index>(3 * site.patch.size());
+Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
+  constexpr double kSingular = 1e-14;
+  constexpr double kSpring = 1e-9;  // of a node's own compliance, as the runtime's
+  Eigen::LLT<Eigen::MatrixXd> factor(compliance);
+  if (factor.info() != Eigen::Success || !(factor.rcond() > kSingular)) {
+    Eigen::MatrixXd with_springs = compliance;
+    with_springs.diagonal() *= 1 + kSpring;
+    factor.compute(with_springs);
+  }
+  return factor.solve(Eigen::Matrix3d::Identity().replicate(compliance.rows() / 3, 1));
+}
+
+std::vector<Eigen::Index> patch_dofs(const ContactSite& site) {
   std::vector<Eigen::Index> dofs;
   for (const int member : site.patch) {
     for (int axis = 0; axis < 3; ++axis) dofs.push_back(3 * member + axis);
   }
-  Eigen::MatrixXd rigid(size, 3);  // E: the patch moves as one
-  for (Eigen::Index i = 0; i < size; i += 3) rigid.middleRows<3>(i).setIdentity();
-  const Eigen::MatrixXd forces = linear.contact_compliance(dofs, dofs).llt().solve(rigid);
+  return dofs;
+}
+
+SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site) {
+  const std::vector<Eigen::Index> dofs = patch_dofs(site);
+  const Eigen::MatrixXd forces = patch_forces(linear.contact_compliance(dofs, dofs));
   SiteLinearResponse response;
-  response.stiffness = rigid.transpose() * forces;
+  for (Eigen::Index i = 0; i < forces.rows(); i += 3) response.stiffness += forces.middleRows<3>(i);
   response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
   response.field = linear.field_compliance(Eigen::all, dofs) * forces;
   return response;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <vector>
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
@@ -28,11 +29,18 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
                            const std::function<void(int, int)>& progress = {},
                            const RestState& rest = RestState());
 
+// The rows of a site's patch in a contact compliance.
+std::vector<Eigen::Index> patch_dofs(const ContactSite& site);
+
+// X = A^-1 E: nodal forces on a patch of which A is the compliance, for unit displacements of all its nodes together; 3
+// patch nodes x 3. Nodes so close that A is singular to rounding share their force.
+Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance);
+
 // The exact linear answer of one site: field 3 packed nodes x 3 and stiffness 3 x 3 per unit tool
 // displacement.
 struct SiteLinearResponse {
   Eigen::MatrixXd field;
-  Eigen::Matrix3d stiffness;
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
 };
 SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site);
 

@@ -20,12 +20,12 @@ namespace palpate {
 
 // The field of one haptic frame, as weights of columns in the pack. API units.
 struct FieldState {
-  pal_model model;                  // that answered; PAL_MODEL_AUTO: the tissue is at rest
-  uint32_t site;                    // polynomial_dd: whose columns
-  PolynomialFieldState polynomial;  // polynomial_dd
-  uint32_t num_held;                // linear_dd: contact nodes with a force
-  uint32_t* held;                   // [max_held]
-  pal_real* weights;                // linear_dd: nodal forces [num_held][3]
+  pal_model model;       // that answered; PAL_MODEL_AUTO: the tissue is at rest
+  uint32_t num_corners;  // polynomial_dd: sites whose fields are blended
+  PolynomialFieldState corners[3];
+  uint32_t num_held;  // linear_dd: contact nodes with a force
+  uint32_t* held;     // [max_held]
+  pal_real* weights;  // linear_dd: nodal forces [num_held][3]
   bool gravity_turned;
   pal_real gravity_turn[3];
 };

@@ -7,6 +7,7 @@
 #include <initializer_list>
 
 #include "runtime/src/compressed_compliance.hpp"
+#include "runtime/src/contact_place.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -253,7 +254,7 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
 bool is_for(const LinearSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
   if (set.num_contacts != count || set.fixed_version != fixed_version) return false;
   for (uint32_t c = 0; c < count; ++c) {
-    if (set.sites[c] != contacts[c].site) return false;
+    if (set.sites[c] != nearest_site(contacts[c])) return false;
   }
   return true;
 }
@@ -271,8 +272,9 @@ void begin_linear(const pal_pack& pack, const pal_contact* contacts, uint32_t co
     if (state.wanted_of[fixed[i]] == 0) want(fixed[i], 0.0, state);
   }
   for (uint32_t c = 0; c < count; ++c) {
-    set.sites[c] = contacts[c].site;
-    for (uint32_t p = pack.patch_starts[contacts[c].site]; p < pack.patch_starts[contacts[c].site + 1]; ++p) {
+    const uint32_t site = nearest_site(contacts[c]);
+    set.sites[c] = site;
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
       const uint32_t place = state.wanted_of[pack.patch_nodes[p]];
       if (place == 0) {
         want(pack.patch_nodes[p], 1.0, state);

@@ -20,6 +20,8 @@ inline constexpr double kLargestEnergy = 1e60;  // coefficient
 inline constexpr double kLargestAmplification = 1e6;
 inline constexpr double kLargestPush =
     1e20;  // max_displacement in m over the compliance of a contact node: a force
+// Force at a node of a patch per displacement of the patch, in units of what moves the node alone so far.
+inline constexpr double kLargestNodalForce = 1e8;
 inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
 
 // Without its sign bit a number has the order of the integer of the same bits, infinity and the NaNs behind

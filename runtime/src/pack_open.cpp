@@ -16,6 +16,7 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/checksum.hpp"
+#include "runtime/src/compliance.hpp"
 #include "runtime/src/compressed_open.hpp"
 #include "runtime/src/number_checks.hpp"
 #include "runtime/src/pack_view.hpp"
@@ -138,7 +139,25 @@ bool is_compliance(const double* blocks, uint64_t num_nodes) {
   return true;
 }
 
-bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
+// The compliance has been read.
+bool read_site_forces(const pack::Segment* segment, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  const uint32_t num_entries = pack.patch_starts[pack.num_sites];
+  pack.site_forces = array_of<double>(pack, segment, first_offset, uint64_t{9} * num_entries);
+  if (pack.site_forces == nullptr) return false;
+  for (uint32_t entry = 0; entry < num_entries && !trusted; ++entry) {
+    const uint32_t node = pack.patch_nodes[entry];
+    double own[9];
+    contact_compliance(pack, node, node, own);
+    for (uint32_t row = 0; row < 3; ++row) {
+      if (!all_within(pack.site_forces + size_t{9} * entry + size_t{3} * row, 3,
+                      kLargestNodalForce / own[4 * row]))
+        return false;
+    }
+  }
+  return true;
+}
+
+bool read_compliance(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
   if (linear.compressed() != nullptr) {
     return linear.contact_compliance() == nullptr && linear.field_compliance() == nullptr &&
            read_compressed(*linear.compressed(), first_offset, trusted, pack);
@@ -164,6 +183,11 @@ bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trust
       return false;
   }
   return is_compliance(pack.contact_compliance, num_contact_nodes);
+}
+
+bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  return read_compliance(linear, first_offset, trusted, pack) &&
+         read_site_forces(linear.site_forces(), first_offset, trusted, pack);
 }
 
 bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack) {

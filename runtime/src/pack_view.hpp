@@ -61,6 +61,7 @@ struct pal_pack {
   const uint32_t* node_places;                              // [num_nodes] 32 x panel + place in it
   const pal_real* compressed_basis;
   const palpate::pack::CompressedBlock* compressed_blocks;  // [num_contact_nodes][num_panels]
+  const double* site_forces;                                // [patch_starts[num_sites]][3][3]
 
   // PolynomialDd; polynomial_sites is null without the model
   uint32_t degree;                                        // the largest

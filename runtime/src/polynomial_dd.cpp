@@ -205,6 +205,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
     }
     field.x[i] = static_cast<pal_real>(x[i]);
   }
+  field.site = site;
   field.fade = static_cast<pal_real>(fade.phi);
 }
 

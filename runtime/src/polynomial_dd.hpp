@@ -39,11 +39,14 @@ bool is_sampled(const pal_pack& pack, uint32_t site, const double displacement[3
 
 // What polynomial_field.hpp makes the field of.
 struct PolynomialFieldState {
+  uint32_t site;
+  pal_real weight;  // of the site in a blend
   pal_real x[3];
   pal_real fade;  // phi
 };
 
-// Force and stiffness at a site of the pack for a finite displacement, model units, and the state of the field.
+// Force and stiffness at a site of the pack for a finite displacement, model units, and the state of the field but for
+// its weight.
 // Cost at degree 3: 31 energy terms, about 400 operations.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          PolynomialAnswer& answer, PolynomialFieldState& field);

@@ -42,18 +42,18 @@ void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
 
 }  // namespace
 
-void weigh_polynomial(const pal_pack& pack, const FieldState& field, PolynomialWeights& weights) {
-  const pack::PolynomialSite& site = pack.polynomial_sites[field.site];
+void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights) {
+  const pack::PolynomialSite& site = pack.polynomial_sites[state.site];
   weights.field = pack.polynomial_field + site.field_start;
   weights.panel_bytes = pack::polynomial_panel_bytes(site.rank, pack.basis_rounded);
   weights.rank = site.rank;
 
   pal_real monomials[kMostMonomials];
-  const pal_real* at = field.polynomial.x;
+  const pal_real* at = state.x;
   pack::evaluate_monomials(at, site.degree, monomials);
   const double x[3] = {at[0], at[1], at[2]};
   const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  const double metres = pack.metres;
+  const double metres = pack.metres * static_cast<double>(state.weight);
   for (uint32_t axis = 0; axis < 3; ++axis) weights.columns[axis] = static_cast<pal_real>(metres * x[axis]);
   pal_real* z = weights.columns + 3;
   for (uint32_t k = 0; k < site.rank; ++k) z[k] = 0;
@@ -61,7 +61,7 @@ void weigh_polynomial(const pal_pack& pack, const FieldState& field, PolynomialW
   double power = s > 1.0 ? 1.0 / s : 1.0;  // s^-n beyond the ball
   for (uint32_t degree = 2; degree <= site.degree; ++degree) {
     if (s > 1.0) power /= s;
-    const auto scale = static_cast<pal_real>(metres * double{field.polynomial.fade} *
+    const auto scale = static_cast<pal_real>(metres * static_cast<double>(state.fade) *
                                              (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0));
     const pal_real* monomial = monomials + pack::monomial_start(degree);
     for (uint32_t j = 0; j < pack::num_monomials(degree); ++j, coefficients += site.rank) {

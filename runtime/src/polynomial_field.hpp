@@ -5,7 +5,7 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/field_kernel.hpp"
-#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/polynomial_dd.hpp"
 #include "schemas/pack_layout.hpp"
 
 namespace palpate {
@@ -22,7 +22,7 @@ struct PolynomialWeights {
 // Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by rank / 2 units at most, of
 // about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at degree 7
 // and rank 16.
-void weigh_polynomial(const pal_pack& pack, const FieldState& field, PolynomialWeights& weights);
+void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights);
 
 // sum[96 count] = u of the nodes of `count` panels from `first` on, onto what is there or not.
 void fill_polynomial_field(const PolynomialWeights& weights, uint32_t first, uint32_t count,

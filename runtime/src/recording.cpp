@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
-constexpr uint32_t kRecordingVersion = 2;
+constexpr uint32_t kRecordingVersion = 3;
 constexpr uint32_t kFirstReplayBytes = 88;
 static_assert(kFirstReplayBytes == sizeof(pal_replay));
 
@@ -51,6 +51,8 @@ struct RecordedContact {
   uint32_t force_axes;
   double displacement[3];
   double force[3];
+  uint32_t neighbours[2];
+  double neighbour_weights[2];
 };
 struct RecordedHold {
   uint32_t law;
@@ -176,6 +178,8 @@ pal_status replay_contacts(pal_session& session, CallReader& reader, uint32_t co
     contacts[c].force_axes = contact.force_axes;
     memcpy(contacts[c].displacement, contact.displacement, sizeof contact.displacement);
     memcpy(contacts[c].force, contact.force, sizeof contact.force);
+    memcpy(contacts[c].neighbours, contact.neighbours, sizeof contact.neighbours);
+    memcpy(contacts[c].neighbour_weights, contact.neighbour_weights, sizeof contact.neighbour_weights);
   }
   if (!reader.has_answer(count)) return PAL_STATUS_CORRUPT_RECORDING;
   if (const pal_status status = pal_contact_frame(&session, contacts, count, results);
@@ -309,7 +313,9 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
                     sizeof subject + sizeof answer + count * (sizeof(RecordedContact) + kForceBytes));
   writer.put(&subject, sizeof subject);
   for (uint32_t c = 0; c < count; ++c) {
-    RecordedContact contact = {contacts[c].site, contacts[c].force_axes, {}, {}};
+    RecordedContact contact = {contacts[c].site, contacts[c].force_axes, {}, {}, {}, {}};
+    memcpy(contact.neighbours, contacts[c].neighbours, sizeof contact.neighbours);
+    memcpy(contact.neighbour_weights, contacts[c].neighbour_weights, sizeof contact.neighbour_weights);
     for (uint32_t axis = 0; axis < 3; ++axis) {  // of each axis what was read
       const bool by_force = (contacts[c].force_axes >> axis & 1) != 0;
       (by_force ? contact.force : contact.displacement)[axis] =

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/src/contact_place.hpp"
+#include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/session_state.hpp"
@@ -153,7 +155,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     result.flags = flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO && pack.polynomial_sites != nullptr)
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    if (!is_sampled(pack, contacts[c].site, d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
+    if (!is_sampled(pack, nearest_site(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
@@ -166,26 +169,56 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   }
 }
 
-void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
+// Of one contact that was answered alone, all of it in model units.
+void give_result(const pal_session& session, pal_model model, uint32_t flags, const double force[3],
+                 const double stiffness[9], pal_contact_result& result) {
   const pal_pack& pack = *session.pack;
   const double* d = session.displacements;
+  result = {};
+  result.model = model;
+  result.flags = flags | session.input_flags[0];
+  estimate_errors(pack, model, true, d, result);
+  for (int i = 0; i < 3; ++i) {
+    result.force[i] = force[i] * pack.newtons;
+    result.displacement[i] = d[i] * pack.metres;
+    for (int j = 0; j < 3; ++j) result.stiffness[i][j] = stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  }
+}
+
+void answer_polynomial(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.site = contact.site;
-  PolynomialAnswer answer;
-  evaluate_polynomial(pack, contact.site, d, answer, field.polynomial);
+  const ContactPlace place = place_of(contact);
+  field.num_corners = place.count;
+  PolynomialAnswer blend = {};
+  for (uint32_t i = 0; i < place.count; ++i) {
+    const auto [site, weight] = place.corners[i];
+    PolynomialAnswer answer;
+    evaluate_polynomial(pack, site, session.displacements, answer, field.corners[i]);
+    field.corners[i].weight = static_cast<pal_real>(weight);
+    blend.flags |= answer.flags;
+    blend.energy += weight * answer.energy;
+    for (int k = 0; k < 3; ++k) blend.force[k] += weight * answer.force[k];
+    for (int k = 0; k < 9; ++k) blend.stiffness[k] += weight * answer.stiffness[k];
+  }
+  session.stored_energy = blend.energy * pack.newtons * pack.metres;
+  if (results != nullptr)
+    give_result(session, PAL_MODEL_POLYNOMIAL, blend.flags, blend.force, blend.stiffness, results[0]);
+}
+
+void answer_linear_point(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  const ContactPlace place = place_of(contact);
+  LinearPointAnswer answer;
+  evaluate_linear_point(pack, place, session.displacements, answer,
+                        session.snapshots.slots[session.snapshots.back]);
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
-  pal_contact_result& result = results[0];
-  result = {};
-  result.model = PAL_MODEL_POLYNOMIAL;
-  result.flags = answer.flags | session.input_flags[0];
-  estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, d, result);
-  for (int i = 0; i < 3; ++i) {
-    result.force[i] = answer.force[i] * pack.newtons;
-    result.displacement[i] = d[i] * pack.metres;
-    for (int j = 0; j < 3; ++j)
-      result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  uint32_t flags = 0;
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (!is_sampled(pack, place.corners[i].site, session.displacements)) flags |= PAL_FLAG_EXTRAPOLATED;
   }
+  give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
@@ -209,10 +242,14 @@ bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_g
          (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->field_compliance != nullptr);
 }
 
-pal_model model_for(const pal_session& session, uint32_t count, bool forces_given) {
+Answering answering_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
+                        bool forces_given) {
   // Untouched, an organ rests; but nodes that are fixed hold it where gravity has turned.
-  if (count == 0) return session.gravity_turned && session.num_fixed > 0 ? PAL_MODEL_LINEAR : PAL_MODEL_AUTO;
-  return polynomial_answers(session, count, forces_given) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_LINEAR;
+  if (count == 0)
+    return session.gravity_turned && session.num_fixed > 0 ? Answering::linear : Answering::nothing;
+  if (polynomial_answers(session, count, forces_given)) return Answering::polynomial;
+  const bool alone = count == 1 && session.num_fixed == 0 && !forces_given && !session.gravity_turned;
+  return alone && !is_at_site(contacts[0]) ? Answering::linear_point : Answering::linear;
 }
 
 void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count) {
@@ -240,7 +277,7 @@ bool make_linear_ready_within(pal_session& session, const pal_contact* contacts,
   return is_for(session.linear.answering, contacts, count, session.fixed_version);
 }
 
-void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
+void answer_contacts(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
                      pal_contact_result* results) {
   for (uint32_t c = 0; c < count; ++c) {
     double given[3];
@@ -250,26 +287,33 @@ void answer_contacts(pal_session& session, pal_model model, const pal_contact* c
   }
   session.energy_of_gravity = 0;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
-  field.model = model;
+  field.model = model_of(answering);
   field.gravity_turned = session.gravity_turned;
   for (int i = 0; i < 3; ++i)
     field.gravity_turn[i] = static_cast<pal_real>(session.gravity_turn[i] * session.pack->metres);
-  if (model == PAL_MODEL_POLYNOMIAL) {
-    answer_polynomial(session, contacts[0], results);
-  } else if (model == PAL_MODEL_LINEAR) {
-    answer_linear(session, contacts, count, results);
-  } else {
-    session.stored_energy = 0;
+  switch (answering) {
+    case Answering::nothing:
+      session.stored_energy = 0;
+      break;
+    case Answering::polynomial:
+      answer_polynomial(session, contacts[0], results);
+      break;
+    case Answering::linear_point:
+      answer_linear_point(session, contacts[0], results);
+      break;
+    case Answering::linear:
+      answer_linear(session, contacts, count, results);
+      break;
   }
   publish(session.snapshots);
 }
 
-void add_coupling(const pal_session& session, pal_model answered, const pal_contact_result* results,
+void add_coupling(const pal_session& session, Answering answered, const pal_contact_result* results,
                   uint32_t row, uint32_t column, double* sum) {
   const pal_pack& pack = *session.pack;
   const double scale = pack.newtons / pack.metres;
   double block[9] = {};
-  if (row != column && answered == PAL_MODEL_LINEAR)
+  if (row != column && answered == Answering::linear)
     contact_stiffness(pack, session.linear.answering, row, column, block);
   for (uint32_t i = 0; i < 9; ++i)
     sum[i] += row == column ? results[row].stiffness[i / 3][i % 3] : scale * block[i];

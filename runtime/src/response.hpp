@@ -4,16 +4,19 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/answering.hpp"
+
 namespace palpate {
 
 // Whether some model of the session can answer so many contacts with its fixed nodes. `forces_given`: along
 // some axis, instead of the displacement.
 bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given = false);
 
-// The model that answers these contacts, which some model can; PAL_MODEL_AUTO where nothing holds it.
-pal_model model_for(const pal_session& session, uint32_t count, bool forces_given = false);
+// What answers these contacts, which some model can.
+Answering answering_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
+                        bool forces_given = false);
 
-// Makes linear_dd ready for these contacts, whatever it takes.
+// Makes Answering::linear ready for these contacts, whatever it takes.
 void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count);
 
 // The same with about so many multiply-adds at most: call it again in the next frame until it is true. Work
@@ -22,15 +25,15 @@ void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32
 bool make_linear_ready_within(pal_session& session, const pal_contact* contacts, uint32_t count,
                               uint64_t operations, bool& began, bool& finished);
 
-// Forces and stiffness of contacts by a model that is ready for them, for finite displacements; API units,
+// Forces and stiffness of contacts by what is ready for them, for finite displacements; API units,
 // organ frame. Leaves their energy in pal_session::stored_energy and hands the field to the visual thread.
 // `results`: count entries, or null.
-void answer_contacts(pal_session& session, pal_model model, const pal_contact* contacts, uint32_t count,
+void answer_contacts(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
                      pal_contact_result* results);
 
 // d force of contact `row` / d displacement of contact `column`, of the answer just given: adds it to sum[9],
 // API units, organ frame.
-void add_coupling(const pal_session& session, pal_model answered, const pal_contact_result* results,
+void add_coupling(const pal_session& session, Answering answered, const pal_contact_result* results,
                   uint32_t row, uint32_t column, double* sum);
 
 }  // namespace palpate

@@ -9,8 +9,10 @@
 #include "runtime/src/calibration.hpp"
 #include "runtime/src/compliance.hpp"
 #include "runtime/src/compressed_compliance.hpp"
+#include "runtime/src/contact_place.hpp"
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/gravity.hpp"
+#include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_field.hpp"
 #include "runtime/src/pose.hpp"
@@ -43,9 +45,11 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   LinearState& linear = arrays.linear;
   if (pack.field_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
+  const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
+  const uint32_t most_held = at_point > linear.max_held ? at_point : linear.max_held;
   for (FieldState& slot : arrays.snapshots.slots) {
-    slot.held = arena.take<uint32_t>(linear.max_held);
-    slot.weights = arena.take<pal_real>(size_t{3} * linear.max_held);
+    slot.held = arena.take<uint32_t>(most_held);
+    slot.weights = arena.take<pal_real>(size_t{3} * most_held);
   }
   reset_snapshots(arrays.snapshots);
   carve_tools(config, arena, arrays.tools);
@@ -122,7 +126,7 @@ const pal_real* turn_of(const FieldState& field) {
 // A field and what is made of it once for all its panels.
 struct ShownField {
   const FieldState& state;
-  const PolynomialWeights& polynomial;
+  const PolynomialWeights* corners;  // [num_corners] of polynomial_dd
 };
 
 // sum = displacements of the nodes of `count` panels from `first` on.
@@ -133,7 +137,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
   if (field.model == PAL_MODEL_LINEAR) {
     fill_compliance_field(*session.pack, field, first, count, session.kernel.add_columns, onto, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    fill_polynomial_field(shown.polynomial, first, count, session.kernel, onto, sum);
+    for (uint32_t i = 0; i < field.num_corners; ++i)
+      fill_polynomial_field(shown.corners[i], first, count, session.kernel, onto || i > 0, sum);
   } else if (!onto) {
     clear_panels(count, sum);
   }
@@ -141,7 +146,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
 
 // Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
 bool writes_once(const pal_session& session, const FieldState& field) {
-  return !session.pack->has_gravity && (field.model != PAL_MODEL_LINEAR || field.num_held <= 1);
+  return !session.pack->has_gravity && (field.model != PAL_MODEL_LINEAR || field.num_held <= 1) &&
+         (field.model != PAL_MODEL_POLYNOMIAL || field.num_corners == 1);
 }
 
 constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
@@ -160,9 +166,10 @@ char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, cha
 // The panels of most fields hold nodes that follow one another.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
-  PolynomialWeights weights;
-  if (field.model == PAL_MODEL_POLYNOMIAL) weigh_polynomial(*session.pack, field, weights);
-  const ShownField shown = {field, weights};
+  PolynomialWeights corners[3];
+  for (uint32_t i = 0; field.model == PAL_MODEL_POLYNOMIAL && i < field.num_corners; ++i)
+    weigh_polynomial(*session.pack, field.corners[i], corners[i]);
+  const ShownField shown = {field, corners};
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
@@ -332,8 +339,9 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   bool forces_given = false;
   for (uint32_t c = 0; c < count; ++c) {
     const pal_contact& contact = contacts[c];
-    if (contact.site >= session->pack->num_sites) return PAL_STATUS_NO_SUCH_SITE;
     if (contact.force_axes > palpate::kAllAxes) return PAL_STATUS_BAD_ARGUMENT;
+    if (const pal_status status = palpate::check_place(*session->pack, contact); status != PAL_STATUS_OK)
+      return status;
     forces_given = forces_given || contact.force_axes != 0;
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const bool by_force = (contact.force_axes >> axis & 1) != 0;
@@ -345,9 +353,9 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   session->used = true;
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
-  const pal_model model = palpate::model_for(*session, count, forces_given);
-  if (model == PAL_MODEL_LINEAR) palpate::make_linear_ready(*session, contacts, count);
-  palpate::answer_contacts(*session, model, contacts, count, results);
+  const palpate::Answering answering = palpate::answering_for(*session, contacts, count, forces_given);
+  if (answering == palpate::Answering::linear) palpate::make_linear_ready(*session, contacts, count);
+  palpate::answer_contacts(*session, answering, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;
 }

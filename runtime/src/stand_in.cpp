@@ -19,16 +19,16 @@ void match_answered(ToolStates& states) {
 }
 
 // What answers from now on: the contacts held, or those for which linear_dd was begun earlier.
-void set_answered(pal_model model, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
+void set_answered(Answering answering, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
                   uint32_t fixed_version, ToolStates& states) {
-  states.changed = states.changed || model != states.answered || count != states.num_answered ||
+  states.changed = states.changed || answering != states.answered || count != states.num_answered ||
                    fixed_version != states.answered_fixed;
   for (uint32_t i = 0; i < count; ++i) {
     states.changed = states.changed || states.answered_ids[i] != ids[i];
     states.answered_ids[i] = ids[i];
     states.answered_inputs[i] = inputs[i];
   }
-  states.answered = model;
+  states.answered = answering;
   states.num_answered = count;
   states.answered_fixed = fixed_version;
 }
@@ -41,12 +41,12 @@ void answer_or_stand_in(pal_session& session) {
   states.held_changed = false;
   uint64_t ids[pack::kMostContacts];
   for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
-  const pal_model model = model_for(session, states.num_contacts);
+  const Answering answering = answering_for(session, states.inputs, states.num_contacts);
   bool began = false;
   bool finished = false;
   const bool ready =
-      model != PAL_MODEL_LINEAR || make_linear_ready_within(session, states.inputs, states.num_contacts,
-                                                            session.operations, began, finished);
+      answering != Answering::linear || make_linear_ready_within(session, states.inputs, states.num_contacts,
+                                                                 session.operations, began, finished);
   if (began) {
     states.num_begun = states.num_contacts;
     states.begun_fixed = session.fixed_version;
@@ -55,15 +55,15 @@ void answer_or_stand_in(pal_session& session) {
            states.num_contacts * sizeof *states.inputs);
   }
   if (ready) {
-    set_answered(model, states.num_contacts, ids, states.inputs, session.fixed_version, states);
+    set_answered(answering, states.num_contacts, ids, states.inputs, session.fixed_version, states);
   } else if (finished) {
-    set_answered(PAL_MODEL_LINEAR, states.num_begun, states.begun_ids, states.begun_inputs,
+    set_answered(Answering::linear, states.num_begun, states.begun_ids, states.begun_inputs,
                  states.begun_fixed, states);
-  } else if (states.answered == PAL_MODEL_LINEAR &&
+  } else if (states.answered == Answering::linear &&
              !(session.linear.answering.ready && is_for(session.linear.answering, states.answered_inputs,
                                                         states.num_answered, states.answered_fixed))) {
     // pal_contact_frame has made linear_dd ready for contacts of its own.
-    set_answered(PAL_MODEL_AUTO, 0, nullptr, nullptr, session.fixed_version, states);
+    set_answered(Answering::nothing, 0, nullptr, nullptr, session.fixed_version, states);
   }
   states.preparing = !ready;
   match_answered(states);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/src/contact_place.hpp"
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
@@ -25,22 +26,41 @@ constexpr double kLongestFrame = 1.0;  // s
 // In units of the scene's largest displacement: less is rounding of poses.
 constexpr double kLeastStrain = 1e-6;
 
-// The place of a site at rest, world.
-void site_position(const pal_session& session, uint32_t site, double out[3]) {
+// The place of a point between sites at rest, world.
+void place_at_rest(const pal_session& session, const uint32_t sites[3], const double weights[3],
+                   double out[3]) {
   const pal_pack& pack = *session.pack;
-  const double* position = pack.rest_positions + size_t{3} * pack.site_nodes[site];
-  const double in_metres[3] = {position[0] * pack.metres, position[1] * pack.metres,
-                               position[2] * pack.metres};
+  double in_metres[3] = {};
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(weights[corner] > 0)) continue;
+    const double* position = pack.rest_positions + size_t{3} * pack.site_nodes[sites[corner]];
+    for (int i = 0; i < 3; ++i) in_metres[i] += weights[corner] * (position[i] * pack.metres);
+  }
   rotate(session.tools.organ, in_metres, out);
   for (int i = 0; i < 3; ++i) out[i] += session.config.organ.position[i];
 }
 
-uint32_t site_of_largest_weight(const uint32_t sites[3], const double weights[3]) {
-  uint32_t best = 0;
-  for (uint32_t i = 1; i < 3; ++i) {
-    if (weights[i] > weights[best]) best = i;
+// Out of the tissue at a point between sites, organ frame.
+void normal_at(const pal_pack& pack, const uint32_t sites[3], const double weights[3], double out[3]) {
+  double sum[3] = {};
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(weights[corner] > 0)) continue;
+    const float* normal = pack.site_normals + size_t{3} * sites[corner];
+    for (int i = 0; i < 3; ++i) sum[i] += weights[corner] * static_cast<double>(normal[i]);
   }
-  return sites[best];
+  const double length = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+  for (int i = 0; i < 3; ++i) out[i] = length > 0 ? sum[i] / length : 0.0;
+}
+
+// Without its displacement.
+pal_contact contact_of(const HeldContact& held) {
+  pal_contact contact = {};
+  contact.site = held.sites[0];
+  for (int i = 0; i < 2; ++i) {
+    contact.neighbours[i] = held.sites[i + 1];
+    contact.neighbour_weights[i] = held.weights[i + 1];
+  }
+  return contact;
 }
 
 bool holds_anything(const pal_session& session, uint32_t tool) {
@@ -56,17 +76,18 @@ bool has_room(const pal_session& session) {
 }
 
 // There is room. `normal`: organ frame.
-void take_hold(pal_session& session, uint32_t tool, uint32_t site, pal_contact_law law,
-               const pal_pose& unstrained, const double normal[3]) {
+void take_hold(pal_session& session, uint32_t tool, const uint32_t sites[3], const double weights[3],
+               pal_contact_law law, const pal_pose& unstrained, const double normal[3]) {
   HeldContact& contact = session.tools.contacts[session.tools.num_contacts++];
   contact.id = ++session.tools.next_id;
   session.tools.held_changed = true;
   contact.tool = tool;
-  contact.site = site;
+  memcpy(contact.sites, sites, sizeof contact.sites);
+  memcpy(contact.weights, weights, sizeof contact.weights);
   contact.law = law;
   contact.strain = Strain::unknown;
   memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
-  site_position(session, site, contact.unstrained_arm);
+  place_at_rest(session, sites, weights, contact.unstrained_arm);
   for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
   rotate_back(rotation_of(unstrained.orientation), contact.unstrained_arm, contact.arm);
   rotate(session.tools.organ, normal, contact.normal);
@@ -125,8 +146,7 @@ bool try_to_touch(pal_session& session, uint32_t tool, ToolState& state) {
   // Deeper it has not just come in, but is beyond a part of the organ that cannot be touched.
   if (state.must_leave || hit.distance < -session.pack->max_displacement) return true;
   if (!has_room(session)) return false;
-  take_hold(session, tool, site_of_largest_weight(hit.sites, hit.weights), state.touch.law, state.pose,
-            hit.normal);
+  take_hold(session, tool, hit.sites, hit.weights, state.touch.law, state.pose, hit.normal);
   return true;
 }
 
@@ -195,7 +215,7 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
       contact.strain = is_strained ? Strain::brought : Strain::none;
       if (is_strained) session.tools.held_changed = true;  // as where the tool was seen late
     }
-    session.tools.inputs[c].site = contact.site;
+    session.tools.inputs[c] = contact_of(contact);
     rotate_back(session.tools.organ, d, session.tools.inputs[c].displacement);
   }
 }
@@ -206,7 +226,7 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   const ToolStates& states = session.tools;
   const HeldContact& contact = states.contacts[index];
   const uint32_t answered = states.answered_of[index];
-  if (result.num_contacts++ == 0) result.site = contact.site;
+  if (result.num_contacts++ == 0) result.site = nearest_site(contact_of(contact));
   if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
   if (answered == kNotAnswered) {
     result.displacement_error = result.force_error = 1.0;
@@ -383,13 +403,11 @@ extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const p
   const uint32_t held = session->tools.num_contacts;
   if (held >= session->config.max_contacts) return PAL_STATUS_CAPACITY_EXCEEDED;
   if (!palpate::can_answer(*session, held + 1)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
-  const uint32_t site = palpate::site_of_largest_weight(hold.sites, hold.weights);
   double normal[3] = {};
-  if (session->pack->site_normals != nullptr) {
-    for (uint32_t i = 0; i < 3; ++i) normal[i] = session->pack->site_normals[size_t{3} * site + i];
-  }
+  if (session->pack->site_normals != nullptr)
+    palpate::normal_at(*session->pack, hold.sites, hold.weights, normal);
   palpate::use_tool(session->tools, tool);
-  palpate::take_hold(*session, tool, site, hold.law, hold.unstrained, normal);
+  palpate::take_hold(*session, tool, hold.sites, hold.weights, hold.law, hold.unstrained, normal);
   session->used = true;
   palpate::record_hold(*session, tool, hold);
   return PAL_STATUS_OK;

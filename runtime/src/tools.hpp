@@ -11,6 +11,7 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/answering.hpp"
 #include "runtime/src/arena.hpp"
 #include "runtime/src/force_output.hpp"
 #include "runtime/src/passivity.hpp"
@@ -28,8 +29,9 @@ enum class Strain : uint8_t { unknown, none, brought };
 struct HeldContact {
   uint64_t id;  // no two contacts of a session have the same
   uint32_t tool;
-  uint32_t site;
   pal_contact_law law;
+  uint32_t sites[3];  // at the corners around it
+  double weights[3];  // of sum 1
   Strain strain;
   double unstrained[3];      // p0
   double unstrained_arm[3];  // R0 a, world
@@ -58,8 +60,8 @@ struct ToolStates {
   pal_contact* inputs;          // [max_contacts] of the frame at hand
   pal_contact_result* results;  // [max_contacts] of pal_contact_frame for who wants none
   uint64_t next_id;
-  // The contacts that the last frame answered, by which model, and of which contact held each is
-  pal_model answered;
+  // The contacts that the last frame answered, by what, and of which contact held each is
+  Answering answered;
   uint32_t num_answered;
   uint64_t* answered_ids;                // [max_contacts]
   pal_contact* answered_inputs;          // [max_contacts]

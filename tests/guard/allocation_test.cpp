@@ -100,7 +100,7 @@ TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
   EXPECT_GT(counted([&] {
-              session.touch({{0, {0, 0, -0.01}, 0, {}}});
+              session.touch({{0, {0, 0, -0.01}, 0, {}, {}, {}}});
             }),
             0);  // `touch` returns a std::vector
 }
@@ -130,7 +130,7 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
         pal_contact contacts[4];
         for (uint32_t c = 0; c < count; ++c) {
           contacts[c] = {
-              (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}, 0, {}};
+              (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}, 0, {}, {}, {}};
         }
         answered += pal_contact_frame(session, contacts, count, results) == PAL_STATUS_OK;
         answered += pal_visual_frame(session, field.data(), kNodeBytes) == PAL_STATUS_OK;

@@ -51,7 +51,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     const uint32_t count = !may_fix || frame % 4 == 3 ? 1 : config.max_contacts;
     std::vector<pal_contact> contacts(count);
     for (uint32_t c = 0; c < count; ++c)
-      contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}, 0, {}};
+      contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}, 0, {}, {}, {}};
     answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
     ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
   }
@@ -139,8 +139,10 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const size_t unit_forces = 2 * 3 * dofs * sizeof(double);  // of the set that answers and of the next
   const size_t columns = 3 * 3 * ((dofs + 7) / 8 * 8) * sizeof(double);
   const size_t maps = 2 * info.num_contact_nodes * sizeof(uint32_t);
-  const size_t rest = 7168;  // the session itself, four tools, and rounding of 45 arrays to cache lines
-  const size_t needed = inverse + unit_forces + columns + maps;
+  // Of three snapshots, where a contact between sites holds the nodes of three patches.
+  const size_t fields = size_t{3} * 3 * info.max_patch_nodes * (sizeof(uint32_t) + 3 * sizeof(pal_real));
+  const size_t rest = 6656;  // the session itself, four tools, and rounding of 45 arrays to cache lines
+  const size_t needed = inverse + unit_forces + columns + maps + fields;
   EXPECT_GE(required_bytes(pack, config), needed);
   EXPECT_LE(required_bytes(pack, config), needed + rest);
 }
@@ -182,12 +184,14 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 2, 2);
   session.fix({3});
-  const std::vector<pal_contact> held = {{1, {0.01, 0, -0.02}, 0, {}}, {8, {0, 0.01, -0.01}, 0, {}}};
+  const std::vector<pal_contact> held = {{1, {0.01, 0, -0.02}, 0, {}, {}, {}},
+                                         {8, {0, 0.01, -0.01}, 0, {}, {}, {}}};
   const auto before = session.touch(held);
   const std::vector<pal_real> field = session.field();
 
-  const std::vector<pal_contact> three = {
-      {0, {0, 0, -0.03}, 0, {}}, {4, {0, 0, -0.03}, 0, {}}, {9, {0, 0, -0.03}, 0, {}}};
+  const std::vector<pal_contact> three = {{0, {0, 0, -0.03}, 0, {}, {}, {}},
+                                          {4, {0, 0, -0.03}, 0, {}, {}, {}},
+                                          {9, {0, 0, -0.03}, 0, {}, {}, {}}};
   std::vector<pal_contact_result> results(3);
   std::memset(static_cast<void*>(results.data()), kCanary, 3 * sizeof results[0]);
   EXPECT_EQ(pal_contact_frame(session.get(), three.data(), 3, results.data()), PAL_STATUS_CAPACITY_EXCEEDED);

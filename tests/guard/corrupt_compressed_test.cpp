@@ -45,7 +45,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
     std::vector<pal_contact> contacts;
     for (uint32_t c = 0; c <= frame % 3; ++c)
       contacts.push_back(
-          {(37 * frame + 11 * c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}, 0, {}});
+          {(37 * frame + 11 * c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}, 0, {}, {}, {}});
     if (frame == 9) session.fix({frame % info.num_contact_nodes, 0});
     for (const auto& result : session.touch(contacts)) finite = finite && all_finite(result);
     finite = finite && all_finite(session.field());

@@ -29,7 +29,7 @@ TEST_P(FloatingPointMode, NoSubnormalNumberComesOut) {
   // So small that the field's floats, and then the force's doubles, would be subnormal.
   for (const double push : {1e-38, 1e-41, 1e-300, 1e-308, 5e-324}) {
     SCOPED_TRACE(push);
-    const pal_contact_result result = session.touch({{0, {0, 0, -push}, 0, {}}}).front();
+    const pal_contact_result result = session.touch({{0, {0, 0, -push}, 0, {}, {}, {}}}).front();
     for (const double force : result.force) EXPECT_TRUE(force == 0 || std::isnormal(force)) << force;
     for (const pal_real displacement : session.field())
       EXPECT_TRUE(displacement == 0 || std::isnormal(displacement)) << displacement;
@@ -42,7 +42,7 @@ TEST_P(FloatingPointMode, TheCallersModeStays) {
   ASSERT_GT(halved(std::numeric_limits<double>::min()), 0.0) << "else this test shows nothing";
   ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
   std::feclearexcept(FE_ALL_EXCEPT);
-  session.touch({{0, {0, 0, -1e-310}, 0, {}}});
+  session.touch({{0, {0, 0, -1e-310}, 0, {}, {}, {}}});
   session.field();
   EXPECT_EQ(std::fetestexcept(FE_ALL_EXCEPT), 0);
   EXPECT_EQ(std::fegetround(), FE_UPWARD);
@@ -55,15 +55,15 @@ TEST_P(FloatingPointMode, TheCallersModeStays) {
 TEST_P(FloatingPointMode, TheCallersModeChangesNothing) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), GetParam());
-  const pal_contact_result expected = session.touch({{0, {0.01, 0, -0.03}, 0, {}}}).front();
+  const pal_contact_result expected = session.touch({{0, {0.01, 0, -0.03}, 0, {}, {}, {}}}).front();
   ASSERT_EQ(std::fesetround(FE_DOWNWARD), 0);
-  const pal_contact_result downward = session.touch({{0, {0.01, 0, -0.03}, 0, {}}}).front();
+  const pal_contact_result downward = session.touch({{0, {0.01, 0, -0.03}, 0, {}, {}, {}}}).front();
   std::fesetround(FE_TONEAREST);
   EXPECT_EQ(std::memcmp(&expected, &downward, sizeof expected), 0);
 #ifdef __GLIBC__
   pal_hold hold = pal_default_hold(0);
   hold.weights[1] = std::numeric_limits<double>::quiet_NaN();
-  const pal_contact contact = {0, {std::numeric_limits<double>::signaling_NaN(), 0, 0}, 0, {}};
+  const pal_contact contact = {0, {std::numeric_limits<double>::signaling_NaN(), 0, 0}, 0, {}, {}, {}};
   const pal_pose pose = {{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {1, 0, 0, 0}};
   pal_haptic_input input = {};
   input.struct_size = sizeof input;

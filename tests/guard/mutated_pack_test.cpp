@@ -69,7 +69,8 @@ bool serves_finite_numbers(const pal_pack* pack) {
       const uint32_t count = frame < 5 ? 1 : frame % kContacts + 1;
       pal_contact contacts[kContacts];
       for (uint32_t c = 0; c < count; ++c)
-        contacts[c] = {(5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}, 0, {}};
+        contacts[c] = {
+            (5 * frame + c) % info.num_sites, {0.5 * d, -0.3 * d, c == 1 ? 0.0 : -d}, 0, {}, {}, {}};
       pal_contact_result results[kContacts] = {};
       if (pal_contact_frame(session, contacts, count, results) != PAL_STATUS_OK) continue;
       for (uint32_t c = 0; c < count; ++c) finite = finite && all_finite(results[c]);
@@ -480,7 +481,7 @@ TEST_F(Contradiction, PolynomialsNobodyVerified) {
     std::fill(coefficients, coefficients + count, static_cast<pal_real>(wrong));
     const OpenPack pack(copy, PAL_VERIFY_NEVER);
     OwnedSession session(pack.get(), PAL_MODEL_POLYNOMIAL, 1, 0);
-    session.touch({{0, {0.01, 0.01, -0.02}, 0, {}}});
+    session.touch({{0, {0.01, 0.01, -0.02}, 0, {}, {}, {}}});
     session.field();
   }
 }

@@ -12,10 +12,10 @@ TEST(Snapshot, TheFieldIsThatOfTheLastHapticFrame) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
   const std::vector<pal_real> rest = session.field();
-  session.touch({{0, {0, 0, -0.02}, 0, {}}});
-  session.touch({{0, {0, 0, -0.04}, 0, {}}});  // two haptic frames to one visual
+  session.touch({{0, {0, 0, -0.02}, 0, {}, {}, {}}});
+  session.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});  // two haptic frames to one visual
   OwnedSession only_last(pack.get(), PAL_MODEL_AUTO);
-  only_last.touch({{0, {0, 0, -0.04}, 0, {}}});
+  only_last.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});
   const std::vector<pal_real> pushed = session.field();
   EXPECT_EQ(pushed, only_last.field());
   EXPECT_NE(pushed, rest);
@@ -27,9 +27,9 @@ TEST(Snapshot, TheFieldIsThatOfTheLastHapticFrame) {
 TEST(Snapshot, ARefusedFrameLeavesTheFieldAlone) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
-  session.touch({{0, {0, 0, -0.04}, 0, {}}});
+  session.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});
   const std::vector<pal_real> before = session.field();
-  const pal_contact nowhere = {pack.info().num_sites, {0, 0, 0.01}, 0, {}};
+  const pal_contact nowhere = {pack.info().num_sites, {0, 0, 0.01}, 0, {}, {}, {}};
   ASSERT_EQ(pal_contact_frame(session.get(), &nowhere, 1, nullptr), PAL_STATUS_NO_SUCH_SITE);
   EXPECT_EQ(session.field(), before);
 }

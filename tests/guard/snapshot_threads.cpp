@@ -33,8 +33,8 @@ struct Simulation {
 
 // Rest, one contact (polynomial) and two (linear).
 std::vector<std::vector<pal_contact>> scenes(double push) {
-  const pal_contact first = {0, {0, 0, -push}, 0, {}};
-  const pal_contact second = {1, {push, 0, 0}, 0, {}};
+  const pal_contact first = {0, {0, 0, -push}, 0, {}, {}, {}};
+  const pal_contact second = {1, {push, 0, 0}, 0, {}, {}, {}};
   return {{}, {first}, {first, second}, {second}};
 }
 

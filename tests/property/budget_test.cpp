@@ -149,7 +149,8 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
 TEST_F(Budget, ContactFramesBetweenDoNotStarveTools) {
   small_.hold(0, pal_default_hold(4));
   small_.hold(1, pal_default_hold(5));
-  const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}}, {8, {0, 0, -0.01}, 0, {}}};
+  const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}, {}, {}},
+                                           {8, {0, 0, -0.01}, 0, {}, {}, {}}};
   int answered = 0;
   for (int frame = 0; frame < 200; ++frame) {
     small_.touch(others);
@@ -168,7 +169,8 @@ TEST_F(Budget, InterruptionsDelayButDoNotMislead) {
   for (int frame = 0; frame < 300; ++frame) {
     for (const pal_tool_result& result : small_.frame(poses_)) EXPECT_TRUE(force_of(result).allFinite());
     if (frame % 100 == 7) {
-      const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}}, {8, {0, 0, -0.01}, 0, {}}};
+      const std::vector<pal_contact> others = {{1, {0, 0, -0.01}, 0, {}, {}, {}},
+                                               {8, {0, 0, -0.01}, 0, {}, {}, {}}};
       OwnedSession alone(pack_.get(), PAL_MODEL_AUTO, 4, 4);
       const auto expected = alone.touch(others);
       const auto answer = small_.touch(others);

@@ -29,7 +29,7 @@ class GivenForces : public ::testing::Test {
 
   pal_contact contact(uint32_t site, uint32_t force_axes) {
     std::uniform_real_distribution<double> component(-1, 1);
-    pal_contact contact = {site, {}, force_axes, {}};
+    pal_contact contact = {site, {}, force_axes, {}, {}, {}};
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const bool given = (force_axes >> axis & 1) != 0;
       contact.displacement[axis] = given ? kNotRead : 0.3 * kMaxDisplacement * component(random_);
@@ -102,7 +102,7 @@ TEST_F(GivenForces, OfSeveralContactsTogether) {
 TEST_F(GivenForces, OfZeroFollowTheRest) {
   pal_contact free = contact(11, 7);
   std::fill_n(free.force, 3, 0.0);
-  const auto results = session_.touch({{0, {0.02, 0.01, -0.02}, 0, {}}, free});
+  const auto results = session_.touch({{0, {0.02, 0.01, -0.02}, 0, {}, {}, {}}, free});
   EXPECT_LE(vector(results[1].force).norm(), kForceTolerance * vector(results[0].force).norm());
   EXPECT_GT(vector(results[1].displacement).norm(), 0);
 }

@@ -94,11 +94,12 @@ class GravityOfALinearOrgan : public ::testing::Test {
 };
 
 TEST_F(GravityOfALinearOrgan, IsExactHoweverItTurns) {
-  const std::vector<pal_contact> two = {{0, {0.02, -0.01, -0.03}, 0, {}}, {8, {0, 0.02, -0.01}, 0, {}}};
+  const std::vector<pal_contact> two = {{0, {0.02, -0.01, -0.03}, 0, {}, {}, {}},
+                                        {8, {0, 0.02, -0.01}, 0, {}, {}, {}}};
   for (const Eigen::Vector3d& acceleration :
        {gravity_, Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-gravity_), Eigen::Vector3d(0.01, 0.03, 0.02)}) {
     SCOPED_TRACE(acceleration.transpose());
-    expect_exact({{1, {0, 0, 0}, 0, {}}}, {}, acceleration);
+    expect_exact({{1, {0, 0, 0}, 0, {}, {}, {}}}, {}, acceleration);
     expect_exact(two, {}, acceleration);
     expect_exact({two[1]}, {0, 1}, acceleration);
   }
@@ -131,19 +132,21 @@ TEST_F(GravityOfALinearOrgan, RestIsWhereThePackSays) {
 TEST_F(GravityOfALinearOrgan, AFreeContactFollows) {
   const Eigen::Vector3d turned(0.02, 0, 0.01);
   require(pal_session_set_gravity(session_.get(), turned.data()), "gravity");
-  const pal_contact free = {1, {}, 7, {}};
+  const pal_contact free = {1, {}, 7, {}, {}, {}};
   const auto result = session_.touch({free}).front();
-  const auto held = session_.touch({{1, {}, 0, {}}}).front();
+  const auto held = session_.touch({{1, {}, 0, {}, {}, {}}}).front();
   EXPECT_LE(Eigen::Vector3d(result.force).norm(), 1e-9 * Eigen::Vector3d(held.force).norm());
   const auto moved =
-      session_.touch({{1, {result.displacement[0], result.displacement[1], result.displacement[2]}, 0, {}}})
+      session_
+          .touch(
+              {{1, {result.displacement[0], result.displacement[1], result.displacement[2]}, 0, {}, {}, {}}})
           .front();
   EXPECT_LE(Eigen::Vector3d(moved.force).norm(), 1e-9 * Eigen::Vector3d(held.force).norm());
 }
 
 TEST_F(GravityOfALinearOrgan, OrgansAndTheirUnitsMayStandAnywhere) {
   const Eigen::Vector3d turned(0.02, 0, 0.01);
-  const pal_contact contact = {1, {0.01, 0, -0.02}, 0, {}};
+  const pal_contact contact = {1, {0.01, 0, -0.02}, 0, {}, {}, {}};
   require(pal_session_set_gravity(session_.get(), turned.data()), "gravity");
   const Eigen::Vector3d expected(session_.touch({contact}).front().force);
   Scene scene = heavy_.block.scene;
@@ -279,7 +282,7 @@ TEST_F(GravityOfALinearOrgan, IsRecorded) {
   std::vector<uint64_t> buffer(4096);
   OwnedSession session(pack_.get(), PAL_MODEL_AUTO, 1, 0);
   require(pal_session_record(session.get(), buffer.data(), buffer.size() * 8), "record");
-  const pal_contact contact = {1, {0.01, 0, -0.02}, 0, {}};
+  const pal_contact contact = {1, {0.01, 0, -0.02}, 0, {}, {}, {}};
   const Eigen::Vector3d turned(0.02, 0, 0.01);
   require(pal_session_set_gravity(session.get(), turned.data()), "gravity");
   session.touch({contact});
@@ -321,7 +324,7 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   };
   const auto error_of = [&](OwnedSession& session, uint32_t site, const Eigen::Vector3d& d) {
     const Sample truth = truth_at(site, d);
-    const auto result = session.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+    const auto result = session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
     EXPECT_LE((Eigen::Vector3d(result.force) - truth.force).norm(), 0.1 * truth.force.norm());
     return (as_vector(session.field()) - rest - truth.field).lpNorm<Eigen::Infinity>() / d.norm();
   };
@@ -347,7 +350,7 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   EXPECT_EQ(pal_session_set_gravity(nonlinear.get(), Eigen::Vector3d(0, 0, 0.1).eval().data()),
             PAL_STATUS_MODEL_CANNOT_ANSWER);
   OwnedSession automatic(pack.get(), PAL_MODEL_AUTO, 1, 0);
-  const pal_contact contact = {2, {0.01, 0, -0.02}, 0, {}};
+  const pal_contact contact = {2, {0.01, 0, -0.02}, 0, {}, {}, {}};
   EXPECT_EQ(automatic.touch({contact}).front().model, PAL_MODEL_POLYNOMIAL);
   const Eigen::Vector3d turned(0, 0.05, 0.1);
   require(pal_session_set_gravity(automatic.get(), turned.data()), "gravity");

@@ -227,7 +227,8 @@ TEST_F(HeldInverseTest, AMillionChangesLeaveNoTrace) {
   for (int change = 1; change <= kChanges; ++change) {
     const uint32_t kind = any(8);
     if (kind < 3 && contacts.size() < kMost) {
-      contacts.push_back({free_site(), {component(random_), component(random_), component(random_)}, 0, {}});
+      contacts.push_back(
+          {free_site(), {component(random_), component(random_), component(random_)}, 0, {}, {}, {}});
     } else if (kind < 5 && !contacts.empty()) {
       contacts.erase(contacts.begin() + place(contacts));
     } else if (kind < 7 && !contacts.empty()) {

@@ -57,8 +57,9 @@ TEST_P(MovedModel, GivesTheSameAnswers) {
       for (const Eigen::Vector3d& d : {Eigen::Vector3d(0.05, 0.02, -0.1), Eigen::Vector3d(-0.02, 0.1, -0.04),
                                        Eigen::Vector3d(0.001, 0, -0.14)}) {
         const Eigen::Vector3d turned = R * d;
-        const auto expected = at_here.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
-        const auto actual = at_there.touch({{site, {turned[0], turned[1], turned[2]}, 0, {}}}).front();
+        const auto expected = at_here.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
+        const auto actual =
+            at_there.touch({{site, {turned[0], turned[1], turned[2]}, 0, {}, {}, {}}}).front();
         const Eigen::Vector3d force = R.transpose() * Eigen::Vector3d(actual.force);
         EXPECT_LE((force - Eigen::Vector3d(expected.force)).norm(), 1e-6 * force.norm()) << site;
         const Eigen::VectorXd field = as_vector(at_here.field());

@@ -35,15 +35,26 @@ TEST(PackWriter, SegmentsAreAlignedAdjoiningAndPaddedWithZeros) {
   EXPECT_EQ(header.file_bytes, file.bytes().size());
   uint64_t next = pack::round_up(header.tables_offset + header.tables_bytes, pack::kAlignment);
   uint64_t used = header.tables_offset + header.tables_bytes;
-  for (const pack::Segment* segment :
-       {tables.geometry()->labels(), tables.geometry()->positions(), tables.geometry()->triangles(),
-        tables.sites()->contact_nodes(), tables.sites()->site_nodes(), tables.sites()->patch_starts(),
-        tables.sites()->patch_nodes(), tables.linear_dd()->contact_compliance(),
-        tables.linear_dd()->field_compliance(), tables.polynomial_dd()->sites(),
-        tables.polynomial_dd()->energy(), tables.polynomial_dd()->coefficients(),
-        tables.polynomial_dd()->field(), tables.surface_bvh()->primitives(), tables.surface_bvh()->nodes(),
-        tables.surface_bvh()->primitive_normals(), tables.surface_bvh()->site_normals(),
-        tables.inputs()->Get(0)->contents(), tables.inputs()->Get(1)->contents()}) {
+  for (const pack::Segment* segment : {tables.geometry()->labels(),
+                                       tables.geometry()->positions(),
+                                       tables.geometry()->triangles(),
+                                       tables.sites()->contact_nodes(),
+                                       tables.sites()->site_nodes(),
+                                       tables.sites()->patch_starts(),
+                                       tables.sites()->patch_nodes(),
+                                       tables.linear_dd()->contact_compliance(),
+                                       tables.linear_dd()->field_compliance(),
+                                       tables.linear_dd()->site_forces(),
+                                       tables.polynomial_dd()->sites(),
+                                       tables.polynomial_dd()->energy(),
+                                       tables.polynomial_dd()->coefficients(),
+                                       tables.polynomial_dd()->field(),
+                                       tables.surface_bvh()->primitives(),
+                                       tables.surface_bvh()->nodes(),
+                                       tables.surface_bvh()->primitive_normals(),
+                                       tables.surface_bvh()->site_normals(),
+                                       tables.inputs()->Get(0)->contents(),
+                                       tables.inputs()->Get(1)->contents()}) {
     EXPECT_EQ(segment->offset(), next);
     EXPECT_EQ(segment->offset() % pack::kAlignment, 0U);
     for (uint64_t byte = used; byte < segment->offset(); ++byte) ASSERT_EQ(file.bytes()[byte], 0);
@@ -167,8 +178,7 @@ TEST(PackWriter, EstimateOfTheSizeIsNear) {
     content.polynomials = polynomial ? &results : nullptr;
     content.rounded = rounded;
     const double estimate =
-        estimate_pack_bytes(small.sites.packed_nodes.size(), small.sites.contact_nodes.size(),
-                            small.sites.sites.size(), linear, polynomial ? kSize : PolynomialSize(), rounded);
+        estimate_pack_bytes(small.sites, linear, polynomial ? kSize : PolynomialSize(), rounded);
     const AlignedBytes file = write_pack(content);
     const auto bytes = static_cast<double>(file.bytes().size());
     EXPECT_NEAR(estimate, bytes, 0.02 * bytes) << linear << polynomial << rounded;

@@ -273,7 +273,7 @@ TEST_F(Passivity, ForcesThatWereNotFeltArePutInByNobody) {
     depth_before = depth;
   }
   const Eigen::Vector3d whole(
-      OwnedSession(pack_.get(), PAL_MODEL_AUTO, 4, 4).touch({{6, {0, 0, -0.04}, 0, {}}})[0].force);
+      OwnedSession(pack_.get(), PAL_MODEL_AUTO, 4, 4).touch({{6, {0, 0, -0.04}, 0, {}, {}, {}}})[0].force);
   EXPECT_LT(std::abs(given), peak + 0.1 * 0.5 * 0.04 * whole.norm());
 }
 
@@ -293,7 +293,7 @@ TEST_F(Passivity, ForcesAreTheModelsAgainDeeperIn) {
   go(0.008, 0.04);
   EXPECT_EQ(tools.last()[0].flags & PAL_FLAG_REDUCED, 0U);
   OwnedSession contacts(pack_.get(), PAL_MODEL_AUTO, 4, 4);
-  const auto expected = contacts.touch({{6, {0, 0, -0.04}, 0, {}}, {7, {0, 0, 0}, 0, {}}});
+  const auto expected = contacts.touch({{6, {0, 0, -0.04}, 0, {}, {}, {}}, {7, {0, 0, 0}, 0, {}, {}, {}}});
   EXPECT_LE((work.force(0) - Eigen::Vector3d(expected[0].force)).norm(), 1e-12 * work.force(0).norm());
 }
 

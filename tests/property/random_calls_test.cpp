@@ -98,6 +98,11 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
       for (double& component : contact.displacement) component = number();
       contact.force_axes = any(3) == 0 ? any(9) : 0;
       for (double& component : contact.force) component = number();
+      const bool between = any(2) == 0;
+      for (int i = 0; i < 2; ++i) {
+        contact.neighbours[i] = index(info_.num_sites);
+        contact.neighbour_weights[i] = rarely() ? number() : between ? 0.1 * any(6) : 0;
+      }
     }
     pal_contact_result results[5];
     std::memset(static_cast<void*>(results), kCanary, sizeof results);

@@ -46,9 +46,13 @@ void play(ToolSession& session, const OpenPack& pack, int frames) {
         session.fix(any(2) == 0 ? std::vector<uint32_t>{} : std::vector<uint32_t>{any(9), any(9)});
         break;
       case 3: {
-        const pal_contact contacts[2] = {
-            {any(sites), {number(), number(), number()}, any(2) == 0 ? any(8) : 0, {number(), 0, number()}},
-            {any(sites), {number(), number(), number()}, 0, {}}};
+        const pal_contact contacts[2] = {{any(sites),
+                                          {number(), number(), number()},
+                                          any(2) == 0 ? any(8) : 0,
+                                          {number(), 0, number()},
+                                          {any(sites), any(sites)},
+                                          {any(2) * 0.3, any(2) * 0.4}},
+                                         {any(sites), {number(), number(), number()}, 0, {}, {}, {}}};
         pal_contact_result results[2];
         require(pal_contact_frame(session.get(), contacts, any(3), any(2) == 0 ? nullptr : results),
                 "contact_frame");

@@ -32,7 +32,7 @@ class RuntimeCompressed : public ::testing::Test {
     Contacts contacts;
     for (size_t c = 0; c < count; ++c) {
       const Eigen::Vector3d d = 0.05 * random_.vector();
-      contacts.push_back({any(pack_.info().num_sites), {d[0], d[1], d[2]}, 0, {}});
+      contacts.push_back({any(pack_.info().num_sites), {d[0], d[1], d[2]}, 0, {}, {}, {}});
     }
     return contacts;
   }
@@ -188,7 +188,7 @@ TEST(RuntimeCompressedSmall, EverythingNear) {
   const OpenPack pack(bytes);
   OwnedSession dense(dense_pack.get(), PAL_MODEL_LINEAR, 2, 0);
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2, 0);
-  const Contacts contacts = {{0, {0.01, 0, 0.02}, 0, {}}, {20, {0.01, 0.03, 0}, 0, {}}};
+  const Contacts contacts = {{0, {0.01, 0, 0.02}, 0, {}, {}, {}}, {20, {0.01, 0.03, 0}, 0, {}, {}, {}}};
   const auto expected = dense.touch(contacts);
   const auto results = session.touch(contacts);
   for (size_t c = 0; c < 2; ++c) {

@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Models, RuntimeInputs,
                          ::testing::Values(PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL), name_of);
 
 TEST_P(RuntimeInputs, NotFiniteIsRefusedAndNothingChanges) {
-  const pal_contact good = {3, {0.01, 0.02, -0.02}, 0, {}};
+  const pal_contact good = {3, {0.01, 0.02, -0.02}, 0, {}, {}, {}};
   session_.touch({good});
   const std::vector<pal_real> field = session_.field();
   for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
@@ -71,7 +71,7 @@ TEST_P(RuntimeInputs, AnyFiniteDisplacementIsAnsweredFinitely) {
        {kDenormal, -kDenormal, 1e-310, 1e-300, 1e-150, 1e-30, 1e30, 1e150, 1e300, kHuge, -kHuge}) {
     for (int axes = 1; axes < 8; ++axes) {
       const pal_contact contact = {
-          5, {axes & 1 ? size : 0, axes & 2 ? -size : 0, axes & 4 ? size : 0}, 0, {}};
+          5, {axes & 1 ? size : 0, axes & 2 ? -size : 0, axes & 4 ? size : 0}, 0, {}, {}, {}};
       const auto result = session_.touch({contact}).front();
       EXPECT_TRUE(all_finite(result)) << size;
       EXPECT_TRUE(all_finite(session_.field())) << size;
@@ -93,7 +93,8 @@ TEST_P(RuntimeInputs, AnyFiniteDisplacementIsAnsweredFinitely) {
 // Shortened means: the answer depends on the direction alone.
 TEST_P(RuntimeInputs, ClampedAnswerDependsOnTheDirectionAlone) {
   const auto force = [&](double size) {
-    return Eigen::Vector3d(session_.touch({{5, {0.6 * size, -0.5 * size, 0.4 * size}, 0, {}}}).front().force);
+    return Eigen::Vector3d(
+        session_.touch({{5, {0.6 * size, -0.5 * size, 0.4 * size}, 0, {}, {}, {}}}).front().force);
   };
   const Eigen::Vector3d expected = force(1e12);
   for (const double size : {1e20, 1e155, 1e200, 1e300, 1e308, kHuge})
@@ -102,10 +103,10 @@ TEST_P(RuntimeInputs, ClampedAnswerDependsOnTheDirectionAlone) {
 
 TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
   const uint32_t sites = pack_.info().num_sites;
-  session_.touch({{sites - 1, {0, 0, -0.01}, 0, {}}});
+  session_.touch({{sites - 1, {0, 0, -0.01}, 0, {}, {}, {}}});
   const std::vector<pal_real> field = session_.field();
   for (const uint32_t site : {sites, sites + 1, 0x7fffffffu, 0xffffffffu}) {
-    const pal_contact contact = {site, {0, 0, -0.01}, 0, {}};
+    const pal_contact contact = {site, {0, 0, -0.01}, 0, {}, {}, {}};
     Watched<pal_contact_result> result;
     EXPECT_EQ(pal_contact_frame(session_.get(), &contact, 1, &result.value), PAL_STATUS_NO_SUCH_SITE);
     EXPECT_FALSE(result.touched());
@@ -133,9 +134,9 @@ TEST_P(RuntimeInputs, UnknownSitesAndNodesAreRefused) {
 }
 
 TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
-  session_.touch({{1, {0, 0, -0.01}, 0, {}}});
+  session_.touch({{1, {0, 0, -0.01}, 0, {}, {}, {}}});
   const std::vector<pal_real> field = session_.field();
-  const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}}, {5, {0, 0, -0.01}, 0, {}}};
+  const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}, {}, {}}, {5, {0, 0, -0.01}, 0, {}, {}, {}}};
   const bool can = GetParam() != PAL_MODEL_POLYNOMIAL;
   EXPECT_EQ(pal_contact_frame(session_.get(), contacts, 2, nullptr),
             can ? PAL_STATUS_OK : PAL_STATUS_MODEL_CANNOT_ANSWER);
@@ -143,17 +144,17 @@ TEST_P(RuntimeInputs, ModelThatCannotAnswerIsRefused) {
 }
 
 TEST_P(RuntimeInputs, ResultsMayBeNull) {
-  const std::vector<pal_contact> contacts = {{3, {0.01, 0.02, -0.02}, 0, {}}};
+  const std::vector<pal_contact> contacts = {{3, {0.01, 0.02, -0.02}, 0, {}, {}, {}}};
   session_.touch(contacts);
   const std::vector<pal_real> field = session_.field();
-  session_.touch({{7, {0.01, 0.02, -0.02}, 0, {}}});
+  session_.touch({{7, {0.01, 0.02, -0.02}, 0, {}, {}, {}}});
   EXPECT_EQ(pal_contact_frame(session_.get(), contacts.data(), 1, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(session_.field(), field);
 }
 
 TEST_P(RuntimeInputs, NoContactsIsRest) {
-  session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
-  const pal_contact unread = {99, {kNan, 0, 0}, 0, {}};
+  session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}, {}, {}}});
+  const pal_contact unread = {99, {kNan, 0, 0}, 0, {}, {}, {}};
   Watched<pal_contact_result> result;
   EXPECT_EQ(pal_contact_frame(session_.get(), &unread, 0, &result.value), PAL_STATUS_OK);
   EXPECT_FALSE(result.touched());
@@ -165,7 +166,7 @@ TEST_P(RuntimeInputs, FieldIsRestBeforeTheFirstFrame) {
 }
 
 TEST_P(RuntimeInputs, StridesWriteTheirThreeNumbersAndNoMore) {
-  session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
+  session_.touch({{3, {0.01, 0.02, -0.02}, 0, {}, {}, {}}});
   const std::vector<pal_real> field = session_.field();
   const uint32_t nodes = pack_.info().num_nodes;
   for (const size_t stride : {kNodeBytes, kNodeBytes + 1, kNodeBytes + 4, 2 * kNodeBytes, size_t{100}}) {
@@ -191,7 +192,7 @@ TEST_P(RuntimeInputs, RequestedNodesAreThoseOfTheWholeField) {
   pal_session_config config = session_config(pack_.get(), GetParam(), 1, 0);
   config.max_requested = 10;
   OwnedSession session(pack_.get(), config);
-  session.touch({{3, {0.01, 0.02, -0.02}, 0, {}}});
+  session.touch({{3, {0.01, 0.02, -0.02}, 0, {}, {}, {}}});
   const std::vector<pal_real> all = session.field();
   const uint32_t nodes = pack_.info().num_nodes;
   for (const std::vector<uint32_t>& asked :
@@ -274,7 +275,7 @@ TEST_P(RuntimeInputs, NullIsRefusedEverywhere) {
   EXPECT_EQ(pal_session_init(pack, &config, arena, sizeof arena, nullptr), null);
   EXPECT_FALSE(session.touched());
 
-  const pal_contact contact = {0, {0, 0, 0}, 0, {}};
+  const pal_contact contact = {0, {0, 0, 0}, 0, {}, {}, {}};
   Watched<pal_contact_result> result;
   Watched<pal_real> out;
   const uint32_t node = 0;
@@ -317,7 +318,7 @@ TEST_P(RuntimeInputs, ModelThatThePackLacksIsRefused) {
   Watched<size_t> required;
   if (GetParam() == PAL_MODEL_AUTO) {
     OwnedSession session(pack.get(), config);
-    EXPECT_EQ(session.touch({{0, {0, 0, -0.01}, 0, {}}})[0].flags,
+    EXPECT_EQ(session.touch({{0, {0, 0, -0.01}, 0, {}, {}, {}}})[0].flags,
               0U);  // linear is no fallback where it is all there is
   } else {
     EXPECT_EQ(pal_session_required_bytes(pack.get(), &config, &required.value), PAL_STATUS_NO_SUCH_MODEL);

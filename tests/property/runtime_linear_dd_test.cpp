@@ -29,7 +29,7 @@ using Contacts = std::vector<std::pair<size_t, Eigen::Vector3d>>;
 std::vector<pal_contact> as_runtime(const Contacts& contacts) {
   std::vector<pal_contact> list;
   for (const auto& [site, d] : contacts)
-    list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}, 0, {}});
+    list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}, 0, {}, {}, {}});
   return list;
 }
 
@@ -141,7 +141,7 @@ TEST_F(RuntimeLinearDd, FixedWhileRunningIsFixedInTheModel) {
     uint32_t site = 0;
     ASSERT_EQ(pal_pack_find_site(pack.get(), label, &site), PAL_STATUS_OK);
     const Eigen::Vector3d d = any_displacement();
-    const auto expected = offline.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+    const auto expected = offline.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
     const auto result = session_.touch(as_runtime({{small_.site_at(label), d}})).front();
     EXPECT_LE((force_of(result) - force_of(expected)).norm(), kForceTolerance * force_of(expected).norm());
     EXPECT_LE((stiffness_of(result) - stiffness_of(expected)).norm(),
@@ -218,7 +218,8 @@ TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
   const AlignedBytes bytes = write_pack({block.model, block.scene, block.sites, &linear, nullptr, 0, {}, {}});
   const OpenPack pack(bytes);
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2, 0);
-  const auto results = session.touch({{0, {0.02, -0.01, -0.03}, 0, {}}, {8, {0.01, 0.03, 0.01}, 0, {}}});
+  const auto results =
+      session.touch({{0, {0.02, -0.01, -0.03}, 0, {}, {}, {}}, {8, {0.01, 0.03, 0.01}, 0, {}, {}, {}}});
   Eigen::VectorXd internal;
   assembly.internal_force(as_vector(session.field()), internal);
   Eigen::Vector3d applied = Eigen::Vector3d::Zero();
@@ -256,7 +257,7 @@ TEST(RuntimeLinearDdWhole, FieldOfManyPanelsWhereverItGoes) {
     std::vector<pal_contact> contacts;
     Eigen::VectorXd expected = Eigen::VectorXd::Zero(Eigen::Index{3} * nodes);
     for (size_t c = 0; c < count; ++c) {
-      contacts.push_back({static_cast<uint32_t>(c), {}, 7, {f[c][0], f[c][1], f[c][2]}});
+      contacts.push_back({static_cast<uint32_t>(c), {}, 7, {f[c][0], f[c][1], f[c][2]}, {}, {}});
       expected += linear.field_compliance.middleCols<3>(static_cast<Eigen::Index>(3 * c)) * f[c];
     }
     session.touch(contacts);
@@ -295,7 +296,7 @@ TEST_F(RuntimeLinearDd, ReleasedTissueIsAtRest) {
   EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
   // Held without being moved: at rest too.
-  const auto results = session_.touch({{2, {0, 0, 0}, 0, {}}});
+  const auto results = session_.touch({{2, {0, 0, 0}, 0, {}, {}, {}}});
   EXPECT_EQ(force_of(results[0]).norm(), 0);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
 }

@@ -200,7 +200,7 @@ class PolynomialDdTest : public ::testing::Test {
   }
 
   pal_contact_result touch(uint32_t site, const Eigen::Vector3d& d) {
-    return session_.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+    return session_.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
   }
   Eigen::Vector3d force(uint32_t site, const Eigen::Vector3d& d) {
     return Eigen::Vector3d(touch(site, d).force);
@@ -360,7 +360,8 @@ TEST_F(FittedPolynomialDd, TheEdgeItselfIsInside) {
     for (int i = 0; i < 20; ++i) {
       const Eigen::Vector3d d = at(site, any_direction());
       EXPECT_EQ(touch(site, d).flags, 0U);
-      const auto result = session.touch({{site, {1e-3 * d[0], 1e-3 * d[1], 1e-3 * d[2]}, 0, {}}}).front();
+      const auto result =
+          session.touch({{site, {1e-3 * d[0], 1e-3 * d[1], 1e-3 * d[2]}, 0, {}, {}, {}}}).front();
       EXPECT_EQ(result.flags, 0U);
     }
   }
@@ -370,7 +371,7 @@ TEST_F(FittedPolynomialDd, LinearPartIsTheExactLinearStiffness) {
   OwnedSession linear(pack_.get(), PAL_MODEL_LINEAR, 1, 0);
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Matrix3d S = stiffness_of(touch(site, Eigen::Vector3d::Zero()));
-    const Eigen::Matrix3d expected = stiffness_of(linear.touch({{site, {0, 0, 0}, 0, {}}}).front());
+    const Eigen::Matrix3d expected = stiffness_of(linear.touch({{site, {0, 0, 0}, 0, {}, {}, {}}}).front());
     EXPECT_LE((S - expected).norm(), 1e-9 * expected.norm());  // two float64 factorisations
     EXPECT_EQ(force(site, Eigen::Vector3d::Zero()).norm(), 0);
   }
@@ -463,7 +464,7 @@ TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
     ASSERT_EQ(polynomial.basis.cols(), plain.polynomials[site].polynomial.basis.cols());
     for (int i = 0; i < 20; ++i) {
       const Eigen::Vector3d d = polynomial.to_unit.inverse() * any_direction();
-      session.touch({{site, {d[0], d[1], d[2]}, 0, {}}});
+      session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}});
       const PackedField packed = packed_field(polynomial, Eigen::Vector3d::Zero(), true, d);
       const Eigen::VectorXd nonlinear = packed.field - polynomial.linear * (polynomial.to_unit * d);
       EXPECT_LE(packed.rounding, 1e-3 * packed.field.lpNorm<Eigen::Infinity>());
@@ -491,7 +492,7 @@ TEST_F(FittedPolynomialDd, WithoutLinearDdSeveralContactsAreRefused) {
   const AlignedBytes bytes = small_.write_polynomial_only();
   const OpenPack pack(bytes);
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 2, 2);
-  const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}}, {5, {0, 0, -0.01}, 0, {}}};
+  const pal_contact contacts[2] = {{0, {0, 0, -0.01}, 0, {}, {}, {}}, {5, {0, 0, -0.01}, 0, {}, {}, {}}};
   const uint32_t node = 0;
   EXPECT_EQ(pal_contact_frame(session.get(), contacts, 2, nullptr), PAL_STATUS_MODEL_CANNOT_ANSWER);
   EXPECT_EQ(pal_session_set_fixed(session.get(), &node, 1), PAL_STATUS_MODEL_CANNOT_ANSWER);
@@ -509,7 +510,7 @@ TEST_F(FittedPolynomialDd, WhatWasNotSampledAlongAShortAxisIsSaid) {
                                                    Eigen::ComputeFullV);
       const auto flags_along = [&](int axis, double part) {
         const Eigen::Vector3d d = part / axes.singularValues()[axis] * axes.matrixV().col(axis);
-        return session.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front().flags;
+        return session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front().flags;
       };
       for (const int axis : {0, 1, 2}) {
         EXPECT_EQ(flags_along(axis, 1 - 1e-6), 0U);
@@ -559,7 +560,7 @@ TEST_F(InwardFittedPolynomialDd, InsideItIsThePlainPolynomial) {
     const auto result = touch(site, d);
     EXPECT_EQ(result.flags, 0U);
     EXPECT_EQ(result.displacement_error, small_.surveys[1].table.bins.back().displacement.bound);
-    const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+    const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
     EXPECT_EQ(Eigen::Vector3d(result.force), Eigen::Vector3d(expected.force));
     EXPECT_EQ(session_.field(), session.field());
   }
@@ -574,7 +575,7 @@ TEST_P(InwardPolynomialDd, BehindTheSurfaceItSaysSo) {
       EXPECT_EQ(result.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
       EXPECT_EQ(result.displacement_error, 1);
       EXPECT_EQ(result.force_error, 1);
-      const auto other = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+      const auto other = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
       EXPECT_EQ(other.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
       EXPECT_EQ(other.displacement_error, 1);
     }
@@ -586,7 +587,7 @@ TEST_F(InwardFittedPolynomialDd, DeepBehindTheSurfaceItIsTheExactLinearAnswer) {
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Vector3d d = tilted(site, -0.6, 0.9);
     const Eigen::Vector3d f = force(site, d);
-    const auto expected = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}}}).front();
+    const auto expected = linear.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
     EXPECT_LE((f - Eigen::Vector3d(expected.force)).norm(), 1e-9 * f.norm());  // two float64 factorisations
     const std::vector<pal_real> field = session_.field();
     const std::vector<pal_real> linear_field = linear.field();

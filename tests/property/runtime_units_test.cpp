@@ -49,8 +49,9 @@ TEST_F(RuntimeUnits, AnswersScale) {
     for (uint32_t site = 0; site < 12; ++site) {
       for (const double reach : {0.3, 1.0, 2.0, 10.0, 1e9}) {
         const double d = reach * kMaxDisplacement;
-        std::vector<pal_contact> contacts = {{site, {0.3 * d, -0.5 * d, 0.7 * d}, 0, {}}};
-        if (model == PAL_MODEL_LINEAR) contacts.push_back({(site + 1) % 12, {0, 0.2 * d, -0.4 * d}, 0, {}});
+        std::vector<pal_contact> contacts = {{site, {0.3 * d, -0.5 * d, 0.7 * d}, 0, {}, {}, {}}};
+        if (model == PAL_MODEL_LINEAR)
+          contacts.push_back({(site + 1) % 12, {0, 0.2 * d, -0.4 * d}, 0, {}, {}, {}});
         std::vector<pal_contact> in_metres = contacts;
         for (pal_contact& contact : in_metres) {
           for (double& component : contact.displacement) component *= kMetres;

@@ -42,7 +42,7 @@ TEST_F(Tools, HeldAtTheOriginThePositionIsTheDisplacement) {
   const Eigen::Vector3d d(0.01, -0.02, -0.03);
   tools_.hold(1, pal_default_hold(4));
   const pal_tool_result result = tools_.frame({at({0, 0, 0}), at(d)})[1];
-  const pal_contact_result expected = contacts_.touch({{4, {d[0], d[1], d[2]}, 0, {}}})[0];
+  const pal_contact_result expected = contacts_.touch({{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}})[0];
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(result.force[i], expected.force[i]) << "the same bits";
     for (int j = 0; j < 3; ++j) EXPECT_EQ(result.stiffness[i][j], expected.stiffness[i][j]);
@@ -93,7 +93,7 @@ TEST_F(Tools, ContactsMoveRigidlyWithTheirTool) {
     const Eigen::Vector3d r0 = site_position(pack_, site) - p0;
     const Eigen::Vector3d arm = R * R0.transpose() * r0;
     const Eigen::Vector3d d = p - p0 + arm - r0;
-    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}});
+    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}, {}, {}});
     arms.push_back(arm);
   }
   const auto expected = contacts_.touch(contacts);
@@ -166,7 +166,7 @@ TEST_F(Tools, ReleasingFreesTheTissue) {
   require(pal_tool_release(tools_.get(), 0), "release");
   const auto results = tools_.frame({at({0, 0, -0.02}), at({0, 0, 0}), at({0, 0, 0}), at({0.01, 0, 0})});
   EXPECT_EQ(force_of(results[0]).norm(), 0);
-  const pal_contact_result alone = contacts_.touch({{8, {0.01, 0, 0}, 0, {}}})[0];
+  const pal_contact_result alone = contacts_.touch({{8, {0.01, 0, 0}, 0, {}, {}, {}}})[0];
   expect_near(force_of(results[3]), Eigen::Vector3d(alone.force), kRounding, "the other tool, now alone");
   require(pal_tool_release(tools_.get(), 3), "release");
   tools_.frame({});
@@ -318,7 +318,10 @@ TEST_F(Touch, HoldsWhatItMeetsAndLetsGoOutside) {
   EXPECT_EQ(met.num_contacts, 1U);
   EXPECT_EQ(met.site, site_);
   EXPECT_LE(force_of(met).norm(), kRounding) << "unstrained where it was met";
-  const pal_contact_result expected = contacts_.touch({{site_, {0, 0, -0.03}, 0, {}}})[0];
+  pal_surface_point place;
+  require(pal_pack_find_surface_point(pack_.get(), above(0).position, &place), "surface point");
+  const Eigen::Vector3d d(0, 0, -0.03);
+  const pal_contact_result expected = contacts_.touch({pal_contact_at(&place, d.data())})[0];
   expect_near(force_of(frame(-0.031)), Eigen::Vector3d(expected.force), 1e-9, "pressed");
   EXPECT_EQ(frame(-0.0011).num_contacts, 1U);
   EXPECT_EQ(frame(0.0002).num_contacts, 1U) << "within the tremor of a hand";

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "tests/support/nodal_csv.hpp"
 #include "tests/support/scene_files.hpp"
@@ -13,6 +14,7 @@ using Words = std::vector<std::string>;
 
 class Eval : public ::testing::Test {
  protected:
+  explicit Eval(const std::string& contact = kContact) : files_(contact) {}
   void SetUp() override { ASSERT_EQ(files_.build().exit_code, 0); }
 
   ProgramRun eval(const Words& more) const {
@@ -160,6 +162,41 @@ TEST_F(Eval, ForceAndFieldAreThoseOfAFullSolve) {
               distance(vector_of(json["contacts"][0]["force"]), truth) / size, 1e-9);
 }
 
+class EvalBetweenSites : public Eval {
+ protected:
+  EvalBetweenSites()
+      : Eval("[contact]\nsites = [22, 23, 25, 26]\nmax_displacement = 0.02\ntip_radius = 0.13\n") {}
+};
+
+// The truth between sites is by definition the blend of the full solves at the three corners.
+TEST_F(EvalBetweenSites, ForceAndFieldAreTheBlendOfFullSolves) {
+  const std::array<double, 3> d = {0.004, 0.002, -0.012};
+  const std::filesystem::path table = files_.dir.path() / "field.csv";
+  const nlohmann::json contact =
+      answer({"--at", "0.05,0.16,0.4=0.004,0.002,-0.012", "-o", table.string()})["contacts"][0];
+  EXPECT_EQ(contact["model"], "polynomial");
+  EXPECT_EQ(contact["flags"], nlohmann::json::array());
+  EXPECT_EQ(vector_of(contact["at"])[2], 0.25) << "the nearest point of the top";
+  EXPECT_NEAR(contact["distance"].get<double>(), 0.15, 1e-12);
+  ASSERT_EQ(contact["corners"].size(), 3u);
+  std::array<double, 3> force{};
+  std::map<int, std::array<double, 3>> field;
+  for (const nlohmann::json& corner : contact["corners"]) {
+    const double weight = corner["weight"].get<double>();
+    EXPECT_GT(weight, 0.1);
+    for (const CsvRow& row : read_csv(solve({{corner["node"].get<int>(), d}}))) {
+      const bool held = distance(row.u, d) < 1e-12;
+      for (size_t axis = 0; axis < 3; ++axis) {
+        if (held) force[axis] += weight * row.f[axis];
+        field[row.node][axis] += weight * row.u[axis];
+      }
+    }
+  }
+  EXPECT_LT(distance(vector_of(contact["force"]), force), 0.01 * distance(force, {}));
+  for (const CsvRow& row : read_csv(table))
+    EXPECT_LT(distance(row.u, field.at(row.node)), 0.01 * distance(d, {})) << row.node;
+}
+
 // The same organ in ten-node elements, all the way from the file to the runtime's answer.
 TEST(EvalTenNodes, ForceAndFieldAreThoseOfAFullSolve) {
   const SceneFiles files(kContact, block_inp(2, true));
@@ -300,7 +337,12 @@ TEST_F(Eval, MalformedContactsAreRefusedWithAnExample) {
 
 TEST_F(Eval, NodesThatAreNoSitesAreRefused) {
   EXPECT_EQ(refusal({"--contact", "5=0,0,1"}),
-            "--contact 5=0,0,1: node 5 is not a contact site of this pack; `palpate info` lists them");
+            "--contact 5=0,0,1: node 5 is not a contact site of this pack; `palpate info` lists them, "
+            "and --at takes any place");
+  EXPECT_EQ(
+      refusal({"--at", "1,2=0,0,1"}),
+      "--at 1,2=0,0,1: expected x,y,z=dx,dy,dz, for example 10,20,30=0,0,-5, or with a force in place of a "
+      "displacement 10,20,30=0,0,f-300");
   EXPECT_NE(refusal({"--fix", "5"}).find("--fix 5: only nodes of contact patches"), std::string::npos);
   EXPECT_NE(refusal({"--fix", "x"}).find("--fix"), std::string::npos);
   EXPECT_NE(refusal({"--model", "cubic"}).find("cubic"), std::string::npos);
@@ -309,7 +351,7 @@ TEST_F(Eval, NodesThatAreNoSitesAreRefused) {
             std::string::npos);
   Words many;
   for (int i = 0; i < 65; ++i) many.insert(many.end(), {"--contact", "23=0,0,0"});
-  EXPECT_EQ(refusal(many), "--contact is given 65 times; the runtime holds at most 64 contacts");
+  EXPECT_EQ(refusal(many), "65 contacts are given; the runtime holds at most 64");
 }
 
 TEST_F(Eval, ReferenceOfAnotherPushIsRefused) {

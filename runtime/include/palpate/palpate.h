@@ -154,7 +154,10 @@ enum {
   PAL_FLAG_NOT_FINITE = 1 << 11,
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
-  PAL_FLAG_REDUCED = 1 << 12
+  PAL_FLAG_REDUCED = 1 << 12,
+  /* The contact is at a point between sites, and only one contact whose displacement is given, without fixed
+   * nodes and under the scene's gravity, is answered there: the site of the largest weight did. */
+  PAL_FLAG_NEAREST_SITE = 1 << 13
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -331,12 +334,22 @@ PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
 /* ------------------------------------------------------------ contacts -- */
 
 /* The patch of a site, held and moved as one: along each axis of the organ frame its displacement is given,
- * or the force on it. Of the other of the two numbers nothing is read. This struct does not grow. */
+ * or the force on it. Of the other of the two numbers nothing is read.
+ *
+ * A point of the surface between sites answers as the blend of the sites at the corners of its triangle, each to
+ * the same displacement: energy, force, stiffness and field are their means with the point's weights, so that
+ * both force and field are continuous as the point slides. That is so for one contact whose displacement is given
+ * and no fixed nodes; with more, each contact acts at its site of the largest weight, and is
+ * PAL_FLAG_NEAREST_SITE. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */
   uint32_t force_axes;    /* bit 0, 1, 2: the force is given along x, y, z; 0: the displacement is */
   double force[3];        /* that the tool applies to the tissue: N, or force unit */
+  /* At a point between sites, the other two corners and their weights, >= 0; that of `site` is what their sum
+   * leaves of 1. Zero: at `site`. Those of weight 0 may name any site. */
+  uint32_t neighbours[2];
+  double neighbour_weights[2];
 } pal_contact;
 
 typedef struct pal_contact_result {
@@ -361,7 +374,8 @@ typedef struct pal_contact_result {
  * about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd
- * alone. Real-time safe: yes, for the n that the budget allows. */
+ * alone. At a point between sites: that of its corners, of linear_dd 9 for each node of their patches. Real-time
+ * safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 
@@ -393,8 +407,12 @@ typedef struct pal_surface_point {
 PAL_NODISCARD pal_status pal_pack_find_surface_point(const pal_pack* pack, const double position[3],
                                                      pal_surface_point* point) PAL_NOEXCEPT;
 
-/* How a tool holds a place of the surface. It acts at the site of the largest weight, and moves as if it were
- * welded to the tool. */
+/* The contact at such a point, moved by `displacement` (m, or length unit). */
+static inline pal_contact pal_contact_at(const pal_surface_point* point,
+                                         const double displacement[3]) PAL_NOEXCEPT;
+
+/* How a tool holds a place of the surface, which answers as pal_contact says, and moves as if it were welded to
+ * the tool. */
 typedef struct pal_hold {
   uint32_t struct_size;
   pal_contact_law law;
@@ -567,6 +585,18 @@ static inline pal_hold pal_default_hold(uint32_t site) PAL_NOEXCEPT {
   hold.weights[0] = 1;
   hold.unstrained.orientation[0] = 1;
   return hold;
+}
+
+static inline pal_contact pal_contact_at(const pal_surface_point* point,
+                                         const double displacement[3]) PAL_NOEXCEPT {
+  pal_contact contact = PAL_ZERO;
+  contact.site = point->sites[0];
+  for (int i = 0; i < 3; ++i) contact.displacement[i] = displacement[i];
+  for (int i = 0; i < 2; ++i) {
+    contact.neighbours[i] = point->sites[i + 1];
+    contact.neighbour_weights[i] = point->weights[i + 1];
+  }
+  return contact;
 }
 
 #ifdef __cplusplus

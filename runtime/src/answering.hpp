@@ -1,0 +1,28 @@
+// What answers a set of contacts.
+#pragma once
+
+#include <palpate/palpate.h>
+
+namespace palpate {
+
+enum class Answering : uint32_t {
+  nothing,       // there are none: the tissue is at rest
+  polynomial,    // polynomial_dd, of one contact
+  linear_point,  // linear_dd of one contact between sites (linear_point.hpp)
+  linear,        // linear_dd of any contacts, once it is ready for them (linear_dd.hpp)
+};
+
+inline pal_model model_of(Answering answering) {
+  switch (answering) {
+    case Answering::nothing:
+      return PAL_MODEL_AUTO;
+    case Answering::polynomial:
+      return PAL_MODEL_POLYNOMIAL;
+    case Answering::linear_point:
+    case Answering::linear:
+      return PAL_MODEL_LINEAR;
+  }
+  return PAL_MODEL_AUTO;
+}
+
+}  // namespace palpate

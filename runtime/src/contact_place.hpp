@@ -1,0 +1,71 @@
+// Where a contact acts: at a site, or at a point of the surface between up to three of them.
+//
+// The answer at a point is the barycentric blend of the answers of the sites at the corners of its triangle, all to the
+// same displacement d of the tool: energy, force, stiffness and field are sums over the corners with the weights w of
+// the point, f = sum_i w_i f_i(d). Weights are continuous over the surface, and a corner that a triangle does not share
+// with its neighbour has weight zero where they meet; so displacement and force are continuous as a contact slides, and
+// at a fixed point the force is still the gradient of an energy.
+#pragma once
+
+#include <math.h>
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/pack_view.hpp"
+
+namespace palpate {
+
+struct Corner {
+  uint32_t site;
+  double weight;  // > 0
+};
+
+struct ContactPlace {
+  uint32_t count;  // 1 .. 3
+  Corner corners[3];
+};
+
+// Whether the contact's place is on this pack's surface.
+inline pal_status check_place(const pal_pack& pack, const pal_contact& contact) {
+  constexpr double kRounding = 1e-6;
+  const double* others = contact.neighbour_weights;
+  if (!isfinite(others[0]) || !isfinite(others[1])) return PAL_STATUS_NOT_FINITE;
+  if (others[0] < 0 || others[1] < 0 || others[0] + others[1] > 1.0 + kRounding)
+    return PAL_STATUS_BAD_ARGUMENT;
+  const bool has_weight = others[0] + others[1] < 1.0;
+  for (int i = 0; i < 2; ++i) {
+    if (others[i] > 0 && contact.neighbours[i] >= pack.num_sites) return PAL_STATUS_NO_SUCH_SITE;
+  }
+  return has_weight && contact.site >= pack.num_sites ? PAL_STATUS_NO_SUCH_SITE : PAL_STATUS_OK;
+}
+
+// The corners with a weight, whose sum is 1.
+inline ContactPlace place_of(const pal_contact& contact) {
+  const double* others = contact.neighbour_weights;
+  const double rest = 1.0 - others[0] - others[1];
+  const Corner all[3] = {
+      {contact.site, rest}, {contact.neighbours[0], others[0]}, {contact.neighbours[1], others[1]}};
+  ContactPlace place = {};
+  double sum = 0;
+  for (const Corner& corner : all) {
+    if (!(corner.weight > 0)) continue;
+    place.corners[place.count++] = corner;
+    sum += corner.weight;
+  }
+  for (uint32_t i = 0; i < place.count; ++i) place.corners[i].weight /= sum;
+  return place;
+}
+
+inline bool is_at_site(const pal_contact& contact) {
+  return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
+}
+
+// The site of the largest weight.
+inline uint32_t nearest_site(const pal_contact& contact) {
+  const double* others = contact.neighbour_weights;
+  const double rest = 1.0 - others[0] - others[1];
+  if (others[0] > rest && others[0] >= others[1]) return contact.neighbours[0];
+  return others[1] > rest ? contact.neighbours[1] : contact.site;
+}
+
+}  // namespace palpate
