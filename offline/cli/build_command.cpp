@@ -5,6 +5,7 @@
 #include <CLI/Validators.hpp>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "offline/cli/build_plan.hpp"
@@ -15,6 +16,7 @@
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/cli/ranks.hpp"
 #include "offline/cli/runtime_survey.hpp"
 #include "offline/output/finished_file.hpp"
 
@@ -26,6 +28,7 @@ struct BuildArguments {
   std::filesystem::path pack;
   std::filesystem::path samples;
   int jobs = 1;
+  bool jobs_given = false;
   bool json = false;
 };
 
@@ -89,41 +92,83 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-int run_build(const BuildArguments& arguments) {
+// The sites of a build that several processes share: each solves those that it is handed, and keeps them where the first
+// finds them.
+SolveCounts share_sites(Ranks& ranks, size_t num_sites, const std::function<SolveCounts(RankQueue&)>& work) {
+  SolveCounts counts;
+  {
+    RankQueue queue(ranks, num_sites);
+    counts = work(queue);
+  }
+  for (long* count :
+       {&counts.reused, &counts.solves, &counts.not_kept, &counts.iterations, &counts.factorizations})
+    *count = ranks.sum(*count);
+  ranks.wait_for_all();
+  return counts;
+}
+
+int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const auto start = std::chrono::steady_clock::now();
   const auto [scene, model] = read_scene(arguments.scene);
   std::vector<std::filesystem::path> inputs = {scene.file};
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
-  check_can_finish(arguments.pack);
+  if (ranks.is_first()) check_can_finish(arguments.pack);
   // What was just read, not what an editor may save meanwhile.
   std::vector<InputFile> input_files = read_inputs(inputs);
-  for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  if (ranks.is_first()) {
+    for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  }
   const ContactSites sites = find_contact_sites(scene, model);
-  if (sites.sites_at_fixed_nodes > 0) {
+  if (ranks.is_first() && sites.sites_at_fixed_nodes > 0) {
     fmt::print(
         stderr,
         "{}: {} of {} sites have fixed nodes within tip_radius, which stay where they are; the patch is the "
         "rest\n",
         scene.file.string(), sites.sites_at_fixed_nodes, sites.sites.size());
   }
-  const SamplingPlan plan = plan_sampling(scene, sites, arguments.jobs);
+  const int jobs =
+      arguments.jobs_given ? arguments.jobs : std::max(1, arguments.jobs / ranks.on_this_machine());
+  const SamplingPlan plan = plan_sampling(scene, sites, jobs);
   const std::filesystem::path samples = sample_folder(arguments);
   std::optional<SampleStore> store;
-  if (!samples.empty()) store.emplace(samples, what_samples_depend_on(model, scene, sites, input_files));
+  if (samples.empty() && ranks.count() > 1) {
+    throw std::runtime_error(
+        arguments.pack.string() +
+        ": several processes share a build through the samples they keep; name a folder that all "
+        "of them see with --samples");
+  }
+  if (!samples.empty()) {
+    store.emplace(samples, what_samples_depend_on(model, scene, sites, input_files), !ranks.is_first());
+  }
   const Assembly assembly(model, model.fixed_dofs());
-  if (!arguments.json) print_plan(model, scene, sites, assembly, input_files, plan, store.has_value());
+  if (ranks.is_first() && !arguments.json)
+    print_plan(model, scene, sites, assembly, input_files, plan, ranks.count(), store.has_value());
 
   const RestState rest = find_rest(assembly, scene);
-  Compliance compliance = compute_compliance(assembly, scene, sites, rest, plan.jobs);
+  // The others need it for what they pin their fits to, which a compressed one does not serve.
+  Compliance compliance;
+  if (ranks.is_first() || is_dense_at_hand(scene, sites))
+    compliance = compute_compliance(assembly, scene, sites, rest, plan.jobs);
   const auto sampling_start = std::chrono::steady_clock::now();
+  const size_t num_sites = num_worked(plan, sites);
   std::vector<SiteResult> results;
-  {
-    ProgressBar bar("sampling sites", static_cast<int>(num_worked(plan, sites)));
+  const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
+    ProgressBar bar("sampling sites", static_cast<int>(num_sites));
     results = sample_sites(
-        assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(done); }, rest,
-        store ? &*store : nullptr);
+        assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(shown(done)); }, rest,
+        store ? &*store : nullptr, next);
+    return sum_of_counts(results);
+  };
+  SolveCounts counts;
+  if (ranks.count() > 1) {
+    counts = share_sites(ranks, num_sites, [&](RankQueue& queue) {
+      return sample([&](int) { return static_cast<int>(queue.handed_out()); }, [&] { return queue.next(); });
+    });
+    if (!ranks.is_first()) return 0;
   }
+  const SolveCounts here = sample([](int done) { return done; }, {});
+  if (ranks.count() == 1) counts = here;
   const double sampling_seconds = seconds_since(sampling_start);
 
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
@@ -145,9 +190,17 @@ int run_build(const BuildArguments& arguments) {
   write_finished_bytes(arguments.pack, bytes.bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;
-  const BuildResult result{content, results,          plan,
-                           opened,  arguments.pack,   samples,
-                           seconds, sampling_seconds, time_scene(opened, kTimedFrames).at(0.5) / 1000};
+  const BuildResult result{content,
+                           results,
+                           plan,
+                           opened,
+                           arguments.pack,
+                           samples,
+                           counts,
+                           ranks.count(),
+                           seconds,
+                           sampling_seconds,
+                           time_scene(opened, kTimedFrames).at(0.5) / 1000};
   if (arguments.json) {
     print_json(result);
   } else {
@@ -167,7 +220,10 @@ void add_build_command(CLI::App& app, int& exit_code) {
       "at displacements\n"
       "it has not seen, and writes everything the runtime needs as one file. The file appears whole or not "
       "at all.\n\n"
-      "Example: palpate build models/brain/brain.toml -o brain.pack");
+      "Under mpirun several processes share the sites; --samples must be a folder that all of them see.\n\n"
+      "Example: palpate build models/brain/brain.toml -o brain.pack\n"
+      "         mpirun -n 8 --bind-to none palpate build organ.toml -o organ.pack --samples "
+      "/shared/organ.samples");
   command
       ->add_option("SCENE.toml", arguments->scene,
                    "Scene file: model, contact sites, how far they are pushed")
@@ -180,9 +236,18 @@ void add_build_command(CLI::App& app, int& exit_code) {
                    "killed, or "
                    "one with another target or precision; default: PACK.samples")
       ->type_name("DIR");
-  add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
+  const CLI::Option* jobs = add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
   command->add_flag("--json", arguments->json, "Print the result as JSON");
-  command->callback([arguments, &exit_code] { exit_code = run_build(*arguments); });
+  command->callback([arguments, jobs, &exit_code] {
+    arguments->jobs_given = jobs->count() > 0;
+    Ranks ranks;
+    try {
+      exit_code = run_build(*arguments, ranks);
+    } catch (const std::exception& error) {
+      if (ranks.count() > 1) ranks.fail(error.what());
+      throw;
+    }
+  });
 }
 
 }  // namespace palpate

@@ -35,6 +35,7 @@ double sample_store_bytes(const Model& model, const Scene& scene, const ContactS
 
 // Organ, scene, and about how long it takes, to standard output. `keeps_samples`: on disk.
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
-                const std::vector<InputFile>& inputs, const SamplingPlan& plan, bool keeps_samples);
+                const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
+                bool keeps_samples);
 
 }  // namespace palpate

@@ -17,7 +17,6 @@ namespace palpate {
 namespace {
 
 struct Totals {
-  SolveCounts counts;
   double min_jacobian = 1;
   int unsolved = 0;                      // of the survey's pushes
   int surveyed = 0;                      // pushes
@@ -31,11 +30,6 @@ Totals totals_of(const BuildResult& result) {
   const Scene& scene = result.content.scene;
   Totals totals;
   for (const SiteResult& site : result.sites) {
-    totals.counts.solves += site.counts.solves;
-    totals.counts.reused += site.counts.reused;
-    totals.counts.not_kept += site.counts.not_kept;
-    totals.counts.iterations += site.counts.iterations;
-    totals.counts.factorizations += site.counts.factorizations;
     totals.min_jacobian = std::min(totals.min_jacobian, site.min_jacobian);
     totals.unsolved += site.unsolved;
     totals.surveyed += static_cast<int>(site.survey.size());
@@ -75,10 +69,10 @@ void print_json(const BuildResult& result) {
                                 {"sampling_seconds", result.sampling_seconds},
                                 {"sites", sites.sites.size()},
                                 {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
-                                {"solves", totals.counts.solves},
-                                {"reused", totals.counts.reused},
-                                {"iterations", totals.counts.iterations},
-                                {"factorizations", totals.counts.factorizations},
+                                {"solves", result.counts.solves},
+                                {"reused", result.counts.reused},
+                                {"iterations", result.counts.iterations},
+                                {"factorizations", result.counts.factorizations},
                                 {"min_J", totals.min_jacobian},
                                 {"sites_with_smaller_domain", totals.shortened},
                                 {"sites_off_target", totals.off_target},
@@ -101,17 +95,18 @@ void print_text(const BuildResult& result) {
         compressed->displacement_error, compressed->force_error);
   }
   fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
-             totals.counts.solves, totals.counts.iterations, totals.counts.factorizations,
+             result.counts.solves, result.counts.iterations, result.counts.factorizations,
              totals.min_jacobian);
-  if (totals.counts.solves > 0) {
-    fmt::print("speed      {:.3g} equilibria a second on {} threads, {:.3g} s a site\n",
-               static_cast<double>(totals.counts.solves) / result.sampling_seconds, result.plan.jobs,
+  if (result.counts.solves > 0) {
+    fmt::print("speed      {:.3g} equilibria a second on {} threads{}, {:.3g} s a site\n",
+               static_cast<double>(result.counts.solves) / result.sampling_seconds, result.plan.jobs,
+               result.processes > 1 ? fmt::format(" of each of {} processes", result.processes) : "",
                result.sampling_seconds / static_cast<double>(num_worked(result.plan, result.content.sites)));
   }
   if (!result.samples.empty()) {
     fmt::print("samples    {} kept in {}, {} of them taken from there\n",
-               totals.counts.solves + totals.counts.reused - totals.counts.not_kept, result.samples.string(),
-               totals.counts.reused);
+               result.counts.solves + result.counts.reused - result.counts.not_kept, result.samples.string(),
+               result.counts.reused);
   }
   fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", result.pack.string(),
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
@@ -128,11 +123,11 @@ void print_warnings(const BuildResult& result) {
   const Scene& scene = result.content.scene;
   const std::string file = scene.file.string();
   const size_t num_sites = result.content.sites.sites.size();
-  if (totals.counts.not_kept > 0) {
+  if (result.counts.not_kept > 0) {
     fmt::print(stderr,
                "{}: {} solves could not be kept, another build has to repeat them; make room on the disk, or "
                "name another folder with --samples\n",
-               result.samples.string(), totals.counts.not_kept);
+               result.samples.string(), result.counts.not_kept);
   }
   if (totals.shortened > 0) {
     std::string reasons;

@@ -16,6 +16,8 @@ struct BuildResult {
   const OpenedPack& opened;
   std::filesystem::path pack;
   std::filesystem::path samples;  // empty: none were kept
+  SolveCounts counts;             // of all processes
+  int processes = 1;
   double seconds = 0;
   double sampling_seconds = 0;  // of them, of the sites' solves and fits
   double frame_us = 0;          // median of forces at new sites

@@ -10,9 +10,9 @@
 namespace palpate {
 
 // Sets `jobs` to one for each core until the command line says otherwise. `note` ends the option's line of help.
-inline void add_jobs_option(CLI::App& command, int& jobs, const std::string& note = "") {
+inline CLI::Option* add_jobs_option(CLI::App& command, int& jobs, const std::string& note = "") {
   jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  command.add_option("--jobs", jobs, "Threads; default: one for each core" + note)
+  return command.add_option("--jobs", jobs, "Threads; default: one for each core" + note)
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
 }

@@ -140,7 +140,7 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
   return true;
 }
 
-SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view key_of) {
+SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view key_of, bool is_held_for_us) {
   const XXH128_hash_t hash = XXH3_128bits(key_of.data(), key_of.size());
   folder_ = folder / fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
   key_ = hash.low64;
@@ -149,6 +149,7 @@ SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view k
   if (error)
     throw std::runtime_error(folder_.string() + ": " + error.message() +
                              "; name another folder for solved samples with --samples");
+  if (is_held_for_us) return;
   const std::filesystem::path lock = folder_ / "lock";
   lock_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0) throw_system_error(lock);

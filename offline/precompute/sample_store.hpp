@@ -73,13 +73,13 @@ class SampleFile {
   std::map<Key, Place> places_;
 };
 
-// The folder of one scene's solves, held by one process at a time. `find` and `keep` of its files may go on at once
+// The folder of one scene's solves, held by one process at a time, or by it for others that it works with. `find` and `keep` of its files may go on at once
 // on several threads, one a file.
 class SampleStore {
  public:
   // Makes the folder. `key_of` is hashed. Throws std::runtime_error "PATH: REASON; REMEDY" where it cannot be made or
-  // another process holds it.
-  SampleStore(const std::filesystem::path& folder, std::string_view key_of);
+  // another process holds it, unless it does so for this one.
+  SampleStore(const std::filesystem::path& folder, std::string_view key_of, bool is_held_for_us = false);
   ~SampleStore();
   SampleStore(const SampleStore&) = delete;
   SampleStore& operator=(const SampleStore&) = delete;

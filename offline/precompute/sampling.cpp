@@ -142,15 +142,15 @@ Eigen::Vector3d SamplePoints::most_informative() {
   return candidates_[best];
 }
 
-std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed) {
+std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed, size_t skipped) {
   Random random(seed);
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < count; ++i) {
     const double z = half ? random.uniform() : 2.0 * random.uniform() - 1.0;
     const double angle = 2.0 * std::numbers::pi * random.uniform();
     const double ring = std::sqrt(1.0 - z * z);
-    // Largest quarter first, so that a survey of few points measures the far end.
-    const double radius = 0.25 * ((3 - i % 4) + (1.0 - random.uniform()));
+    const size_t quarter = 3 - (skipped + static_cast<size_t>(i)) % 4;
+    const double radius = 0.25 * (static_cast<double>(quarter) + (1.0 - random.uniform()));
     points.emplace_back(radius * Eigen::Vector3d(ring * std::cos(angle), ring * std::sin(angle), z));
   }
   return points;

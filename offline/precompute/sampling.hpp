@@ -47,8 +47,10 @@ class SamplePoints {
 };
 
 // Points of the unit ball for the error survey: directions uniform, |x| uniform within one quarter of (0, 1]
-// after the other, so that every quarter is measured. A function of `seed` alone.
-std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed);
+// after the other, so that every quarter is measured: from the outermost inward, the first `skipped` of that round
+// left out.
+std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
+                                                  size_t skipped = 0);
 
 // A rotation whose third column is `axis`: turns the half-ball z >= 0 to the half-ball about it.
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);

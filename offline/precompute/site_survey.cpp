@@ -36,20 +36,23 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   return sample;
 }
 
-// Calls work(solver, i) for i < count on `jobs` threads, each with a solver of its own; `progress` gets calls
-// done and their number. Throws what the first of them by number threw. A call is made by one thread from
+// Calls work(solver, i) for i < count on `jobs` threads, each with a solver of its own, or for those alone that `next`
+// hands out; `progress` gets calls done and their number. Throws what the first of them by number threw. A call is made by one thread from
 // start to end, so that the schedule cannot change a digit.
 void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
                          const std::function<void(StaticSolver&, size_t)>& work,
-                         const std::function<void(int, int)>& progress) {
-  std::atomic<size_t> next = 0;
+                         const std::function<void(int, int)>& progress,
+                         const std::function<size_t()>& next = {}) {
+  std::atomic<size_t> own_next = 0;
+  std::atomic<bool> has_failed = false;
+  const auto take = [&] { return has_failed ? count : next ? next() : own_next++; };
   std::mutex report;
   int done = 0;
   std::exception_ptr failure;
   size_t failed = count;
   const auto run = [&] {
     std::optional<StaticSolver> solver;
-    for (size_t i = next++; i < count; i = next++) {
+    for (size_t i = take(); i < count; i = take()) {
       try {
         if (!solver) solver.emplace(assembly);
         work(*solver, i);
@@ -62,7 +65,7 @@ void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
           failed = i;
           failure = std::current_exception();
         }
-        next = count;
+        has_failed = true;
         return;
       }
     }
@@ -206,9 +209,11 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     constexpr double kBasisPart = 0.2;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
   }
-  // The label seeds the survey, so that adding a site leaves the others' surveys as they were.
+  // The label seeds the survey, so that adding a site leaves the others' surveys as they were, but for the quarters that
+  // few pushes a site leave to the next sites.
   for (const Eigen::Vector3d& point :
-       choose_survey_points(plan.survey_samples, samples.half, static_cast<std::uint64_t>(label))) {
+       choose_survey_points(plan.survey_samples, samples.half, static_cast<std::uint64_t>(label),
+                            index * static_cast<size_t>(plan.survey_samples))) {
     result.survey.push_back(
         solve_push(sampler, {index, samples.to_unit.inverse() * point, survey_increments(point.norm())}));
     result.unsolved += !result.survey.back().solved;
@@ -274,10 +279,22 @@ std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, 
   return chosen;
 }
 
+SolveCounts sum_of_counts(const std::vector<SiteResult>& results) {
+  SolveCounts sum;
+  for (const SiteResult& result : results) {
+    sum.reused += result.counts.reused;
+    sum.solves += result.counts.solves;
+    sum.not_kept += result.counts.not_kept;
+    sum.iterations += result.counts.iterations;
+    sum.factorizations += result.counts.factorizations;
+  }
+  return sum;
+}
+
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress, const RestState& rest,
-                                     const SampleStore* store) {
+                                     const SampleStore* store, const std::function<size_t()>& next) {
   SamplePoints points(scene.directions == Directions::inward);
   std::vector<SiteResult> results(sites.sites.size());
   const size_t num_surveyed =
@@ -288,7 +305,7 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
       [&](StaticSolver& solver, size_t i) {
         results[worked[i]] = sample_site(solver, scene, sites, worked[i], linear, plan, points, rest, store);
       },
-      progress);
+      progress, next);
   return results;
 }
 

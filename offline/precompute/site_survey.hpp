@@ -14,7 +14,7 @@ struct SamplingPlan {
   size_t least_samples = 10;  // nonlinear solves with their derivatives
   size_t most_samples = 60;
   bool rounded = false;    // the basis of the field, to int16
-  int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range
+  int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
   int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
   int jobs = 1;            // threads; the result does not depend on it
 };
@@ -65,14 +65,20 @@ std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSi
 // So many sites far from one another, ascending: from the first one on, each the farthest from those before.
 std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
 
+// The sum over all sites.
+SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
+
 // `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
 // surveyed come back with nothing. The domain of a site is a ball, shortened along the displacements that the solver
 // cannot reach, that nearly invert an element, or that lead to another equilibrium than the path from rest: an
 // ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
-// is kept.
+// is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them: not
+// called from two threads at once unless it allows that; empty: all of them here. Those that others get come back with
+// nothing.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},
-                                     const RestState& rest = RestState(), const SampleStore* store = nullptr);
+                                     const RestState& rest = RestState(), const SampleStore* store = nullptr,
+                                     const std::function<size_t()>& next = {});
 
 }  // namespace palpate
