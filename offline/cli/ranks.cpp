@@ -18,11 +18,10 @@ namespace {
 
 // As Open MPI, MPICH and Slurm's own launcher say.
 bool is_started_by_mpirun() {
-  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
-    const char* value = std::getenv(variable);
-    if (value != nullptr && std::string(value) != "1") return true;
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
+    if (const char* size = std::getenv(variable)) return std::string(size) != "1";
   }
-  return false;
+  return std::getenv("PMIX_RANK") != nullptr;
 }
 
 #if PALPATE_MPI
