@@ -99,7 +99,9 @@ class Slider {
 Slides slide_all_over(const Pack& pack, pal_model model) {
   Slider slider(pack, model);
   std::mt19937 random(1);
-  const auto site = [&] { return static_cast<std::uint32_t>(random() % pack.info().num_sites); };
+  const auto site = [&] {
+    return static_cast<std::uint32_t>(random() % std::max(1U, pack.info().num_sites));
+  };
   const auto unit = [&] { return 2.0 * (static_cast<double>(random()) + 0.5) / 4294967296.0 - 1.0; };
   Slides slides;
   for (int path = 0; path < kPaths; ++path) {

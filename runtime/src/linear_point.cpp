@@ -31,7 +31,7 @@ class PatchUnion {
   bool has_next(uint32_t i) const { return at_[i] < pack_.patch_starts[place_.corners[i].site + 1]; }
   const pal_pack& pack_;
   const ContactPlace& place_;
-  uint32_t at_[3];
+  uint32_t at_[3] = {};
 };
 
 }  // namespace
