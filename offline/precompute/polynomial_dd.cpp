@@ -143,18 +143,16 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
-  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
-}
-
-}  // namespace
-
-double held_out_error(const SiteSamples& samples, int degree) {
-  const HermiteSystem system = field_system(samples, degree);
+// The root mean square over the samples but that of rest of part(sample, error): `error`, functions x `count`, of the
+// rows first_row .. of its block, by a fit that the sample was left out of.
+template <typename Part>
+double held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
+                Eigen::Index count, Part&& part) {
   const OrthonormalFactor factor(system.design);
   if (!factor.exists()) return std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd Q = factor.columns();
   const Eigen::MatrixXd residuals = system.values - Q * (Q.transpose() * system.values);
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(system.block, system.block);
   double squares = 0;
   int pushes = 0;
   for (size_t i = 0; i < samples.samples.size(); ++i) {
@@ -163,14 +161,39 @@ double held_out_error(const SiteSamples& samples, int degree) {
     ++pushes;
     const auto first = static_cast<Eigen::Index>(i) * system.block;
     const auto Q_b = Q.middleRows(first, system.block);
-    const Eigen::MatrixXd rest =
-        Eigen::MatrixXd::Identity(system.block, system.block) - Q_b * Q_b.transpose();
-    const Eigen::VectorXd row = rest.ldlt().solve(Eigen::VectorXd::Unit(system.block, 0));
-    const Eigen::VectorXd error = residuals.middleRows(first, system.block).transpose() * row;
-    const double part = largest_node(error) / (sample_weight(samples, sample) * sample.displacement.norm());
-    squares += part * part;
+    const Eigen::MatrixXd rows =
+        (identity - Q_b * Q_b.transpose()).ldlt().solve(identity.middleCols(first_row, count));
+    const Eigen::MatrixXd error =
+        residuals.middleRows(first, system.block).transpose() * rows / sample_weight(samples, sample);
+    const double size = part(sample, error);
+    squares += size * size;
   }
   return std::sqrt(squares / pushes);
+}
+
+double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
+  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
+}
+
+}  // namespace
+
+double held_out_error(const SiteSamples& samples, int degree) {
+  return held_out(samples, field_system(samples, degree), 0, 1,
+                  [](const Sample& sample, const Eigen::MatrixXd& error) {
+                    return largest_node(error.col(0)) / sample.displacement.norm();
+                  });
+}
+
+double held_out_force_error(const SiteSamples& samples, int degree) {
+  double largest = 0;
+  for (const Sample& sample : samples.samples) largest = std::max(largest, sample.force.norm());
+  constexpr double kFloor = 0.05;
+  // Its derivatives by x, of weight 1.
+  return held_out(samples, energy_system(samples, degree), 1, 3,
+                  [&](const Sample& sample, const Eigen::MatrixXd& error) {
+                    return (samples.to_unit.transpose() * error.transpose()).norm() /
+                           std::max(sample.force.norm(), kFloor * largest);
+                  });
 }
 
 SitePolynomial fit_polynomial(const SiteSamples& samples, int degree) {

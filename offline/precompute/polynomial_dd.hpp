@@ -43,6 +43,9 @@ struct SitePolynomial {
 // (10 samples) x terms, then 20 samples x terms multiply-adds a packed dof.
 double held_out_error(const SiteSamples& samples, int degree);
 
+// The same of the force: |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest of the samples.
+double held_out_force_error(const SiteSamples& samples, int degree);
+
 // Least squares over the samples. The basis is that of orthonormal polynomials, one column each. Throws
 // std::invalid_argument when they do not determine the polynomial. Cost: as
 // held_out_error.

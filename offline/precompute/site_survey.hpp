@@ -10,7 +10,7 @@
 namespace palpate {
 
 struct SamplingPlan {
-  double target = 0.01;       // of the displacement error: samples are added to a site until its fit keeps it
+  double target = 0.01;       // of displacement and force: samples are added to a site until its fit keeps it
   size_t least_samples = 10;  // nonlinear solves with their derivatives
   size_t most_samples = 60;
   bool rounded = false;    // the basis of the field, to int16
@@ -22,7 +22,8 @@ struct SamplingPlan {
 struct SiteResult {
   SitePolynomial polynomial;                 // of degree 0 when none was asked for
   size_t samples = 0;                        // nonlinear solves that it was fitted to
-  double held_out_error = 0;                 // of the fit; 0 for the paper's, which has none
+  double held_out_error = 0;                 // of the fit, displacement; 0 for the paper's, which has none
+  double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
   double min_jacobian = 1;                   // smallest det F over the samples
   std::vector<SurveySample> survey;
