@@ -377,8 +377,33 @@ TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
   }
 }
 
+// Of the force, the gradient of the fitted energy.
+TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
+  for (const int degree : {2, 4}) {
+    const SiteSamples samples = rough_samples(12, degree);
+    double largest = 0;
+    for (const Sample& sample : samples.samples) largest = std::max(largest, sample.force.norm());
+    double squares = 0;
+    for (size_t i = 0; i < samples.samples.size(); ++i) {
+      SiteSamples others = samples;
+      others.samples.erase(others.samples.begin() + static_cast<std::ptrdiff_t>(i));
+      const Sample& left_out = samples.samples[i];
+      const SitePolynomial fit = fit_polynomial(others, degree);
+      const Eigen::Vector3d x = fit.to_unit * left_out.displacement;
+      const Eigen::Vector3d force =
+          fit.to_unit.transpose() * (hermite_rows(x, 2, degree + 1, 1).bottomRows<3>() * fit.energy);
+      const double part = (force - left_out.force).norm() / std::max(left_out.force.norm(), 0.05 * largest);
+      squares += part * part;
+    }
+    const double expected = std::sqrt(squares / 12);
+    EXPECT_GT(expected, 1e-3);
+    EXPECT_NEAR(held_out_force_error(samples, degree), expected, 1e-8 * expected) << degree;
+  }
+}
+
 TEST(PolynomialFit, HeldOutErrorOfWhatItHoldsIsRounding) {
   EXPECT_LE(held_out_error(Synthetic(4).samples(14), 4), kDouble);
+  EXPECT_LE(held_out_force_error(Synthetic(4).samples(14), 4), 1e3 * kDouble);
 }
 
 // ---- Fewer directions
