@@ -73,8 +73,8 @@ SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 // surveyed come back with nothing. The domain of a site is a ball, shortened along the displacements that the solver
 // cannot reach, that nearly invert an element, or that lead to another equilibrium than the path from rest: an
 // ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
-// is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them: not
-// called from two threads at once unless it allows that; empty: all of them here. Those that others get come back with
+// is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them,
+// and is called from all threads at once; empty: all of them here. Those that others get come back with
 // nothing.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,

@@ -25,26 +25,30 @@ struct ContactPlace {
   Corner corners[3];
 };
 
+// What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site without
+// weight may be any number.
+inline double own_weight(const pal_contact& contact) {
+  return 1.0 - (contact.neighbour_weights[0] + contact.neighbour_weights[1]);
+}
+
 // Whether the contact's place is on this pack's surface.
 inline pal_status check_place(const pal_pack& pack, const pal_contact& contact) {
   constexpr double kRounding = 1e-6;
   const double* others = contact.neighbour_weights;
   if (!isfinite(others[0]) || !isfinite(others[1])) return PAL_STATUS_NOT_FINITE;
-  if (others[0] < 0 || others[1] < 0 || others[0] + others[1] > 1.0 + kRounding)
-    return PAL_STATUS_BAD_ARGUMENT;
-  const bool has_weight = others[0] + others[1] < 1.0;
+  if (others[0] < 0 || others[1] < 0 || own_weight(contact) < -kRounding) return PAL_STATUS_BAD_ARGUMENT;
   for (int i = 0; i < 2; ++i) {
     if (others[i] > 0 && contact.neighbours[i] >= pack.num_sites) return PAL_STATUS_NO_SUCH_SITE;
   }
-  return has_weight && contact.site >= pack.num_sites ? PAL_STATUS_NO_SUCH_SITE : PAL_STATUS_OK;
+  return own_weight(contact) > 0 && contact.site >= pack.num_sites ? PAL_STATUS_NO_SUCH_SITE : PAL_STATUS_OK;
 }
 
 // The corners with a weight, whose sum is 1.
 inline ContactPlace place_of(const pal_contact& contact) {
   const double* others = contact.neighbour_weights;
-  const double rest = 1.0 - others[0] - others[1];
-  const Corner all[3] = {
-      {contact.site, rest}, {contact.neighbours[0], others[0]}, {contact.neighbours[1], others[1]}};
+  const Corner all[3] = {{contact.site, own_weight(contact)},
+                         {contact.neighbours[0], others[0]},
+                         {contact.neighbours[1], others[1]}};
   ContactPlace place = {};
   double sum = 0;
   for (const Corner& corner : all) {
@@ -63,7 +67,7 @@ inline bool is_at_site(const pal_contact& contact) {
 // The site of the largest weight.
 inline uint32_t nearest_site(const pal_contact& contact) {
   const double* others = contact.neighbour_weights;
-  const double rest = 1.0 - others[0] - others[1];
+  const double rest = own_weight(contact);
   if (others[0] > rest && others[0] >= others[1]) return contact.neighbours[0];
   return others[1] > rest ? contact.neighbours[1] : contact.site;
 }

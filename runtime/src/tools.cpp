@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/src/contact_place.hpp"
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
@@ -52,13 +51,19 @@ void normal_at(const pal_pack& pack, const uint32_t sites[3], const double weigh
   for (int i = 0; i < 3; ++i) out[i] = length > 0 ? sum[i] / length : 0.0;
 }
 
-// Without its displacement.
-pal_contact contact_of(const HeldContact& held) {
+// The contact there, without a displacement. Its site is the corner of the largest weight, so that rounding leaves no
+// weight to a corner that has none, whose site may be any number.
+pal_contact contact_between(const uint32_t sites[3], const double weights[3]) {
+  int largest = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (weights[i] > weights[largest]) largest = i;
+  }
   pal_contact contact = {};
-  contact.site = held.sites[0];
+  contact.site = sites[largest];
   for (int i = 0; i < 2; ++i) {
-    contact.neighbours[i] = held.sites[i + 1];
-    contact.neighbour_weights[i] = held.weights[i + 1];
+    const int corner = (largest + 1 + i) % 3;
+    contact.neighbours[i] = sites[corner];
+    contact.neighbour_weights[i] = weights[corner];
   }
   return contact;
 }
@@ -82,8 +87,7 @@ void take_hold(pal_session& session, uint32_t tool, const uint32_t sites[3], con
   contact.id = ++session.tools.next_id;
   session.tools.held_changed = true;
   contact.tool = tool;
-  memcpy(contact.sites, sites, sizeof contact.sites);
-  memcpy(contact.weights, weights, sizeof contact.weights);
+  contact.place = contact_between(sites, weights);
   contact.law = law;
   contact.strain = Strain::unknown;
   memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
@@ -215,7 +219,7 @@ void fill_inputs(pal_session& session, ToolRotation& last) {
       contact.strain = is_strained ? Strain::brought : Strain::none;
       if (is_strained) session.tools.held_changed = true;  // as where the tool was seen late
     }
-    session.tools.inputs[c] = contact_of(contact);
+    session.tools.inputs[c] = contact.place;
     rotate_back(session.tools.organ, d, session.tools.inputs[c].displacement);
   }
 }
@@ -226,7 +230,7 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   const ToolStates& states = session.tools;
   const HeldContact& contact = states.contacts[index];
   const uint32_t answered = states.answered_of[index];
-  if (result.num_contacts++ == 0) result.site = nearest_site(contact_of(contact));
+  if (result.num_contacts++ == 0) result.site = contact.place.site;
   if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
   if (answered == kNotAnswered) {
     result.displacement_error = result.force_error = 1.0;

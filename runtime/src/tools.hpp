@@ -30,8 +30,7 @@ struct HeldContact {
   uint64_t id;  // no two contacts of a session have the same
   uint32_t tool;
   pal_contact_law law;
-  uint32_t sites[3];  // at the corners around it
-  double weights[3];  // of sum 1
+  pal_contact place;  // where it acts, without a displacement; `site` weighs most
   Strain strain;
   double unstrained[3];      // p0
   double unstrained_arm[3];  // R0 a, world

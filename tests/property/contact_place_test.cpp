@@ -223,6 +223,36 @@ TEST(ContactPlace, OfWeightsThatMakeNoSenseIsRefused) {
   EXPECT_EQ(status_of(1, 1e308, 1e308), PAL_STATUS_BAD_ARGUMENT);
 }
 
+// Corners of weight zero may name any site, whatever rounding makes of what the others leave of 1.
+TEST(ContactPlace, LooksAtNoSiteWithoutWeight) {
+  constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+  const OpenPack pack(small_pack_bytes());
+  for (int i = 1; i < 1000; ++i) {
+    const double weight = 0.001 * i;
+    pal_contact contact = contact_at_site(kNone, {0, 0, -0.01});
+    contact.neighbours[0] = 1;
+    contact.neighbours[1] = 2;
+    contact.neighbour_weights[0] = weight;
+    contact.neighbour_weights[1] = 1 - weight;
+    OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+    pal_contact_result result;
+    const pal_status status = pal_contact_frame(session.get(), &contact, 1, &result);
+    EXPECT_TRUE(status == PAL_STATUS_OK || status == PAL_STATUS_NO_SUCH_SITE);
+    for (const double sum : {1.0, 1 - 9e-7, 1 + 9e-7}) {
+      ToolSession tools(pack.get(), session_config(pack.get(), PAL_MODEL_AUTO, 1, 0));
+      pal_hold hold = pal_default_hold(kNone);
+      hold.sites[1] = 1;
+      hold.sites[2] = 2;
+      hold.weights[0] = 0;
+      hold.weights[1] = weight;
+      hold.weights[2] = sum - weight;
+      if (hold.weights[2] < 0) continue;
+      tools.hold(0, hold);
+      EXPECT_GT(test::force_of(tools.frame({at({0, 0, -0.01})})[0]).norm(), 0) << weight;
+    }
+  }
+}
+
 // A tool that holds a point feels what the contact there answers, and turns about that point.
 TEST(ContactPlace, HeldByATool) {
   const OpenPack pack(small_pack_bytes());
