@@ -77,6 +77,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
       hold.weights[1] = 0.25;
       hold.weights[0] = 0.75;
     }
+    // A corner without weight may name anything.
+    if (any(3) == 0) hold.sites[2] = any(0xffffffff);
     if (rarely()) hold.weights[2] = number();
     if (any(2) == 0) hold.law = PAL_LAW_TOUCH;
     if (any(2) == 0) hold.unstrained = any_pose();
@@ -102,6 +104,16 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
       for (int i = 0; i < 2; ++i) {
         contact.neighbours[i] = index(info_.num_sites);
         contact.neighbour_weights[i] = rarely() ? number() : between ? 0.1 * any(6) : 0;
+      }
+      // A corner without weight, be it by rounding, may name anything.
+      if (any(4) == 0) {
+        const double weight = 0.1 * any(11);
+        contact.site = any(0xffffffff);
+        contact.neighbour_weights[0] = weight;
+        contact.neighbour_weights[1] = 1 - weight;
+      } else if (any(4) == 0) {
+        contact.neighbours[1] = any(0xffffffff);
+        contact.neighbour_weights[1] = 0;
       }
     }
     pal_contact_result results[5];
