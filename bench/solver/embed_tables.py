@@ -4,7 +4,7 @@
     <!-- NAME.md -->
     <!-- end -->
 
-is replaced by the file NAME.md of a folder.
+is replaced by the file NAME.md of a folder, where there is one.
 
     bench/solver/embed_tables.py PAGE DIR
 """
@@ -17,6 +17,7 @@ def main():
     page, folder = map(pathlib.Path, sys.argv[1:])
     text = page.read_text()
     names = re.findall(r"^<!-- (\w+\.md) -->$", text, re.M)
+    names = [name for name in names if (folder / name).exists()]
     for name in names:
         table = (folder / name).read_text().strip()
         text = re.sub(rf"<!-- {re.escape(name)} -->\n.*?<!-- end -->",

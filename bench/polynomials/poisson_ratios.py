@@ -1,0 +1,101 @@
+#!/usr/bin/python3
+"""What polynomials are worth on the brain at other Poisson's ratios: builds its scene anew with other lambdas, to one and to
+two mean surface edges h, and writes the tables of the packs' surveys to DIR/ratios.md.
+
+    bench/polynomials/poisson_ratios.py PALPATE SCENE DIR [--quadratic]
+
+--quadratic: the same at nu = 0.49 on elements of ten nodes, at three sites (half an hour and more)
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+# Survey targets that make the builder spend what the bars ask for.
+REACHES = {1: 0.001, 2: 0.005}
+SITES_OF_QUADRATIC = [711, 774, 777]
+
+
+def with_ratio(model, ratio):
+    """Materials `mu, lambda` of the model, lambda = 2 mu nu / (1 - 2 nu)."""
+
+    def law(match):
+        mu = float(match[2])
+        return f"{match[1]}{mu!r}, {2 * mu * ratio / (1 - 2 * ratio)!r}"
+
+    return re.sub(r"(\*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n)([\d.]+), *[\d.]+", law, model)
+
+
+def quadratic(model):
+    """C3D4 made C3D10: a node amid every edge, fixed where both of its ends are."""
+    blocks = re.findall(r"(\*[^\n]*)\n((?:[^*][^\n]*\n?)*)", model)
+    numbers = [[line.split(",") for line in body.splitlines()] for _, body in blocks]
+    kinds = ["".join(head.upper().split()) for head, _ in blocks]
+    positions = {int(row[0]): [float(x) for x in row[1:4]]
+                 for kind, rows in zip(kinds, numbers) if re.fullmatch(r"\*NODE(,.*)?", kind) for row in rows}
+    fixed = {int(label) for kind, rows in zip(kinds, numbers) if "NSET=FIXED" in kind and kind.startswith("*NSET")
+             for row in rows for label in row if label.strip()}
+    middles = {}
+
+    def middle(a, b):
+        return middles.setdefault((min(a, b), max(a, b)), max(positions) + 1 + len(middles))
+
+    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+    bodies = [body.rstrip("\n") for _, body in blocks]
+    for i, kind in enumerate(kinds):
+        if kind.startswith("*ELEMENT,"):
+            elements = [[int(x) for x in row] for row in numbers[i]]
+            bodies[i] = "\n".join(", ".join(map(str, row + [middle(row[1 + a], row[1 + b]) for a, b in edges]))
+                                  for row in elements)
+    for i, kind in enumerate(kinds):
+        if re.fullmatch(r"\*NODE(,.*)?", kind):
+            for (a, b), label in middles.items():
+                x = [(p + q) / 2 for p, q in zip(positions[a], positions[b])]
+                bodies[i] += f"\n{label}, {x[0]:.12g}, {x[1]:.12g}, {x[2]:.12g}"
+        elif kind.startswith("*NSET") and "NSET=FIXED" in kind:
+            bodies[i] += "".join(f"\n{label}" for (a, b), label in middles.items() if a in fixed and b in fixed)
+    return "\n".join(f"{head.replace('C3D4', 'C3D10')}\n{body}".rstrip("\n")
+                     for (head, _), body in zip(blocks, bodies)) + "\n"
+
+
+def survey(program, scene, folder, name, model, reach, sites=None):
+    """Builds the scene with this model, d to `reach` h; a row of the table."""
+    edge = float(re.search(r"max_displacement = ([\d.]+)", scene)[1])
+    scene = re.sub(r'model = "[^"]*"', f'model = "{name}.inp"', scene)
+    scene = re.sub(r"max_displacement = [\d.]+", f"max_displacement = {reach * edge:.6g}", scene)
+    scene = re.sub(r"target = [\d.]+", f"target = {REACHES[reach]}", scene)
+    if sites:
+        scene = scene.replace('sites = "PROBE"', f"sites = {sites}")
+    files = [folder / f"{name}_{reach}h{suffix}" for suffix in (".toml", ".pack")]
+    (folder / f"{name}.inp").write_text(model)
+    files[0].write_text(scene)
+    subprocess.run([program, "build", files[0], "-o", files[1]], check=True)
+    about = json.loads(subprocess.run([program, "info", files[1], "--json"], check=True, capture_output=True).stdout)
+    of_all = about["errors"]["polynomial_dd"]["overall"]
+    solves = [site["samples"] for site in about["sites"]]
+    errors = [of_all[of][value] for of in ("displacement", "force") for value in ("median", "p95", "max")]
+    return f"| {min(solves)} to {max(solves)} | " + " | ".join(f"{100 * e:.3g}" for e in errors) + " |"
+
+
+def main():
+    program, scene_file, folder = sys.argv[1], *map(pathlib.Path, sys.argv[2:4])
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = scene_file.read_text()
+    model = (scene_file.parent / re.search(r'model = "([^"]*)"', scene)[1]).read_text()
+    if "--quadratic" in sys.argv:
+        rows = [("0.49, ten nodes", 1, survey(program, scene, folder, "quadratic", quadratic(with_ratio(model, 0.49)), 1,
+                                              SITES_OF_QUADRATIC))]
+    else:
+        rows = [(f"{ratio}", reach, survey(program, scene, folder, f"brain{ratio}", with_ratio(model, ratio), reach))
+                for reach, ratios in ((1, (0.147, 0.4, 0.45, 0.49)), (2, (0.147, 0.4, 0.45))) for ratio in ratios]
+    table = ["Errors at held-out random displacements, percent: of any shown node as part of |d|, and of the force.", "",
+             "| nu | to | solves a site | median | p95 | max | force, median | p95 | max |", "|" + "---|" * 9]
+    table += [f"| {ratio} | {reach} h {row}" for ratio, reach, row in rows]
+    name = "ratio_quadratic.md" if "--quadratic" in sys.argv else "ratios.md"
+    (folder / name).write_text("\n".join(table) + "\n")
+    print("\n".join(table))
+
+
+if __name__ == "__main__":
+    main()
