@@ -94,6 +94,42 @@ static_assert(sizeof(CompressedBlock) == 8);
 inline constexpr uint32_t kBlockUnit = 4;  // numbers
 inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep numbers are whole units
 
+// A node of NonlinearZone.
+struct ZoneNode {
+  double position[3];      // in the mesh
+  double displacement[3];  // from there to rest: zero without gravity
+  uint32_t packed_node;    // kNoNode: not shown
+  uint32_t free_axes;      // bits 0 to 2: axes along which the model does not hold it
+  uint32_t first_element;  // of it, in the list of elements by node
+  uint32_t num_elements;   // of it, in the table
+  uint32_t num_outside;    // of it, beyond the table
+  uint32_t reserved;
+};
+static_assert(sizeof(ZoneNode) == 72);
+
+inline constexpr uint32_t kZoneElementNodes = 10;
+
+// An element of NonlinearZone: a tetrahedron of four or ten nodes, in the order of C3D4 and C3D10.
+struct ZoneElement {
+  uint32_t nodes[kZoneElementNodes];  // of NonlinearZone; those beyond num_nodes are 0
+  uint32_t num_nodes;                 // 4 or 10
+  uint32_t material;
+};
+static_assert(sizeof(ZoneElement) == 48);
+
+// W as in dyadic_tangent.hpp.
+enum class ZoneLaw : uint32_t { compressible_neo_hookean = 0, yeoh = 1 };
+inline constexpr uint32_t kZoneLaws = 2;
+
+struct ZoneMaterial {
+  ZoneLaw law;
+  uint32_t reserved;
+  double constants[6];  // mu, lambda; or C10, C20, C30, 1 / D1, 1 / D2, 1 / D3
+};
+static_assert(sizeof(ZoneMaterial) == 56);
+
+inline constexpr uint32_t kMostZoneRings = 8;
+
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }

@@ -44,9 +44,10 @@ int run_bench(const BenchArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   std::vector<Timing> timings;
   for (const pack::FrameCost* cost : *opened.tables().costs()) {
-    const pal_model model =
-        cost->model() == pack::ResponseModel::linear_dd ? PAL_MODEL_LINEAR : PAL_MODEL_POLYNOMIAL;
-    for (Timing& timing : time_model(opened, model, arguments.frames)) timings.push_back(std::move(timing));
+    const pal_model model = runtime_model(cost->model());
+    std::vector<Timing> of_model = model == PAL_MODEL_ZONE ? time_zone(opened, arguments.frames)
+                                                           : time_model(opened, model, arguments.frames);
+    for (Timing& timing : of_model) timings.push_back(std::move(timing));
     timings.push_back(time_copy(model_name(model), cost->field_bytes(), arguments.frames));
   }
   if (has_places(opened)) timings.push_back(time_search(opened, arguments.frames));

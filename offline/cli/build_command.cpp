@@ -57,6 +57,16 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
   return compliance;
 }
 
+// Nodes, elements and compliance of nonlinear zones.
+ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                        const RestState& rest) {
+  ZoneTables zone = plan_zone(assembly.model(), scene, sites);
+  ProgressBar bar("compliance of zones", 3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
+  compute_zone_compliance(
+      assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
+  return zone;
+}
+
 // The errors of the real runtime on a pack that is complete but for them.
 std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results) {
   const AlignedBytes bytes = write_pack(content);
@@ -69,6 +79,7 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
     surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement).table});
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
+  if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
   if (content.polynomials != nullptr) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
   return surveys;
 }
@@ -171,11 +182,14 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   if (ranks.count() == 1) counts = here;
   const double sampling_seconds = seconds_since(sampling_start);
 
+  std::optional<ZoneTables> zone;
+  if (scene.zone) zone = compute_zone(assembly, scene, sites, rest);
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
   content.rest = &rest;
   if (compliance.compressed) content.compressed = &*compliance.compressed;
   if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
   if (scene.polynomial) content.polynomials = &results;
+  if (zone) content.zone = &*zone;
   content.surveys = survey_models(content, results);
   if (compliance.compressed) {
     const AlignedBytes measured = write_pack(content);

@@ -20,6 +20,9 @@ double dense_bytes(const ContactSites& sites) {
   return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
 }
 
+constexpr double kMostZoneBytes = 128e6;
+constexpr int kUsualRings = 2;
+
 // Solves of a site that its polynomial is fitted to, at the least.
 size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
   if (!scene.polynomial) return 0;
@@ -44,6 +47,20 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
 
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
   return !is_to_be_compressed(scene, sites) && (scene.linear || dense_bytes(sites) <= kMostDenseBytes);
+}
+
+ZoneTables plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
+  if (is_to_be_compressed(scene, sites)) {
+    throw std::runtime_error(
+        scene.file.string() +
+        ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
+        "fewer sites, or remove models.zone = true");
+  }
+  if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
+  int rings = kUsualRings;
+  ZoneTables zone = find_zones(model, sites, rings);
+  while (rings > 1 && zone_bytes(zone, sites) > kMostZoneBytes) zone = find_zones(model, sites, --rings);
+  return zone;
 }
 
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
@@ -148,6 +165,14 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     } else {
       fmt::print("compliance dense, {:.1f} MB\n", dense);
     }
+  }
+  if (scene.zone) {
+    const ZoneTables zone = plan_zone(model, scene, sites);
+    bytes += zone_bytes(zone, sites);
+    fmt::print(
+        "zones      {} rings: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements\n",
+        zone.rings, zone.nodes.size(), zone.elements.size(), zone_bytes(zone, sites) / 1e6, zone.most_nodes,
+        zone.most_elements);
   }
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
              solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);

@@ -7,6 +7,7 @@
 #include "offline/fem/assembly.hpp"
 #include "offline/pack/input_files.hpp"
 #include "offline/precompute/contact_sites.hpp"
+#include "offline/precompute/nonlinear_zone.hpp"
 #include "offline/precompute/scene.hpp"
 #include "offline/precompute/site_survey.hpp"
 
@@ -17,6 +18,10 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
 // Whether it is to be at hand in full while sites are sampled; else each site solves for its own.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
+
+// Nodes and elements of the nonlinear zones that the scene asks for, their compliance left empty. Throws
+// std::runtime_error where linear_dd is not dense.
+ZoneTables plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
 // Sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where the scene leaves nothing to fit.
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs);

@@ -162,10 +162,17 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
           "Acceleration in place of the scene's, which must let it turn (answered by the linear model)")
       ->type_name("gx,gy,gz");
   command
-      .add_option("--model", arguments.model,
-                  "auto, linear or polynomial; default auto: polynomial where it can answer, else linear")
+      .add_option(
+          "--model", arguments.model,
+          "auto, linear, polynomial or zone; default auto: the first of polynomial, zone and linear that "
+          "is in the pack and can answer")
       ->type_name("MODEL")
-      ->check(CLI::IsMember({"auto", "linear", "polynomial"}));
+      ->check(CLI::IsMember({"auto", "linear", "polynomial", "zone"}));
+  command
+      .add_option("--rings", arguments.zone_rings,
+                  "Rings of nonlinear elements about each patch; default: all that the pack carries")
+      ->type_name("N")
+      ->check(CLI::Range(1, static_cast<int>(pack::kMostZoneRings)));
 }
 
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
@@ -193,6 +200,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   }
   const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
                           : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
+                          : arguments.model == "zone"       ? PAL_MODEL_ZONE
                                                             : PAL_MODEL_AUTO;
   const auto count = static_cast<std::uint32_t>(answer.contacts.size());
   if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty() || forces_given)) {
@@ -209,7 +217,22 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   }
   if (info.has_polynomial == 0 && model == PAL_MODEL_POLYNOMIAL)
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
-  ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()));
+  if (info.zone_rings == 0 && (model == PAL_MODEL_ZONE || arguments.zone_rings > 0))
+    throw std::runtime_error("this pack has no nonlinear zone; build it with [models] zone = true");
+  if (arguments.zone_rings > info.zone_rings) {
+    throw std::runtime_error(
+        fmt::format("--rings {}: the zones of this pack have {}; build it with [models] zone_rings = {}",
+                    arguments.zone_rings, info.zone_rings, arguments.zone_rings));
+  }
+  constexpr std::uint32_t kMostZoneContacts = 8;  // palpate.h, PAL_MODEL_ZONE
+  if (model == PAL_MODEL_ZONE &&
+      (count > kMostZoneContacts || !fixed.empty() || forces_given || !arguments.gravity.empty())) {
+    throw std::runtime_error(
+        "--model zone answers up to 8 contacts that are moved, and no --fix and --gravity; use auto or "
+        "linear");
+  }
+  ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),
+                           arguments.zone_rings);
   session.fix(fixed);
   if (!arguments.gravity.empty()) {
     const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
@@ -221,7 +244,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
       throw std::runtime_error("--model polynomial answers the scene's gravity alone; use auto or linear");
     session.set_gravity(acceleration);
   }
-  answer.results = session.contact_frame(answer.contacts);
+  answer.results = session.settle(answer.contacts);
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       if ((answer.contacts[c].force_axes >> axis & 1) != 0)

@@ -19,9 +19,10 @@ struct ContactArguments {
   std::vector<int> fixed;
   std::string gravity;
   std::string model = "auto";
+  unsigned zone_rings = 0;  // 0: all that the pack carries
 };
 
-// Adds --contact, --at, --fix, --gravity and --model.
+// Adds --contact, --at, --fix, --gravity, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
 // Where a contact is.

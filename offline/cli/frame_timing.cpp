@@ -1,6 +1,9 @@
 #include "offline/cli/frame_timing.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <random>
 
@@ -51,6 +54,17 @@ std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site
   return contacts;
 }
 
+// A contact that goes around near half of the scene's reach, at some 0.1 m/s at 1 kHz on an organ of centimetres.
+pal_contact on_path(const OpenedPack& opened, std::uint32_t site, int frame) {
+  const double reach = 0.5 * opened.info().max_displacement;
+  const double t = 0.01 * frame;
+  pal_contact contact = {site, {}, 0, {}, {}, {}};
+  contact.displacement[0] = reach * std::cos(t) * std::cos(0.37 * t);
+  contact.displacement[1] = reach * std::cos(t) * std::sin(0.37 * t);
+  contact.displacement[2] = reach * std::sin(t);
+  return contact;
+}
+
 // Places an edge and less around sites, one after the other: metres, organ frame.
 std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
@@ -81,10 +95,13 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
 // A session in memory of its own.
 class TimedSession {
  public:
-  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts)
-      : arena_(required_bytes(opened, config_of(opened, model, max_contacts))), results_(max_contacts) {
-    require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts), arena_.bytes()),
-               "session");
+  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+               std::uint32_t zone_rings = 0)
+      : arena_(required_bytes(opened, config_of(opened, model, max_contacts, zone_rings))),
+        results_(max_contacts) {
+    require_ok(
+        session_.init(opened.pack(), config_of(opened, model, max_contacts, zone_rings), arena_.bytes()),
+        "session");
   }
   void haptic(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
@@ -98,8 +115,10 @@ class TimedSession {
   void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
 
  private:
-  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts) {
+  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                                      std::uint32_t zone_rings) {
     pal_session_config config = pal_default_session_config(opened.pack().get());
+    config.zone_rings = zone_rings;
     config.model = model;
     config.max_contacts = max_contacts;
     config.max_tools = 1;
@@ -159,6 +178,34 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   return timings;
 }
 
+std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
+  const char* model = model_name(PAL_MODEL_ZONE);
+  std::vector<Timing> timings;
+  std::vector<pal_real> field(size_t{3} * opened.info().num_nodes);
+  for (std::uint32_t rings = 1; rings <= opened.info().zone_rings; ++rings) {
+    TimedSession session(opened, PAL_MODEL_ZONE, 1, rings);
+    timings.push_back(time_frames(model,
+                                  fmt::format("force + stiffness, {} ring{}", rings, rings > 1 ? "s" : ""),
+                                  frames, [&](int frame) {
+                                    const pal_contact contact = on_path(opened, 0, frame);
+                                    session.haptic({&contact, 1});
+                                  }));
+    timings.push_back(time_frames(model,
+                                  fmt::format("field of shown nodes, {} ring{}", rings, rings > 1 ? "s" : ""),
+                                  frames, [&](int) { session.visual(field.data()); }));
+  }
+  TimedSession session(opened, PAL_MODEL_ZONE, 1);
+  const int few = std::max(100, frames / 100);
+  if (opened.info().num_sites > 1) {
+    timings.push_back(time_frames(model, "force, new zone each frame", few, [&](int frame) {
+      const pal_contact contact = {
+          static_cast<std::uint32_t>(frame) % opened.info().num_sites, {}, 0, {}, {}, {}};
+      session.haptic({&contact, 1});
+    }));
+  }
+  return timings;
+}
+
 Timing time_search(const OpenedPack& opened, int frames) {
   const std::vector<Eigen::Vector3d> places = random_places(opened);
   return time_frames("", "find the surface point", frames, [&](int frame) {
@@ -196,6 +243,14 @@ Timing time_scene(const OpenedPack& opened, int frames) {
   const bool several = info.has_linear != 0;  // polynomials answer one contact alone
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
+  if (info.zone_rings > 0 && count > 1) {
+    return time_frames("", "scene", frames, [&](int frame) {
+      std::vector<pal_contact> contacts;
+      for (std::uint32_t c = 0; c < count; ++c)
+        contacts.push_back(on_path(opened, c * (info.num_sites / count), frame));
+      session.haptic(contacts);
+    });
+  }
   // One set of different sites after the other, in any order, so that none is known from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);
   std::vector<std::uint32_t> order(info.num_sites);

@@ -43,6 +43,10 @@ Timing time_frames(
 // Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
+// The nonlinear zone: contact frames along a smooth path, with each number of rings that the pack carries, with a new zone
+// made in each, and visual frames.
+std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
+
 // Whether the pack knows its surface, so that places between sites can be found.
 bool has_places(const OpenedPack& opened);
 
@@ -52,7 +56,8 @@ Timing time_search(const OpenedPack& opened, int frames);
 // Opening the pack's file, which is in the system's cache by then, and making a session.
 std::vector<Timing> time_start(const std::filesystem::path& file);
 
-// Contact frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each.
+// Contact frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each; with a
+// nonlinear zone, which is made over several frames, at the same sites.
 Timing time_scene(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

@@ -39,6 +39,11 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     return tables.linear_dd()->contact_compliance()->bytes() +
            tables.linear_dd()->field_compliance()->bytes();
   }
+  if (model == pack::ResponseModel::nonlinear_zone) {
+    const pack::NonlinearZone& zone = *tables.nonlinear_zone();
+    return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
+           zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes();
+  }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +
          polynomial.field()->bytes();
@@ -177,6 +182,14 @@ int run_info(const InfoArguments& arguments) {
                                                             {"field_operations", cost->field_operations()},
                                                             {"field_bytes", cost->field_bytes()}};
     }
+    if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
+      models["nonlinear_zone"].update({{"rings", zone->rings()},
+                                       {"nodes", zone->num_nodes()},
+                                       {"elements", zone->num_elements()},
+                                       {"most_nodes", zone->most_nodes()},
+                                       {"most_boundary_nodes", zone->most_boundary_nodes()},
+                                       {"most_elements", zone->most_elements()}});
+    }
     if (tables.polynomial_dd() != nullptr) {
       models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
       models["polynomial_dd"]["precision"] = precision_name(*tables.polynomial_dd());
@@ -232,6 +245,11 @@ int run_info(const InfoArguments& arguments) {
       tables.sites()->max_displacement(), length, info.max_contacts);
   fmt::print("  site nodes     {}\n", site_labels(opened));
   print_polynomials(opened);
+  if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
+    fmt::print(
+        "  zones          up to {} rings; {} nodes, {} elements; of a site up to {} nodes, {} elements\n",
+        zone->rings(), zone->num_nodes(), zone->num_elements(), zone->most_nodes(), zone->most_elements());
+  }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",
                static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(),

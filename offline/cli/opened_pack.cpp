@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -17,8 +19,9 @@ size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
 }
 
 pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                             std::uint32_t max_fixed) {
+                             std::uint32_t max_fixed, std::uint32_t zone_rings) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
+  config.zone_rings = zone_rings;
   config.model = model;
   config.max_contacts = max_contacts;
   config.max_fixed = max_fixed;
@@ -39,15 +42,30 @@ const char* model_name(pal_model model) {
       return "linear";
     case PAL_MODEL_POLYNOMIAL:
       return "polynomial";
+    case PAL_MODEL_ZONE:
+      return "zone";
   }
   return "unknown";
+}
+
+pal_model runtime_model(pack::ResponseModel model) {
+  switch (model) {
+    case pack::ResponseModel::linear_dd:
+      return PAL_MODEL_LINEAR;
+    case pack::ResponseModel::polynomial_dd:
+      return PAL_MODEL_POLYNOMIAL;
+    case pack::ResponseModel::nonlinear_zone:
+      return PAL_MODEL_ZONE;
+  }
+  throw std::logic_error("no such model");
 }
 
 std::vector<std::string> flag_names(std::uint32_t flags) {
   constexpr std::pair<std::uint32_t, const char*> kNames[] = {
       {PAL_FLAG_EXTRAPOLATED, "extrapolated"},       {PAL_FLAG_CLAMPED, "clamped"},
       {PAL_FLAG_LINEAR_FALLBACK, "linear_fallback"}, {PAL_FLAG_OVERLAPPING, "overlapping"},
-      {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}, {PAL_FLAG_NEAREST_SITE, "nearest_site"}};
+      {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}, {PAL_FLAG_NEAREST_SITE, "nearest_site"},
+      {PAL_FLAG_UNCONVERGED, "unconverged"}};
   std::vector<std::string> names;
   for (const auto& [flag, name] : kNames) {
     if ((flags & flag) != 0) names.emplace_back(name);
@@ -96,10 +114,11 @@ int OpenedPack::label_of_site(size_t site) const {
 }
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                                   std::uint32_t max_fixed)
+                                   std::uint32_t max_fixed, std::uint32_t zone_rings)
     : opened_(&opened),
-      arena_(arena_bytes(opened.pack(), config_of(opened, model, max_contacts, max_fixed))) {
-  require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts, max_fixed), arena_.bytes()),
+      arena_(arena_bytes(opened.pack(), config_of(opened, model, max_contacts, max_fixed, zone_rings))) {
+  require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts, max_fixed, zone_rings),
+                           arena_.bytes()),
              "session");
 }
 
@@ -132,6 +151,35 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
     }
   }
   return results;
+}
+
+std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
+  contact_frame({});  // at rest
+  std::vector<pal_contact> on_the_way(contacts.begin(), contacts.end());
+  std::vector<pal_contact_result> results = contact_frame(on_the_way);
+  if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
+  contact_frame({});
+  double farthest = 0;
+  for (const pal_contact& contact : contacts)
+    farthest = std::max(farthest, Eigen::Vector3d(contact.displacement).norm());
+  const pal_pack_info info = opened_->info();
+  const double edge = info.mean_surface_edge / info.metres_per_length_unit;
+  constexpr double kStepsPerEdge = 8;
+  constexpr int kMostSteps = 64;
+  constexpr int kMostFrames = 40;  // of a step
+  const int steps =
+      static_cast<int>(std::clamp(std::ceil(kStepsPerEdge * farthest / edge), 1.0, double{kMostSteps}));
+  for (int step = 1; step <= steps; ++step) {
+    for (size_t c = 0; c < contacts.size(); ++c) {
+      for (size_t axis = 0; axis < 3; ++axis)
+        on_the_way[c].displacement[axis] = contacts[c].displacement[axis] * step / steps;
+    }
+    for (int frame = 0; frame < kMostFrames; ++frame) {
+      results = contact_frame(on_the_way);
+      if ((results.front().flags & PAL_FLAG_UNCONVERGED) == 0) break;
+    }
+  }
+  return contact_frame(contacts);  // and once more, for the last digits
 }
 
 Eigen::VectorXd ModelUnitSession::visual_frame() {

@@ -43,8 +43,9 @@ class OpenedPack {
 // reason.
 class ModelUnitSession {
  public:
+  // `zone_rings`: of the nonlinear zone, 0: all that the pack carries.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                   std::uint32_t max_fixed);
+                   std::uint32_t max_fixed, std::uint32_t zone_rings = 0);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
   // The pack lets it turn, and not only polynomials answer.
@@ -52,6 +53,8 @@ class ModelUnitSession {
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
+  // The same from rest, in so many frames as a model that iterates takes to come to rest there, at most some hundred.
+  std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
 
  private:
@@ -63,7 +66,8 @@ class ModelUnitSession {
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.
 void require_ok(pal_status status, const std::string& where);
 
-const char* model_name(pal_model model);                   // "linear", "polynomial"
+const char* model_name(pal_model model);  // "linear", "polynomial", "zone"
+pal_model runtime_model(pack::ResponseModel model);
 std::vector<std::string> flag_names(std::uint32_t flags);  // "extrapolated", "clamped", ...
 
 }  // namespace palpate

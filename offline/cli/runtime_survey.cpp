@@ -9,7 +9,7 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
   std::vector<SampleErrors> estimates;  // of the pushes with an equilibrium
   const auto respond = [&](size_t site, const Eigen::Vector3d& d) {
     const pal_contact contact = {static_cast<std::uint32_t>(site), {d[0], d[1], d[2]}, 0, {}, {}, {}};
-    const pal_contact_result result = session.contact_frame({&contact, 1}).front();
+    const pal_contact_result result = session.settle({&contact, 1}).front();
     estimates.push_back({result.displacement_error, result.force_error});
     return Answer{session.visual_frame() - at_rest, Eigen::Vector3d(result.force)};
   };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "offline/cli/opened_pack.hpp"
 #include "offline/precompute/error_survey.hpp"
 #include "schemas/pack_generated.h"
 
@@ -12,6 +13,7 @@ namespace palpate {
 
 struct ModelErrors {
   std::string model;  // "linear_dd", ...
+  pal_model runtime_model;
   SurveyTable table;
 };
 

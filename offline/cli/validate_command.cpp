@@ -153,7 +153,7 @@ nlohmann::json validated_json(const Validated& model) {
 
 void print_validated(const std::vector<Validated>& models) {
   std::vector<ModelErrors> surveys;
-  for (const Validated& model : models) surveys.push_back({model.model, model.measured.table});
+  for (const Validated& model : models) surveys.push_back({model.model, {}, model.measured.table});
   fmt::print("{}\n", survey_text(surveys));
   fmt::print(
       "                 p95 over the pack's      within the runtime's estimate, percent\n"
@@ -197,10 +197,8 @@ int run_validate(const ValidateArguments& arguments) {
 
   std::vector<Validated> models;
   for (const ModelErrors& claimed : surveys_of(opened.tables())) {
-    const bool linear = claimed.model == pack::EnumNameResponseModel(pack::ResponseModel::linear_dd);
     models.push_back({claimed.model, claimed.table.overall,
-                      survey_runtime(opened, linear ? PAL_MODEL_LINEAR : PAL_MODEL_POLYNOMIAL, samples,
-                                     scene.max_displacement)});
+                      survey_runtime(opened, claimed.runtime_model, samples, scene.max_displacement)});
   }
   const bool agrees =
       std::all_of(models.begin(), models.end(), [](const Validated& one) { return one.agrees(); });

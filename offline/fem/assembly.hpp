@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "offline/fem/cholesky.hpp"
-#include "offline/fem/element_batch.hpp"
 #include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
+#include "runtime/kernels/element_batch.hpp"
 
 namespace palpate {
 

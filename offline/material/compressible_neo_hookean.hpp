@@ -10,25 +10,17 @@
 // iterates must refuse J <= 0; these functions require J > 0.
 #pragma once
 
-#include <cmath>
-
 #include "offline/material/dyadic_tangent.hpp"
 
 namespace palpate {
 
 // W, per reference volume.
 inline double strain_energy_density(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
-  const double J = F.determinant();
-  return 0.5 * law.mu * (F.squaredNorm() - 3.0 - 2.0 * std::log(J)) +
-         0.5 * law.lambda * (J - 1.0) * (J - 1.0);
+  return compressible_neo_hookean_energy(law.mu, law.lambda, F.squaredNorm(), F.determinant());
 }
 
 inline DyadicTangent dyadic_tangent(const CompressibleNeoHookean& law, double /*I1*/, double J) {
-  DyadicTangent terms;
-  terms.identity = law.mu;
-  terms.transposed = law.mu - law.lambda * J * (J - 1.0);
-  terms.hh = law.lambda * J * (2.0 * J - 1.0);
-  return terms;
+  return compressible_neo_hookean_tangent(law.mu, law.lambda, J);
 }
 
 inline Eigen::Matrix3d first_piola_kirchhoff(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {

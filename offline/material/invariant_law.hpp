@@ -39,13 +39,6 @@ struct Kinematics {
         i2(0.5 * (i1 * i1 - right_cauchy_green.squaredNorm())) {}
 };
 
-// W as a function of A alone, with derivatives.
-inline Derivatives isochoric_energy(const InvariantLaw& law, double A) {
-  const double t = A - 3.0;
-  return {t * (law.c10 + t * (law.c20 + t * law.c30)), law.c10 + t * (2.0 * law.c20 + t * 3.0 * law.c30),
-          2.0 * law.c20 + 6.0 * law.c30 * t};
-}
-
 inline Eigen::Matrix3d gradient_of_i2(const Kinematics& k, const Eigen::Matrix3d& F) {
   return 2.0 * (k.i1 * F - F * k.right_cauchy_green);
 }
@@ -80,27 +73,19 @@ inline void add_curvature_of_i2(double scale, const Kinematics& k, const Eigen::
 
 }  // namespace invariant_law
 
-inline double strain_energy_density(const InvariantLaw& law, const Eigen::Matrix3d& F) {
-  const invariant_law::Kinematics k(F);
-  return invariant_law::isochoric_energy(law, k.volume_scale * k.i1).value +
-         law.c01 * (k.volume_scale * k.volume_scale * k.i2 - 3.0) +
-         volumetric_energy(law.volumetric, k.J).value;
+// Of all but C01's term.
+inline YeohLaw yeoh_part(const InvariantLaw& law) {
+  const auto& [d1, d2, d3] = law.volumetric.inverse_d;
+  return {law.c10, law.c20, law.c30, {d1, d2, d3}};
 }
 
-// Of all but C01's term: A and J depend on I1 and J alone.
+inline double strain_energy_density(const InvariantLaw& law, const Eigen::Matrix3d& F) {
+  const invariant_law::Kinematics k(F);
+  return yeoh_energy(yeoh_part(law), k.i1, k.J) + law.c01 * (k.volume_scale * k.volume_scale * k.i2 - 3.0);
+}
+
 inline DyadicTangent dyadic_tangent(const InvariantLaw& law, double I1, double J) {
-  const double volume_scale = 1.0 / std::cbrt(J * J);
-  const Derivatives isochoric = invariant_law::isochoric_energy(law, volume_scale * I1);
-  const Derivatives volumetric = volumetric_energy(law.volumetric, J);
-  const double first = isochoric.first * volume_scale;
-  const double second = 4.0 * isochoric.second * volume_scale * volume_scale;
-  DyadicTangent terms;
-  terms.identity = 2.0 * first;
-  terms.transposed = terms.identity * (I1 / 3.0) - volumetric.first * J;  // equal at rest, to the last digit
-  terms.ff = second;
-  terms.fh = -4.0 / 3.0 * first - second * I1 / 3.0;
-  terms.hh = 4.0 / 9.0 * first * I1 + second * I1 * I1 / 9.0 + J * (volumetric.second * J + volumetric.first);
-  return terms;
+  return yeoh_tangent(yeoh_part(law), I1, J);
 }
 
 inline Eigen::Matrix3d first_piola_kirchhoff(const InvariantLaw& law, const Eigen::Matrix3d& F) {

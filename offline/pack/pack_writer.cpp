@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 #include <type_traits>
+#include <variant>
 
 #include "offline/pack/frame_cost.hpp"
 #include "offline/precompute/surface_bvh.hpp"
@@ -64,6 +65,10 @@ struct GravitySegments {
 };
 struct SurfaceSegments {
   pack::Segment primitives, nodes, primitive_normals, site_normals;
+};
+
+struct ZoneSegments {
+  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -130,15 +135,21 @@ std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
   return blocks;
 }
 
-LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
-  const size_t panels = num_panels(sites);
+// Three columns a node, panel by panel.
+std::vector<pack::Real> field_columns(const Eigen::MatrixXd& columns, size_t panels) {
   std::vector<pack::Real> field;
-  field.reserve(panels * pack::kPanelRows * static_cast<size_t>(linear.field_compliance.cols()));
-  for (Eigen::Index node = 0; node < linear.field_compliance.cols() / 3; ++node) {
+  field.reserve(panels * pack::kPanelRows * static_cast<size_t>(columns.cols()));
+  for (Eigen::Index node = 0; node < columns.cols() / 3; ++node) {
     for (size_t panel = 0; panel < panels; ++panel)
-      append_panel(linear.field_compliance.middleCols<3>(3 * node), panel, field);
+      append_panel(columns.middleCols<3>(3 * node), panel, field);
   }
-  return {store.add(lower_blocks(linear.contact_compliance)), store.add(field), {}};
+  return field;
+}
+
+LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, SegmentStore& store) {
+  return {store.add(lower_blocks(linear.contact_compliance)),
+          store.add(field_columns(linear.field_compliance, num_panels(sites))),
+          {}};
 }
 
 std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
@@ -173,6 +184,93 @@ std::vector<double> site_forces(const PackContent& content) {
 CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store) {
   return {store.add(compressed.panels), store.add(compressed.node_places), store.add_reals(compressed.basis),
           store.add(compressed.blocks), store.add_reals(compressed.coefficients)};
+}
+
+pack::ZoneMaterial zone_material(const Law& law) {
+  pack::ZoneMaterial material = {};
+  if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law)) {
+    material.law = pack::ZoneLaw::compressible_neo_hookean;
+    material.constants[0] = neo_hookean->mu;
+    material.constants[1] = neo_hookean->lambda;
+  } else {
+    const YeohLaw yeoh = yeoh_part(std::get<InvariantLaw>(law));
+    material.law = pack::ZoneLaw::yeoh;
+    const double constants[] = {yeoh.c10,          yeoh.c20,          yeoh.c30,
+                                yeoh.inverse_d[0], yeoh.inverse_d[1], yeoh.inverse_d[2]};
+    std::copy(std::begin(constants), std::end(constants), material.constants);
+  }
+  return material;
+}
+
+// Nodes, and the elements of each.
+std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<uint32_t>& node_elements,
+                                       std::vector<pack::ZoneElement>& elements) {
+  const ZoneTables& zone = *content.zone;
+  const Model& model = content.model;
+  std::vector<uint32_t> place(static_cast<size_t>(model.num_nodes()), pack::kNoNode);
+  std::vector<uint32_t> packed(place.size(), pack::kNoNode);
+  for (size_t i = 0; i < zone.nodes.size(); ++i)
+    place[static_cast<size_t>(zone.nodes[i])] = static_cast<uint32_t>(i);
+  for (size_t i = 0; i < content.sites.packed_nodes.size(); ++i)
+    packed[static_cast<size_t>(content.sites.packed_nodes[i])] = static_cast<uint32_t>(i);
+  std::vector<std::vector<uint32_t>> of_node(zone.nodes.size());
+  for (const int e : zone.elements) {
+    const Tetrahedron& tetrahedron = model.elements[static_cast<size_t>(e)];
+    pack::ZoneElement element = {};
+    element.num_nodes = static_cast<uint32_t>(tetrahedron.num_nodes);
+    element.material = static_cast<uint32_t>(tetrahedron.material);
+    for (size_t a = 0; a < tetrahedron.nodes().size(); ++a) {
+      element.nodes[a] = place[static_cast<size_t>(tetrahedron.nodes()[a])];
+      of_node[element.nodes[a]].push_back(static_cast<uint32_t>(elements.size()));
+    }
+    elements.push_back(element);
+  }
+  const std::vector<char> fixed = model.fixed_dofs();
+  const Eigen::VectorXd at_rest = content.rest != nullptr ? content.rest->displacement_of(model)
+                                                          : Eigen::VectorXd::Zero(model.num_dofs());
+  std::vector<pack::ZoneNode> nodes;
+  for (size_t i = 0; i < zone.nodes.size(); ++i) {
+    const auto at = static_cast<size_t>(zone.nodes[i]);
+    pack::ZoneNode node = {};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      node.position[axis] = model.positions[at][static_cast<Eigen::Index>(axis)];
+      node.displacement[axis] = at_rest[static_cast<Eigen::Index>(3 * at + axis)];
+      if (fixed[3 * at + axis] == 0) node.free_axes |= 1U << axis;
+    }
+    node.packed_node = packed[at];
+    node.first_element = static_cast<uint32_t>(node_elements.size());
+    node.num_elements = static_cast<uint32_t>(of_node[i].size());
+    node.num_outside = static_cast<uint32_t>(zone.num_outside[i]);
+    node_elements.insert(node_elements.end(), of_node[i].begin(), of_node[i].end());
+    nodes.push_back(node);
+  }
+  return nodes;
+}
+
+ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
+  const ZoneTables& zone = *content.zone;
+  std::vector<uint32_t> node_elements;
+  std::vector<pack::ZoneElement> elements;
+  ZoneSegments segments;
+  segments.nodes = store.add(zone_nodes(content, node_elements, elements));
+  segments.elements = store.add(elements);
+  segments.node_elements = store.add(node_elements);
+  std::vector<pack::ZoneMaterial> materials;
+  for (const Material& material : content.model.materials) materials.push_back(zone_material(material.law));
+  segments.materials = store.add(materials);
+  const auto num_contacts = static_cast<Eigen::Index>(content.sites.contact_nodes.size());
+  std::vector<double> blocks;
+  for (Eigen::Index i = num_contacts; i < zone.num_free; ++i) {
+    // Row i of C is column i of it.
+    const auto columns = zone.compliance.middleCols<3>(3 * (i - num_contacts));
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      for (Eigen::Index entry = 0; entry < 9; ++entry)
+        blocks.push_back(columns(3 * j + entry % 3, entry / 3));
+    }
+  }
+  segments.compliance = store.add(blocks);
+  segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
+  return segments;
 }
 
 void append_bytes(const void* data, size_t count, std::vector<unsigned char>& bytes) {
@@ -271,8 +369,15 @@ flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::
 }
 
 pack::ResponseModel schema_model(SurveyedModel model) {
-  return model == SurveyedModel::linear_dd ? pack::ResponseModel::linear_dd
-                                           : pack::ResponseModel::polynomial_dd;
+  switch (model) {
+    case SurveyedModel::linear_dd:
+      return pack::ResponseModel::linear_dd;
+    case SurveyedModel::polynomial_dd:
+      return pack::ResponseModel::polynomial_dd;
+    case SurveyedModel::nonlinear_zone:
+      return pack::ResponseModel::nonlinear_zone;
+  }
+  throw std::logic_error("no such model");
 }
 
 }  // namespace
@@ -299,6 +404,8 @@ AlignedBytes write_pack(const PackContent& content) {
   if (content.has_linear()) linear.site_forces = store.add(site_forces(content));
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, content.rounded, store);
+  ZoneSegments zone;
+  if (content.zone != nullptr) zone = add_zone(content, store);
   const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
   GravitySegments gravity;
   if (has_gravity) gravity = add_gravity(content, store);
@@ -377,6 +484,23 @@ AlignedBytes write_pack(const PackContent& content) {
                                    content.rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real,
                                    &sites_at, &energy, &coefficients, &field);
     }
+    flatbuffers::Offset<pack::NonlinearZone> zone_table;
+    if (content.zone != nullptr) {
+      const pack::Segment zone_nodes_at = at(zone.nodes);
+      const pack::Segment elements = at(zone.elements);
+      const pack::Segment node_elements = at(zone.node_elements);
+      const pack::Segment materials = at(zone.materials);
+      const pack::Segment compliance = at(zone.compliance);
+      const pack::Segment field_compliance = at(zone.field_compliance);
+      zone_table = pack::CreateNonlinearZone(
+          builder, static_cast<uint32_t>(content.zone->rings),
+          static_cast<uint32_t>(content.zone->nodes.size()), static_cast<uint32_t>(content.zone->num_free),
+          &zone_nodes_at, static_cast<uint32_t>(content.zone->elements.size()), &elements, &node_elements,
+          static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
+          static_cast<uint32_t>(content.zone->most_nodes),
+          static_cast<uint32_t>(content.zone->most_boundary_nodes),
+          static_cast<uint32_t>(content.zone->most_elements));
+    }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);
     const pack::Segment primitive_normals = at(surface.primitive_normals);
@@ -410,7 +534,7 @@ AlignedBytes write_pack(const PackContent& content) {
     pack::FinishPackBuffer(
         builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
                                         linear_table, polynomial_table, &surveys, &costs, surface_table,
-                                        gravity_table, sizeof(pack::Real)));
+                                        gravity_table, sizeof(pack::Real), zone_table));
   };
   flatbuffers::FlatBufferBuilder sizing;
   write_tables(0, sizing);

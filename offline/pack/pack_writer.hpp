@@ -10,12 +10,13 @@
 #include "offline/pack/input_files.hpp"
 #include "offline/precompute/compressed_compliance.hpp"
 #include "offline/precompute/linear_dd.hpp"
+#include "offline/precompute/nonlinear_zone.hpp"
 #include "offline/precompute/site_survey.hpp"
 
 namespace palpate {
 
 // Errors measured with one response model.
-enum class SurveyedModel { linear_dd, polynomial_dd };
+enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone };
 struct ModelSurvey {
   SurveyedModel model;
   SurveyTable table;
@@ -33,6 +34,7 @@ struct PackContent {
   std::vector<ModelSurvey> surveys;
   const RestState* rest = nullptr;                   // null, or that of the mesh: no gravity
   const CompressedCompliance* compressed = nullptr;  // linear_dd of a large surface, in place of `linear`
+  const ZoneTables* zone = nullptr;                  // null: not carried; needs `linear`
   bool has_linear() const { return linear != nullptr || compressed != nullptr; }
 };
 

@@ -1,5 +1,7 @@
 #include "offline/precompute/scene.hpp"
 
+#include "offline/precompute/nonlinear_zone.hpp"
+
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -82,7 +84,7 @@ void check_densities(const SceneTable& gravity, const Model& model) {
 }
 
 void read_models(const SceneTable& models, Scene& scene) {
-  models.allow({"linear", "polynomial", "polynomial_method", "zone", "compliance"});
+  models.allow({"linear", "polynomial", "polynomial_method", "zone", "zone_rings", "compliance"});
   scene.linear = models.boolean_or_auto("linear").value_or(true);
   scene.polynomial = models.boolean_or_auto("polynomial").value_or(true);
   constexpr PolynomialMethod kMethods[] = {PolynomialMethod::hermite, PolynomialMethod::paper_grid,
@@ -92,8 +94,12 @@ void read_models(const SceneTable& models, Scene& scene) {
   constexpr ComplianceForm kForms[] = {ComplianceForm::automatic, ComplianceForm::dense,
                                        ComplianceForm::compressed};
   scene.compliance = kForms[models.choice("compliance", {"auto", "dense", "compressed"}).value_or(0)];
-  if (models.boolean_or_auto("zone").value_or(false)) {
-    models.fail("zone", "models.zone is not supported by this version; remove it");
+  scene.zone = models.boolean_or_auto("zone").value_or(false);
+  scene.zone_rings = models.integer("zone_rings", 1, static_cast<int>(pack::kMostZoneRings)).value_or(0);
+  if (models.has("zone_rings") && !scene.zone)
+    models.fail("zone_rings", "models.zone_rings is for models.zone = true; add it");
+  if (scene.zone && !scene.linear) {
+    models.fail("zone", "a nonlinear zone needs the linear model; remove models.linear = false");
   }
   if (!scene.linear && !scene.polynomial) {
     models.fail("linear",
@@ -276,6 +282,8 @@ LoadedScene read_scene(const std::filesystem::path& file) {
 
   loaded.model = read_model(top, scene);
   if (scene.gravity) check_densities(gravity, loaded.model);
+  if (const std::string why = why_no_zone(loaded.model); scene.zone && !why.empty())
+    top.table("models").fail("zone", why + "; remove models.zone = true");
   const Body body(loaded.model);
   scene.sites = read_sites(contact, body);
   scene.output_nodes = read_output_nodes(output, scene, body);

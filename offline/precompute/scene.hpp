@@ -46,6 +46,8 @@ struct Scene {
   bool polynomial = true;  // carry polynomial_dd
   PolynomialMethod polynomial_method = PolynomialMethod::hermite;
   FieldPrecision precision = FieldPrecision::automatic;
+  bool zone = false;   // carry nonlinear_zone
+  int zone_rings = 0;  // 0: chosen by what they take
 };
 
 // A scene and the model it names, both checked against each other.

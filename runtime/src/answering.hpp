@@ -9,6 +9,7 @@ enum class Answering : uint32_t {
   nothing,       // there are none: the tissue is at rest
   polynomial,    // polynomial_dd, of one contact
   linear_point,  // linear_dd of one contact between sites (linear_point.hpp)
+  zone,          // nonlinear_zone, once it is ready for them (nonlinear_zone.hpp)
   linear,        // linear_dd of any contacts, once it is ready for them (linear_dd.hpp)
 };
 
@@ -18,6 +19,8 @@ inline pal_model model_of(Answering answering) {
       return PAL_MODEL_AUTO;
     case Answering::polynomial:
       return PAL_MODEL_POLYNOMIAL;
+    case Answering::zone:
+      return PAL_MODEL_ZONE;
     case Answering::linear_point:
     case Answering::linear:
       return PAL_MODEL_LINEAR;

@@ -26,7 +26,12 @@ void fill_compliance_field(const pal_pack& pack, const FieldState& field, uint32
   const size_t panels = pack::num_panels(pack.num_nodes);
   if (field.num_held == 0 && !onto) clear_panels(count, sum);
   for (uint32_t slot = 0; slot < field.num_held; ++slot, onto = true) {
-    const pal_real* columns = pack.field_compliance + (field.held[slot] * panels + first) * kColumns;
+    const uint32_t node = field.held[slot];
+    const pal_real* all =
+        node < pack.num_contact_nodes
+            ? pack.field_compliance + node * panels * kColumns
+            : pack.zone_field_compliance + (node - pack.num_contact_nodes) * panels * kColumns;
+    const pal_real* columns = all + first * kColumns;
     for (uint32_t panel = 0; panel < count; ++panel) {
       add_columns(columns + panel * kColumns, pack::kPanelRows, field.weights + size_t{3} * slot, 3, onto,
                   sum + size_t{panel} * pack::kPanelRows);

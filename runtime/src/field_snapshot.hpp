@@ -23,9 +23,12 @@ struct FieldState {
   pal_model model;       // that answered; PAL_MODEL_AUTO: the tissue is at rest
   uint32_t num_corners;  // polynomial_dd: sites whose fields are blended
   PolynomialFieldState corners[3];
-  uint32_t num_held;  // linear_dd: contact nodes with a force
+  uint32_t num_held;  // linear_dd, nonlinear_zone: contact or zone nodes with a force
   uint32_t* held;     // [max_held]
-  pal_real* weights;  // linear_dd: nodal forces [num_held][3]
+  pal_real* weights;  // and their forces [num_held][3]
+  uint32_t num_own;   // nonlinear_zone: packed nodes in it, which move otherwise
+  uint32_t* own_nodes;
+  pal_real* own;  // [num_own][3] displacements from the mesh
   bool gravity_turned;
   pal_real gravity_turn[3];
 };

@@ -23,6 +23,7 @@
 #include "runtime/src/polynomial_open.hpp"
 #include "runtime/src/surface_bvh.hpp"
 #include "runtime/src/table_check.hpp"
+#include "runtime/src/zone_open.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_generated.h"
 #include "schemas/pack_layout.hpp"
@@ -313,6 +314,10 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
     return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.polynomial_dd() != nullptr &&
       !read_polynomial(*tables.polynomial_dd(), first_offset, trusted, pack)) {
+    return PAL_STATUS_CORRUPT_CONTENT;
+  }
+  if (tables.nonlinear_zone() != nullptr &&
+      !read_zone(*tables.nonlinear_zone(), first_offset, trusted, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
   if (tables.gravity() != nullptr && !read_gravity(*tables.gravity(), first_offset, trusted, pack))

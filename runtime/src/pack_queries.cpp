@@ -36,6 +36,7 @@ extern "C" pal_status pal_pack_get_info(const pal_pack* pack, pal_pack_info* inf
   all.mean_surface_edge = pack->mean_surface_edge * pack->metres;
   all.has_gravity = pack->has_gravity;
   all.gravity_may_turn = pack->contact_per_gravity != nullptr;
+  all.zone_rings = pack->zone_rings;
   for (int i = 0; i < 3; ++i) all.gravity[i] = pack->acceleration[i] * pack->metres;
   return palpate::write_sized(all, kFirstInfoBytes, *info);
 }

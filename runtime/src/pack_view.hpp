@@ -18,7 +18,7 @@ struct ErrorBinView {
   double force_bound;
 };
 
-inline constexpr uint32_t kNumModels = 2;  // ResponseModel of the schema that this library knows
+inline constexpr uint32_t kNumModels = 3;  // ResponseModel of the schema that this library knows
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model
@@ -70,6 +70,22 @@ struct pal_pack {
   const double* energy;
   const pal_real* coefficients;
   const unsigned char* polynomial_field;
+
+  // NonlinearZone; zone_nodes is null without it
+  uint32_t zone_rings;
+  uint32_t num_zone_nodes;
+  uint32_t num_zone_free;
+  uint32_t num_zone_elements;
+  uint32_t most_zone_nodes;
+  uint32_t most_zone_boundary;
+  uint32_t most_zone_elements;
+  uint32_t num_quadratic;  // of zone_elements
+  const palpate::pack::ZoneNode* zone_nodes;
+  const palpate::pack::ZoneElement* zone_elements;
+  const uint32_t* zone_node_elements;
+  const palpate::pack::ZoneMaterial* zone_materials;
+  const double* zone_compliance;  // rows from num_contact_nodes on
+  const pal_real* zone_field_compliance;
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;

@@ -14,6 +14,8 @@ namespace {
 
 // In units of the scene's largest displacement: beyond it a float32 would overflow before anyone is told.
 constexpr double kAbsurdDisplacement = 1e6;
+// Of lengths that units were multiplied into and out of.
+constexpr double kRounding = 1e-9;
 // The estimate where nothing was measured: all of it may be wrong.
 constexpr double kUnknownError = 1.0;
 
@@ -60,7 +62,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   result.displacement_error = kUnknownError;
   result.force_error = kUnknownError;
   if (!surveyed || result.flags != 0) return;
-  const SurveyView& survey = pack.surveys[model == PAL_MODEL_LINEAR ? 0 : 1];
+  const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
     // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
@@ -221,9 +223,47 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
   give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
+void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count,
+                 pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  const ZoneAnswer answer =
+      solve_zone(pack, session.displacements, session.config.zone_iterations, session.zone);
+  session.stored_energy = answer.energy * pack.newtons * pack.metres;
+  fill_zone_field(pack, session.zone, session.snapshots.slots[session.snapshots.back]);
+  if (results == nullptr) return;
+  const ZoneSet& set = session.zone.answering;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = session.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_ZONE;
+    result.flags = answer.flags | session.input_flags[c];
+    if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
+    if (length(d) > pack.max_displacement * (1 + kRounding)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    estimate_errors(pack, PAL_MODEL_ZONE, count == 1, d, result);
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = set.force[3 * c + i] * pack.newtons;
+      result.displacement[i] = set.followed[3 * c + i] * pack.metres;
+      for (uint32_t j = 0; j < 3; ++j)
+        result.stiffness[i][j] = set.stiffness[3 * c + i][3 * c + j] * (pack.newtons / pack.metres);
+    }
+  }
+}
+
+bool zone_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
+  return (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_ZONE) &&
+         session.pack->zone_nodes != nullptr && !forces_given && !session.gravity_turned &&
+         session.num_fixed == 0 && num_contacts >= 1 && num_contacts <= session.zone.max_contacts;
+}
+
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
-  return !forces_given && !session.gravity_turned && session.config.model != PAL_MODEL_LINEAR &&
+  return !forces_given && !session.gravity_turned &&
+         (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_POLYNOMIAL) &&
          session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
+}
+
+bool is_zone_ready(const ZoneState& zone, const pal_contact* contacts, uint32_t count) {
+  return zone.answering.ready && is_zone_for(zone.answering, contacts, count);
 }
 
 // Whether one of the two sets is ready for these contacts; it then answers.
@@ -238,8 +278,11 @@ bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t 
 }  // namespace
 
 bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_given) {
+  const bool may_be_linear =
+      session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_LINEAR;
   return num_contacts == 0 || polynomial_answers(session, num_contacts, forces_given) ||
-         (session.config.model != PAL_MODEL_POLYNOMIAL && session.pack->field_compliance != nullptr);
+         zone_answers(session, num_contacts, forces_given) ||
+         (may_be_linear && session.pack->field_compliance != nullptr);
 }
 
 Answering answering_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
@@ -248,27 +291,55 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
   if (count == 0)
     return session.gravity_turned && session.num_fixed > 0 ? Answering::linear : Answering::nothing;
   if (polynomial_answers(session, count, forces_given)) return Answering::polynomial;
+  if (zone_answers(session, count, forces_given)) return Answering::zone;
   const bool alone = count == 1 && session.num_fixed == 0 && !forces_given && !session.gravity_turned;
   return alone && !is_at_site(contacts[0]) ? Answering::linear_point : Answering::linear;
 }
 
-void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count) {
-  if (find_ready_set(session, contacts, count)) return;
+void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
+  if (answering == Answering::zone && !is_zone_ready(session.zone, contacts, count)) {
+    begin_zone(contacts, count, session.zone);
+    session.zone_begun = false;
+    advance_zone(*session.pack, UINT64_MAX, session.zone);
+  }
+  if (answering != Answering::linear || find_ready_set(session, contacts, count)) return;
   begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
                session.linear);
   session.linear_begun = false;
   advance_linear(*session.pack, UINT64_MAX, session.linear);
 }
 
-bool make_linear_ready_within(pal_session& session, const pal_contact* contacts, uint32_t count,
-                              uint64_t operations, bool& began, bool& finished) {
+bool is_ready(const pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+              uint32_t fixed_version) {
+  if (answering == Answering::zone) return is_zone_ready(session.zone, contacts, count);
+  return answering != Answering::linear ||
+         (session.linear.answering.ready && is_for(session.linear.answering, contacts, count, fixed_version));
+}
+
+bool make_ready_within(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+                       bool& began, bool& finished) {
   began = false;
   finished = false;
-  if (find_ready_set(session, contacts, count)) return true;
+  const uint64_t operations = session.operations;
+  if (answering == Answering::zone) {
+    if (is_zone_ready(session.zone, contacts, count)) return true;
+    if (!session.zone_begun) {
+      begin_zone(contacts, count, session.zone);
+      session.zone_begun = true;
+      session.linear_begun = false;
+      began = true;
+    }
+    if (!advance_zone(*session.pack, operations, session.zone)) return false;
+    session.zone_begun = false;
+    finished = true;
+    return is_zone_for(session.zone.answering, contacts, count);
+  }
+  if (answering != Answering::linear || find_ready_set(session, contacts, count)) return true;
   if (!session.linear_begun) {
     begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
                  session.linear);
     session.linear_begun = true;
+    session.zone_begun = false;
     began = true;
   }
   if (!advance_linear(*session.pack, operations, session.linear)) return false;
@@ -294,12 +365,16 @@ void answer_contacts(pal_session& session, Answering answering, const pal_contac
   switch (answering) {
     case Answering::nothing:
       session.stored_energy = 0;
+      rest_zone(*session.pack, session.zone);
       break;
     case Answering::polynomial:
       answer_polynomial(session, contacts[0], results);
       break;
     case Answering::linear_point:
       answer_linear_point(session, contacts[0], results);
+      break;
+    case Answering::zone:
+      answer_zone(session, contacts, count, results);
       break;
     case Answering::linear:
       answer_linear(session, contacts, count, results);
@@ -315,6 +390,10 @@ void add_coupling(const pal_session& session, Answering answered, const pal_cont
   double block[9] = {};
   if (row != column && answered == Answering::linear)
     contact_stiffness(pack, session.linear.answering, row, column, block);
+  if (row != column && answered == Answering::zone) {
+    for (uint32_t i = 0; i < 9; ++i)
+      block[i] = session.zone.answering.stiffness[3 * row + i / 3][3 * column + i % 3];
+  }
   for (uint32_t i = 0; i < 9; ++i)
     sum[i] += row == column ? results[row].stiffness[i / 3][i % 3] : scale * block[i];
 }

@@ -16,14 +16,18 @@ bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_g
 Answering answering_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
                         bool forces_given = false);
 
-// Makes Answering::linear ready for these contacts, whatever it takes.
-void make_linear_ready(pal_session& session, const pal_contact* contacts, uint32_t count);
+// Makes what answers ready for these contacts, whatever it takes: Answering::linear and Answering::zone have to be.
+void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count);
 
-// The same with about so many multiply-adds at most: call it again in the next frame until it is true. Work
+// The same with about as many multiply-adds as the session's budget allows: call it again in the next frame until it is true. Work
 // that was begun for others is finished first, so that contacts which change all the time are answered too,
 // if late; `finished` says that it now answers them.
-bool make_linear_ready_within(pal_session& session, const pal_contact* contacts, uint32_t count,
-                              uint64_t operations, bool& began, bool& finished);
+bool make_ready_within(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+                       bool& began, bool& finished);
+
+// Whether what answered these contacts still can.
+bool is_ready(const pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+              uint32_t fixed_version);
 
 // Forces and stiffness of contacts by what is ready for them, for finite displacements; API units,
 // organ frame. Leaves their energy in pal_session::stored_energy and hands the field to the visual thread.

@@ -24,12 +24,18 @@
 namespace palpate {
 namespace {
 
+constexpr uint32_t kMostZoneIterations = 16;
+constexpr uint32_t kUsualZoneIterations = 4;
 constexpr uint32_t kFirstInputBytes = 40;
 constexpr uint32_t kFirstResultBytes = 152;
 constexpr uint32_t kFirstCounterBytes = 72;
-static_assert(kFirstConfigBytes == sizeof(pal_session_config) &&
+static_assert(kFirstConfigBytes <= sizeof(pal_session_config) &&
               kFirstInputBytes == sizeof(pal_haptic_input) && kFirstResultBytes == sizeof(pal_tool_result) &&
               kFirstCounterBytes == sizeof(pal_counters));
+
+bool has_zone(const pal_pack& pack, const pal_session_config& config) {
+  return pack.zone_nodes != nullptr && (config.model == PAL_MODEL_AUTO || config.model == PAL_MODEL_ZONE);
+}
 
 pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
                            pal_session& arrays) {
@@ -46,8 +52,17 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (pack.field_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
-  const uint32_t most_held = at_point > linear.max_held ? at_point : linear.max_held;
+  uint32_t most_held = at_point > linear.max_held ? at_point : linear.max_held;
+  uint32_t most_own = 0;
+  if (has_zone(pack, config)) {
+    carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
+    const uint32_t of_zone = most_zone_held(pack, config.max_contacts);
+    most_held = of_zone > most_held ? of_zone : most_held;
+    most_own = most_zone_own(pack, config.max_contacts);
+  }
   for (FieldState& slot : arrays.snapshots.slots) {
+    slot.own_nodes = arena.take<uint32_t>(most_own);
+    slot.own = arena.take<pal_real>(size_t{3} * most_own);
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
   }
@@ -84,6 +99,10 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
                               config.max_torque_rate, config.budget_seconds, config.seconds_per_operation}) {
     if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
   }
+  if (config.zone_rings > pack->zone_rings || config.zone_iterations > kMostZoneIterations)
+    return PAL_STATUS_BAD_ARGUMENT;
+  if (config.zone_rings == 0) config.zone_rings = pack->zone_rings;
+  if (config.zone_iterations == 0) config.zone_iterations = kUsualZoneIterations;
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
   if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
     return PAL_STATUS_BAD_ARGUMENT;
@@ -97,6 +116,8 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
       return pack->field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_POLYNOMIAL:
       return pack->polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+    case PAL_MODEL_ZONE:
+      return pack->zone_nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
   return PAL_STATUS_BAD_ARGUMENT;
 }
@@ -134,7 +155,7 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
                  pal_real* sum) {
   const FieldState& field = shown.state;
   const bool onto = fill_rest(session, turn_of(field), first, count, sum);
-  if (field.model == PAL_MODEL_LINEAR) {
+  if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
     fill_compliance_field(*session.pack, field, first, count, session.kernel.add_columns, onto, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
     for (uint32_t i = 0; i < field.num_corners; ++i)
@@ -146,7 +167,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
 
 // Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
 bool writes_once(const pal_session& session, const FieldState& field) {
-  return !session.pack->has_gravity && (field.model != PAL_MODEL_LINEAR || field.num_held <= 1) &&
+  return !session.pack->has_gravity &&
+         ((field.model != PAL_MODEL_LINEAR && field.model != PAL_MODEL_ZONE) || field.num_held <= 1) &&
          (field.model != PAL_MODEL_POLYNOMIAL || field.num_corners == 1);
 }
 
@@ -195,6 +217,18 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
     if (wanted != filled) fill_panels(session, shown, wanted, 1, rows);
     filled = wanted;
     out = write_nodes(rows + size_t{3} * (node % pack::kPanelNodes), 1, stride_bytes, out);
+  }
+}
+
+// The nodes in a nonlinear zone, over what the linear organ makes of them.
+void write_own_nodes(const pal_session& session, const FieldState& field, size_t stride_bytes, char* out) {
+  for (uint32_t i = 0; i < field.num_own; ++i) {
+    uint32_t place = field.own_nodes[i];
+    if (session.num_requested > 0) {
+      place = find_rising(session.num_requested, place, [&](uint32_t k) { return session.requested[k]; });
+      if (place == session.num_requested) continue;
+    }
+    memcpy(out + place * stride_bytes, field.own + size_t{3} * i, kNodeBytes);
   }
 }
 
@@ -286,6 +320,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.config = complete;
   made.kernel = palpate::choose_field_kernel();
   made.linear.inverse.kernel = palpate::choose_inverse_kernel();
+  made.zone.kernel = palpate::choose_elimination_kernel();
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   palpate::reset_passivity(made.tools.passivity);
@@ -303,7 +338,8 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   }
   // The polynomials know nothing of nodes fixed later.
   if (count > 0 &&
-      (session->pack->field_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL)) {
+      (session->pack->field_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL ||
+       session->config.model == PAL_MODEL_ZONE)) {
     return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
   session->used = true;
@@ -354,7 +390,7 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
   const palpate::Answering answering = palpate::answering_for(*session, contacts, count, forces_given);
-  if (answering == palpate::Answering::linear) palpate::make_linear_ready(*session, contacts, count);
+  palpate::make_ready(*session, answering, contacts, count);
   palpate::answer_contacts(*session, answering, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;
@@ -403,6 +439,7 @@ extern "C" pal_status pal_visual_frame(pal_session* session, pal_real* displacem
     palpate::write_fields_by_panel(*session, field, stride_bytes, out);
   } else {
     palpate::write_fields_in_order(*session, field, stride_bytes, out);
+    if (field.model == PAL_MODEL_ZONE) palpate::write_own_nodes(*session, field, stride_bytes, out);
   }
   return PAL_STATUS_OK;
 }

@@ -6,6 +6,7 @@
 #include "runtime/src/field_kernel.hpp"
 #include "runtime/src/field_snapshot.hpp"
 #include "runtime/src/linear_dd.hpp"
+#include "runtime/src/nonlinear_zone.hpp"
 #include "runtime/src/recording.hpp"
 #include "runtime/src/tools.hpp"
 
@@ -40,7 +41,9 @@ struct pal_session {
   uint32_t* given_axes;      // [max_contacts] pal_contact::force_axes
   double* given_forces;      // [max_contacts][3] model units
   palpate::LinearState linear;
-  bool linear_begun;    // linear.next is being made ready
+  bool linear_begun;  // linear.next is being made ready
+  palpate::ZoneState zone;
+  bool zone_begun;      // zone.next is being made ready
   uint64_t operations;  // multiply-adds that a haptic frame may spend on that
   palpate::FieldSnapshots snapshots;
   palpate::ToolStates tools;

@@ -18,7 +18,7 @@ void match_answered(ToolStates& states) {
   }
 }
 
-// What answers from now on: the contacts held, or those for which linear_dd was begun earlier.
+// What answers from now on: the contacts held, or those for which it was begun earlier.
 void set_answered(Answering answering, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
                   uint32_t fixed_version, ToolStates& states) {
   states.changed = states.changed || answering != states.answered || count != states.num_answered ||
@@ -45,9 +45,9 @@ void answer_or_stand_in(pal_session& session) {
   bool began = false;
   bool finished = false;
   const bool ready =
-      answering != Answering::linear || make_linear_ready_within(session, states.inputs, states.num_contacts,
-                                                                 session.operations, began, finished);
+      make_ready_within(session, answering, states.inputs, states.num_contacts, began, finished);
   if (began) {
+    states.begun = answering;
     states.num_begun = states.num_contacts;
     states.begun_fixed = session.fixed_version;
     memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
@@ -57,12 +57,11 @@ void answer_or_stand_in(pal_session& session) {
   if (ready) {
     set_answered(answering, states.num_contacts, ids, states.inputs, session.fixed_version, states);
   } else if (finished) {
-    set_answered(Answering::linear, states.num_begun, states.begun_ids, states.begun_inputs,
-                 states.begun_fixed, states);
-  } else if (states.answered == Answering::linear &&
-             !(session.linear.answering.ready && is_for(session.linear.answering, states.answered_inputs,
-                                                        states.num_answered, states.answered_fixed))) {
-    // pal_contact_frame has made linear_dd ready for contacts of its own.
+    set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_fixed,
+                 states);
+  } else if (!is_ready(session, states.answered, states.answered_inputs, states.num_answered,
+                       states.answered_fixed)) {
+    // pal_contact_frame has made it ready for contacts of its own.
     set_answered(Answering::nothing, 0, nullptr, nullptr, session.fixed_version, states);
   }
   states.preparing = !ready;

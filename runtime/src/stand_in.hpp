@@ -1,4 +1,4 @@
-// Who answers the contacts that tools hold while linear_dd is being made ready for them, over as many frames
+// Who answers the contacts that tools hold while linear_dd or a zone is being made ready for them, over as many frames
 // as the budget takes: the contacts that were answered last. Those still held move, those let go stay where
 // they were, and those that came later feel nothing yet. A set that was begun is finished, and answers,
 // before another is begun.

@@ -67,7 +67,8 @@ struct ToolStates {
   pal_contact_result* answered_results;  // [max_contacts]
   uint32_t answered_fixed;               // pal_session::fixed_version then
   uint32_t* answered_of;  // [max_contacts] which of these each contact held is, or kNotAnswered
-  // The contacts for which linear_dd is being made ready
+  // The contacts for which linear_dd or a zone is being made ready
+  Answering begun;
   uint32_t num_begun;
   uint64_t* begun_ids;        // [max_contacts]
   pal_contact* begun_inputs;  // [max_contacts]

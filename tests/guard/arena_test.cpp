@@ -33,6 +33,11 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
       }
     }
   }
+  for (const uint32_t contacts : {1u, 3u, 8u}) {
+    if (pack.info().zone_rings == 0) break;
+    all.push_back(session_config(pack.get(), PAL_MODEL_ZONE, contacts, 0));
+    all.back().max_tools = 2;
+  }
   return all;
 }
 
@@ -45,10 +50,10 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
   int answered = 0;
   for (uint32_t frame = 0; frame < 40; ++frame) {
     for (uint32_t i = 0; i < config.max_fixed; ++i) fixed[i] = (frame + i) % info.num_contact_nodes;
-    const bool may_fix = config.model != PAL_MODEL_POLYNOMIAL;
+    const bool may_fix = config.model != PAL_MODEL_POLYNOMIAL && config.model != PAL_MODEL_ZONE;
     const uint32_t num_fixed = may_fix && frame % 2 == 0 ? config.max_fixed : 0;
     ASSERT_EQ(pal_session_set_fixed(session, fixed.data(), num_fixed), PAL_STATUS_OK);
-    const uint32_t count = !may_fix || frame % 4 == 3 ? 1 : config.max_contacts;
+    const uint32_t count = config.model == PAL_MODEL_POLYNOMIAL || frame % 4 == 3 ? 1 : config.max_contacts;
     std::vector<pal_contact> contacts(count);
     for (uint32_t c = 0; c < count; ++c)
       contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}, 0, {}, {}, {}};
@@ -79,7 +84,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
 }
 
 TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
     AlignedBytes arena(bytes);
@@ -93,7 +98,7 @@ TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
 }
 
 TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t declared = required_bytes(pack, config);
     AlignedBytes arena(declared);
@@ -112,7 +117,7 @@ TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
 }
 
 TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   constexpr size_t kBehind = 4096;
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
@@ -131,7 +136,7 @@ TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
 
 // The declared size is no generous guess.
 TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const pal_pack_info info = pack.info();
   const pal_session_config config = session_config(pack.get(), PAL_MODEL_LINEAR, 1, 0);
   const size_t dofs = size_t{3} * info.max_patch_nodes;
@@ -141,14 +146,15 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const size_t maps = 2 * info.num_contact_nodes * sizeof(uint32_t);
   // Of three snapshots, where a contact between sites holds the nodes of three patches.
   const size_t fields = size_t{3} * 3 * info.max_patch_nodes * (sizeof(uint32_t) + 3 * sizeof(pal_real));
-  const size_t rest = 6656;  // the session itself, four tools, and rounding of 45 arrays to cache lines
+  const size_t rest =
+      7296;  // the session itself, zones not made included, four tools, and rounding of 45 arrays to cache lines
   const size_t needed = inverse + unit_forces + columns + maps + fields;
   EXPECT_GE(required_bytes(pack, config), needed);
   EXPECT_LE(required_bytes(pack, config), needed + rest);
 }
 
 TEST(Arena, MisalignedIsRefused) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const pal_session_config config = pal_default_session_config(pack.get());
   const size_t bytes = required_bytes(pack, config);
   AlignedBytes arena(bytes + 64);
@@ -164,7 +170,7 @@ TEST(Arena, MisalignedIsRefused) {
 }
 
 TEST(Arena, PackStorageIsCheckedToo) {
-  const auto bytes = small_pack_bytes().bytes();
+  const auto bytes = zone_pack_bytes().bytes();
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES + 16];
   std::memset(storage, kCanary, sizeof storage);
   pal_pack* pack = nullptr;
@@ -181,7 +187,7 @@ TEST(Arena, PackStorageIsCheckedToo) {
 }
 
 TEST(Arena, ExceedingACapacityChangesNothing) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO, 2, 2);
   session.fix({3});
   const std::vector<pal_contact> held = {{1, {0.01, 0, -0.02}, 0, {}, {}, {}},
@@ -206,7 +212,7 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
 }
 
 TEST(Arena, ConfigOutsideItsRangeIsRefused) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const auto status_of = [&](pal_session_config config) {
     size_t bytes = 77;
     const pal_status status = pal_session_required_bytes(pack.get(), &config, &bytes);
@@ -223,7 +229,15 @@ TEST(Arena, ConfigOutsideItsRangeIsRefused) {
   std::memcpy(&config.model, &unknown, sizeof unknown);
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
   config = pal_default_session_config(pack.get());
-  --config.struct_size;
+  config.zone_rings = pack.info().zone_rings + 1;
+  EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
+  config.zone_rings = 0;
+  config.zone_iterations = 17;
+  EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
+  constexpr uint32_t kFirstRelease = 168;
+  config.struct_size = kFirstRelease;  // which knew of neither
+  EXPECT_EQ(status_of(config), PAL_STATUS_OK);
+  config.struct_size = kFirstRelease - 1;
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_STRUCT_SIZE);
 }
 

@@ -19,13 +19,16 @@ double halved(double value) {
 
 class FloatingPointMode : public ::testing::TestWithParam<pal_model> {};
 INSTANTIATE_TEST_SUITE_P(Runtime, FloatingPointMode,
-                         ::testing::Values(PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL), [](const auto& one) {
-                           return one.param == PAL_MODEL_LINEAR ? "Linear" : "Polynomial";
+                         ::testing::Values(PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE),
+                         [](const auto& one) {
+                           return one.param == PAL_MODEL_LINEAR       ? "Linear"
+                                  : one.param == PAL_MODEL_POLYNOMIAL ? "Polynomial"
+                                                                      : "Zone";
                          });
 
 TEST_P(FloatingPointMode, NoSubnormalNumberComesOut) {
-  const OpenPack pack(small_pack_bytes());
-  OwnedSession session(pack.get(), GetParam());
+  const OpenPack pack(zone_pack_bytes());
+  OwnedSession session(pack.get(), GetParam(), 3, 0);
   // So small that the field's floats, and then the force's doubles, would be subnormal.
   for (const double push : {1e-38, 1e-41, 1e-300, 1e-308, 5e-324}) {
     SCOPED_TRACE(push);
@@ -37,8 +40,8 @@ TEST_P(FloatingPointMode, NoSubnormalNumberComesOut) {
 }
 
 TEST_P(FloatingPointMode, TheCallersModeStays) {
-  const OpenPack pack(small_pack_bytes());
-  OwnedSession session(pack.get(), GetParam());
+  const OpenPack pack(zone_pack_bytes());
+  OwnedSession session(pack.get(), GetParam(), 3, 0);
   ASSERT_GT(halved(std::numeric_limits<double>::min()), 0.0) << "else this test shows nothing";
   ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
   std::feclearexcept(FE_ALL_EXCEPT);
@@ -53,11 +56,12 @@ TEST_P(FloatingPointMode, TheCallersModeStays) {
 // With traps on, as debug builds of engines have them, a NaN that comes in must not kill the process; and whatever
 // the rounding mode, the answer is the same.
 TEST_P(FloatingPointMode, TheCallersModeChangesNothing) {
-  const OpenPack pack(small_pack_bytes());
-  OwnedSession session(pack.get(), GetParam());
+  const OpenPack pack(zone_pack_bytes());
+  OwnedSession session(pack.get(), GetParam(), 3, 0);
   const pal_contact_result expected = session.touch({{0, {0.01, 0, -0.03}, 0, {}, {}, {}}}).front();
   ASSERT_EQ(std::fesetround(FE_DOWNWARD), 0);
-  const pal_contact_result downward = session.touch({{0, {0.01, 0, -0.03}, 0, {}, {}, {}}}).front();
+  OwnedSession another(pack.get(), GetParam(), 3, 0);
+  const pal_contact_result downward = another.touch({{0, {0.01, 0, -0.03}, 0, {}, {}, {}}}).front();
   std::fesetround(FE_TONEAREST);
   EXPECT_EQ(std::memcmp(&expected, &downward, sizeof expected), 0);
 #ifdef __GLIBC__

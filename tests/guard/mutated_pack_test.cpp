@@ -54,8 +54,8 @@ bool serves_finite_numbers(const pal_pack* pack) {
   }
   constexpr uint32_t kContacts = 3;
   std::vector<pal_real> field(size_t{3} * info.num_nodes);
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR}) {
-    const pal_session_config config = session_config(pack, model, kContacts, 2);
+  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
+    const pal_session_config config = session_config(pack, model, kContacts, model == PAL_MODEL_ZONE ? 0 : 2);
     size_t bytes = 0;
     if (pal_session_required_bytes(pack, &config, &bytes) != PAL_STATUS_OK) continue;
     AlignedBytes arena(bytes);
@@ -192,6 +192,24 @@ TEST(MutatedPack, EachSegment) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }
+  EXPECT_GT(accepted, num_rounds() / 5);
+}
+
+TEST(MutatedPack, EachSegmentOfZones) {
+  const auto bytes = zone_pack_bytes().bytes();
+  const pack::Pack& tables = *pack::GetPack(bytes.data() + sizeof(pack::PackHeader));
+  const pack::NonlinearZone& zone = *tables.nonlinear_zone();
+  uint64_t seed = 300;
+  int accepted = 0;
+  for (const pack::Segment* segment :
+       {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
+        zone.field_compliance(), tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
+    check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
+                    accepted);
+  }
+  const pack::PackHeader header = header_of(bytes);
+  check_mutations(bytes, header.tables_offset, header.tables_offset + header.tables_bytes, num_rounds() / 2,
+                  ++seed, accepted);
   EXPECT_GT(accepted, num_rounds() / 5);
 }
 

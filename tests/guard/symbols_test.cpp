@@ -35,7 +35,9 @@ const std::set<std::string> kAllowed = {
     "sqrtf",
     "fabs",
     "fmax",
-    "fmin",  // libm
+    "fmin",
+    "log",
+    "cbrt",  // libm
     "__cpu_features2",
     "__cpu_model",
     "__cpu_indicator_init",

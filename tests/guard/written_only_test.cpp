@@ -74,12 +74,12 @@ TEST(WrittenOnly, CountsLoadsAndStores) {
 }
 
 TEST(WrittenOnly, WhateverAnswers) {
-  const OpenPack pack(small_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   ASSERT_GE(pack.info().num_nodes, 32U);  // a whole panel
   ASSERT_LE(2 * kNodeBytes * pack.info().num_nodes, WatchedPage::kBytes);
   const std::vector<pal_contact> contacts = {{1, {0, 0, -0.02}, 0, {}, {}, {}},
                                              {6, {0.01, 0, -0.02}, 0, {}, {}, {}}};
-  for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL}) {
+  for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
     for (const size_t count : {size_t{0}, size_t{1}, size_t{2}}) {
       if (model == PAL_MODEL_POLYNOMIAL && count > 1) continue;
       OwnedSession session(pack.get(), model, 2, 0);

@@ -1,6 +1,6 @@
 // The arithmetic of four elements at once: against the constitutive laws as they stand, and the same bits
 // with every instruction set.
-#include "offline/fem/element_batch.hpp"
+#include "runtime/kernels/element_batch.hpp"
 
 #include <gtest/gtest.h>
 

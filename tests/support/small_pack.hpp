@@ -1,5 +1,5 @@
 // A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top,
-// patches of several nodes, linear_dd and polynomial_dd. Made once a process, in a second or so.
+// patches of several nodes, linear_dd and polynomial_dd, with nonlinear zones for who asks. Made once a process, in a second or so.
 #pragma once
 
 #include <algorithm>
@@ -40,6 +40,8 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
+    zone = find_zones(model, sites, 1);
+    compute_zone_compliance(assembly, sites, {}, {}, zone);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;
@@ -81,6 +83,13 @@ class SmallPack {
     return write_pack(only);
   }
 
+  AlignedBytes write_with_zone() const {
+    PackContent with = content();
+    with.zone = &zone;
+    with.surveys.push_back({SurveyedModel::nonlinear_zone, surveys.front().table});
+    return write_pack(with);
+  }
+
   AlignedBytes write_polynomial_only() const {
     PackContent only = content();
     only.linear = nullptr;
@@ -117,6 +126,7 @@ class SmallPack {
   Model model;
   ContactSites sites;
   LinearDd linear;
+  ZoneTables zone;
   std::vector<SiteResult> polynomials;
   std::vector<ModelSurvey> surveys;
 };
@@ -128,6 +138,11 @@ inline const SmallPack& small_pack() {
 
 inline const AlignedBytes& small_pack_bytes() {
   static const AlignedBytes bytes = small_pack().write();
+  return bytes;
+}
+
+inline const AlignedBytes& zone_pack_bytes() {
+  static const AlignedBytes bytes = small_pack().write_with_zone();
   return bytes;
 }
 

@@ -18,11 +18,12 @@ struct TouchedBlock {
 };
 
 // Sites at the inner nodes of the top (z = 1), patches of `tip_radius`, all surface nodes packed.
-inline TouchedBlock touched_block(int cells, double tip_radius) {
+inline TouchedBlock touched_block(int cells, double tip_radius, bool ten_nodes = false) {
   BlockShape shape;
   shape.cells = {cells, cells, cells};
   TouchedBlock block;
-  block.model = with_fixed_base(tetrahedral_block(shape));
+  Model mesh = tetrahedral_block(shape);
+  block.model = with_fixed_base(ten_nodes ? with_middle_nodes(std::move(mesh)) : std::move(mesh));
   for (const int node : nodes_on_plane(block.model, 2, 1.0)) {
     const Eigen::Vector3d& at = block.model.positions[static_cast<std::size_t>(node)];
     if (at.x() > 1e-9 && at.x() < 1 - 1e-9 && at.y() > 1e-9 && at.y() < 1 - 1e-9)

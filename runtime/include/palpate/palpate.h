@@ -113,9 +113,12 @@ typedef enum pal_status {
 const char* pal_status_text(pal_status status) PAL_NOEXCEPT;
 
 typedef enum pal_model {
-  PAL_MODEL_AUTO = 0, /* polynomial_dd where the pack has it and it can answer the contacts, else linear_dd */
-  PAL_MODEL_LINEAR = 1,    /* linear_dd: any contacts, nodes fixed while running */
-  PAL_MODEL_POLYNOMIAL = 2 /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
+  /* polynomial_dd where the pack has it and it can answer the contacts, else nonlinear_zone, else linear_dd */
+  PAL_MODEL_AUTO = 0,
+  PAL_MODEL_LINEAR = 1,     /* linear_dd: any contacts, nodes fixed while running */
+  PAL_MODEL_POLYNOMIAL = 2, /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
+  /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned gravity */
+  PAL_MODEL_ZONE = 3
 } pal_model;
 
 /* What is doubtful about an answer. */
@@ -157,7 +160,11 @@ enum {
   PAL_FLAG_REDUCED = 1 << 12,
   /* The contact is at a point between sites, and only one contact whose displacement is given, without fixed
    * nodes and under the scene's gravity, is answered there: the site of the largest weight did. */
-  PAL_FLAG_NEAREST_SITE = 1 << 13
+  PAL_FLAG_NEAREST_SITE = 1 << 13,
+  /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the next step
+   * would have turned an element inside out. It goes on in the next frame; the contact's displacement in the result is
+   * where it has got to. */
+  PAL_FLAG_UNCONVERGED = 1 << 14
 };
 
 /* ---------------------------------------------------------------- pack -- */
@@ -211,6 +218,8 @@ typedef struct pal_pack_info {
   double gravity[3]; /* the scene's, model's axes, length in metres where the scene states units; 0 without */
   uint32_t has_gravity;
   uint32_t gravity_may_turn; /* 1 = pal_session_set_gravity answers */
+  uint32_t zone_rings;       /* that the pack carries of nonlinear_zone; 0: none */
+  uint32_t reserved;         /* 0 */
 } pal_pack_info;
 
 /* Set info->struct_size = sizeof(pal_pack_info) first. Real-time safe: yes. */
@@ -295,6 +304,10 @@ typedef struct pal_session_config {
   double seconds_per_operation;
   pal_clock clock; /* may be NULL where there is no budget, or where the time is given */
   void* clock_user;
+  /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), and Newton iterations of
+   * a frame, 1 .. 16 (0: 4). */
+  uint32_t zone_rings;
+  uint32_t zone_iterations;
 } pal_session_config;
 
 /* One contact for each the scene asks for, no fixed or requested nodes, PAL_MODEL_AUTO, four tools, the organ

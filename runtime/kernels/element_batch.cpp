@@ -1,4 +1,4 @@
-#include "offline/fem/element_batch.hpp"
+#include "runtime/kernels/element_batch.hpp"
 
 namespace palpate {
 namespace {
@@ -129,8 +129,7 @@ const BatchKernels<kNodes>& portable_batch_kernels() {
 template <int kNodes>
 const BatchKernels<kNodes>& batch_kernels() {
 #if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
-  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-  if (has_avx2) return Avx2<kNodes>::kKernels;
+  if (__builtin_cpu_supports("avx2")) return Avx2<kNodes>::kKernels;
 #endif
   return portable_batch_kernels<kNodes>();
 }

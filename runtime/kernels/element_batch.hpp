@@ -13,9 +13,8 @@
 
 #include <array>
 
-#include "offline/fem/lanes.hpp"
-#include "offline/material/dyadic_tangent.hpp"
-#include "offline/mesh/tetrahedron_shape.hpp"
+#include "runtime/kernels/dyadic_tangent.hpp"
+#include "runtime/kernels/lanes.hpp"
 
 namespace palpate {
 
@@ -28,7 +27,7 @@ using StiffnessLanes = std::array<Lanes, static_cast<size_t>(3 * kNodes * (3 * k
 
 template <int kNodes>
 struct ElementBatch {
-  static constexpr int kPoints = TetrahedronShape<kNodes>::kPoints;
+  static constexpr int kPoints = kNodes == 4 ? 1 : 4;  // integration points
   struct Point {
     NodalLanes<kNodes> gradients;
     Lanes volume;

@@ -1,0 +1,53 @@
+// Elimination of the first unknowns of a symmetric positive definite matrix, dense, in place.
+//
+//   [ A11  . ]        [ L    .            ]
+//   [ A21 A22 ]  ->   [ X   A22 - X X^T   ],   A11 = L L^T,  X = A21 L^-T
+//
+// Of what is left, A22 - A21 A11^-1 A21^T is the matrix condensed onto the rows that stay; a load kept as one more row
+// b^T of A21 becomes (L^-1 b)^T, and its entries of A22 become what the eliminated unknowns leave of it.
+//
+// Column-major; only the lower triangle means anything. `stride` is a multiple of kEliminationRows, columns begin on 32
+// bytes, `eliminated` is a multiple of kEliminationColumns, and there is room for as many columns as `size` rounded up
+// to that and for as many rows as `stride`. Whatever is above the triangle is overwritten.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+namespace palpate {
+
+inline constexpr uint32_t kEliminationRows = 8;
+inline constexpr uint32_t kEliminationColumns = 4;
+
+constexpr uint32_t elimination_stride(uint32_t size) {
+  return (size + kEliminationRows - 1) / kEliminationRows * kEliminationRows;
+}
+
+constexpr uint32_t round_to_columns(uint32_t size) {
+  return (size + kEliminationColumns - 1) / kEliminationColumns * kEliminationColumns;
+}
+
+struct EliminationKernel {
+  const char* name;
+  // The columns first .. first + kEliminationColumns - 1, all before them done. False where A11 is not positive
+  // definite. Multiply-adds: 4 (size - first) min(first, eliminated).
+  bool (*eliminate_columns)(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
+                            uint32_t first);
+  // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above.
+  void (*back_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* rows,
+                          size_t row_stride, uint32_t count);
+  // y := y + A x of a full symmetric matrix, column-major; size rounded up to four are read and written.
+  void (*add_product)(const double* matrix, uint32_t stride, uint32_t size, const double* x, double* y);
+};
+
+inline constexpr uint32_t kMostEliminationKernels = 2;
+
+// Those that this processor can run, the best last; how many.
+uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]);
+EliminationKernel choose_elimination_kernel();
+
+// All columns after one another.
+bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,
+               uint32_t eliminated);
+
+}  // namespace palpate

@@ -1,0 +1,397 @@
+#include "runtime/src/nonlinear_zone.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+
+namespace palpate {
+namespace {
+
+// Of what the contacts are moved by at most: a Newton step below it ends the iterations, and the next would be its square.
+constexpr double kConverged = 1e-4;
+constexpr uint32_t kMostCuts = 6;
+constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
+// Of a contact in one frame, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
+constexpr double kLongestStep = 0.5;
+
+struct Frame {
+  const pal_pack& pack;
+  ZoneState& state;
+  ZoneSet& set;
+  uint32_t flags;
+};
+
+uint32_t boundary_place(const ZoneGroup& group, uint32_t index) {
+  return group.first_node + group.num_interior + index;
+}
+
+// w of the boundary, [boundary_stride].
+void gather_boundary(const Frame& frame, const ZoneGroup& group, double* out) {
+  memset(out, 0, group.boundary_stride * sizeof *out);
+  for (uint32_t b = 0; b < group.num_boundary; ++b) {
+    const uint32_t place = boundary_place(group, b);
+    const double* rest = frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      out[3 * b + axis] = frame.set.displacement[3 * place + axis] - rest[axis];
+  }
+}
+
+// T b into state.pull: how far the other groups' tractions move the boundary, and the forces that this takes.
+void find_pull(Frame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  memset(state.pull, 0, group.boundary_stride * sizeof *state.pull);
+  if (set.num_groups == 1) return;
+  double* moved = state.boundary;
+  memset(moved, 0, group.boundary_stride * sizeof *moved);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& other = set.groups[g];
+    for (uint32_t j = 0; j < other.num_boundary && &other != &group; ++j) {
+      const double* t = set.traction + size_t{3} * boundary_place(other, j);
+      for (uint32_t i = 0; i < group.num_boundary; ++i) {
+        double block[9];
+        zone_compliance(frame.pack, set.nodes[boundary_place(group, i)], set.nodes[boundary_place(other, j)],
+                        block);
+        for (uint32_t axis = 0; axis < 3; ++axis)
+          moved[3 * i + axis] +=
+              block[3 * axis] * t[0] + block[3 * axis + 1] * t[1] + block[3 * axis + 2] * t[2];
+      }
+    }
+  }
+  state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, moved, state.pull);
+}
+
+void find_traction(Frame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  double* t = state.vector;
+  gather_boundary(frame, group, state.boundary);
+  for (uint32_t i = 0; i < group.boundary_stride; ++i) t[i] = -state.pull[i];
+  state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, state.boundary, t);
+  memcpy(frame.set.traction + size_t{3} * boundary_place(group, 0), t,
+         size_t{3} * group.num_boundary * sizeof *t);
+}
+
+// The patches of the group's contacts as they are to be.
+void place_held(Frame& frame, const ZoneGroup& group) {
+  ZoneSet& set = frame.set;
+  const uint32_t first = group.first_node + group.num_interior + group.num_boundary;
+  for (uint32_t i = first; i < first + group.num_held; ++i) {
+    double* to = set.displacement + size_t{3} * i;
+    memcpy(to, frame.pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof *to);
+    for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
+      const ZoneMaster& master = set.masters[m];
+      const double* d = set.followed + 3 * group.contacts[(master.unknown - group.unknowns) / 3];
+      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * d[axis];
+    }
+  }
+}
+
+// No element is inverted or nearly so, and no node so far away that numbers lose their meaning.
+bool is_upright(const Frame& frame, const ZoneGroup& group) {
+  const double* u = frame.set.displacement + size_t{3} * group.first_node;
+  const double limit = kFarthest * frame.pack.max_displacement;
+  for (uint32_t i = 0; i < 3 * group.num_nodes; ++i) {
+    const double rest = frame.pack.zone_nodes[frame.set.nodes[group.first_node + i / 3]].displacement[i % 3];
+    if (!(fabs(u[i] - rest) <= limit)) return false;
+  }
+  return smallest_jacobian(group.batches, frame.set.displacement) > kLeastJacobian;
+}
+
+double* row_of(const ZoneGroup& group, uint32_t index) {
+  return group.sensitivities + size_t{index} * group.unknowns;
+}
+
+// Adds factor times a row to the displacements of the unknowns.
+void add_row(const Frame& frame, const ZoneGroup& group, uint32_t index, double factor) {
+  const double* row = row_of(group, index);
+  double* u = frame.set.displacement + size_t{3} * group.first_node;
+  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i) u[i] += factor * row[i];
+}
+
+void save(const Frame& frame, const ZoneGroup& group) {
+  const size_t first = size_t{3} * group.first_node;
+  memcpy(frame.state.saved + first, frame.set.displacement + first,
+         size_t{3} * group.num_nodes * sizeof(double));
+}
+
+void restore(Frame& frame, const ZoneGroup& group) {
+  const size_t first = size_t{3} * group.first_node;
+  memcpy(frame.set.displacement + first, frame.state.saved + first,
+         size_t{3} * group.num_nodes * sizeof(double));
+}
+
+// Takes the contacts towards where they are to be, the rest along as it followed last. As far as all elements stay upright.
+void move_contacts(Frame& frame, const ZoneGroup& group, const double* wanted) {
+  ZoneSet& set = frame.set;
+  save(frame, group);
+  double before[3 * kMostZoneContacts];
+  memcpy(before, set.followed, size_t{3} * set.num_contacts * sizeof *before);
+  double longest = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const uint32_t at = 3 * group.contacts[slot] + axis;
+      longest = fmax(longest, fabs(wanted[at] - before[at]));
+    }
+  }
+  const double limit = kLongestStep * frame.pack.mean_surface_edge;
+  double part = longest > limit ? limit / longest : 1.0;
+  for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
+    for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        const uint32_t at = 3 * group.contacts[slot] + axis;
+        const double step = part * (wanted[at] - before[at]);
+        set.followed[at] = before[at] + step;
+        if (group.has_sensitivities) add_row(frame, group, 3 * slot + axis, -step);
+      }
+    }
+    place_held(frame, group);
+    if (is_upright(frame, group)) {
+      if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
+      return;
+    }
+    restore(frame, group);
+    memcpy(set.followed, before, size_t{3} * set.num_contacts * sizeof *before);
+  }
+  frame.flags |= PAL_FLAG_UNCONVERGED;
+}
+
+// The matrix of an iteration; `shift` of its diagonal is added to it.
+void assemble(Frame& frame, const ZoneGroup& group, double shift) {
+  const pal_pack& pack = frame.pack;
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  double* matrix = state.frame;
+  const size_t stride = group.stride;
+  for (uint32_t column = 0; column < round_to_columns(group.size); ++column) {
+    const size_t from = column / kEliminationRows * kEliminationRows;
+    memset(matrix + column * stride + from, 0, (stride - from) * sizeof *matrix);
+  }
+  const size_t first = size_t{3} * group.first_node;
+  for (size_t i = first; i < first + size_t{3} * group.num_nodes; ++i) state.forces[i] = -set.rest_force[i];
+  const ZoneUnknowns unknowns = {set.unknown_of, set.first_master, set.masters};
+  add_zone_stiffness(group.batches, set.displacement, unknowns, state.forces, matrix, group.stride);
+
+  const uint32_t boundary = 3 * group.num_interior;
+  for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
+    const double* from = group.exterior + size_t{j} * group.boundary_stride;
+    double* to = matrix + (boundary + j) * stride + boundary;
+    for (uint32_t i = j; i < 3 * group.num_boundary; ++i) to[i] += from[i];
+  }
+  gather_boundary(frame, group, state.boundary);
+  double* pulled = state.vector;
+  for (uint32_t i = 0; i < group.boundary_stride; ++i) pulled[i] = -state.pull[i];
+  state.kernel.add_product(group.exterior, group.boundary_stride, group.boundary_stride, state.boundary,
+                           pulled);
+  double* at_boundary = state.forces + size_t{3} * boundary_place(group, 0);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) at_boundary[i] += pulled[i];
+
+  // The residual as a row.
+  const size_t load = group.size - 1;
+  const uint32_t free = group.num_interior + group.num_boundary;
+  for (uint32_t i = 0; i < 3 * free; ++i) matrix[i * stride + load] = state.forces[first + i];
+  for (uint32_t i = group.first_node + free; i < group.first_node + free + group.num_held; ++i) {
+    for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
+      const ZoneMaster& master = set.masters[m];
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        matrix[(master.unknown + axis) * stride + load] += master.share * state.forces[3 * i + axis];
+    }
+  }
+  for (uint32_t i = 3 * free; i < group.unknowns; ++i) matrix[i * stride + i] = 1;
+  for (uint32_t i = 0; i < free; ++i) {
+    const uint32_t axes = pack.zone_nodes[set.nodes[group.first_node + i]].free_axes;
+    for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
+      if ((axes >> axis & 1) != 0) continue;
+      const uint32_t unknown = 3 * i + axis;
+      for (uint32_t column = 0; column < unknown; ++column) matrix[column * stride + unknown] = 0;
+      for (uint32_t row = unknown; row < group.size; ++row) matrix[unknown * stride + row] = 0;
+      matrix[unknown * stride + unknown] = 1;
+    }
+  }
+  for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
+}
+
+// One linearisation: the matrix eliminated, and the rows of the contacts and of the load solved for. False where it is not
+// positive definite even when it is made stiffer.
+bool linearise(Frame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  bool sound = false;
+  for (const double shift : {0.0, 0.1, 1.0}) {
+    assemble(frame, group, shift);
+    sound = eliminate(state.kernel, state.frame, group.stride, group.size, group.unknowns);
+    if (sound) break;
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+  }
+  if (!sound) return false;
+  const uint32_t count = group.size - group.unknowns;
+  for (uint32_t column = 0; column < group.unknowns; ++column) {
+    const double* from = state.frame + size_t{column} * group.stride + group.unknowns;
+    for (uint32_t t = 0; t < count; ++t) row_of(group, t)[column] = from[t];
+  }
+  state.kernel.back_substitute(state.frame, group.stride, group.unknowns, group.sensitivities, group.unknowns,
+                               count);
+  return true;
+}
+
+// What a linearisation says of the contacts.
+void read_contacts(Frame& frame, const ZoneGroup& group) {
+  ZoneSet& set = frame.set;
+  const auto entry = [&](uint32_t row, uint32_t column) {
+    const uint32_t high = row > column ? row : column;
+    const uint32_t low = row > column ? column : row;
+    return frame.state.frame[size_t{group.unknowns + low} * group.stride + group.unknowns + high];
+  };
+  const auto place = [&](uint32_t i) { return 3 * group.contacts[i / 3] + i % 3; };
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
+    for (uint32_t j = 0; j <= 3 * group.num_contacts; ++j) {
+      if (isfinite(entry(i, j))) continue;
+      frame.flags |= PAL_FLAG_NOT_FINITE;  // and what was before stays
+      return;
+    }
+  }
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
+    set.force[place(i)] = entry(i, 3 * group.num_contacts);
+    for (uint32_t j = 0; j < 3 * group.num_contacts; ++j) set.stiffness[place(i)][place(j)] = entry(i, j);
+  }
+}
+
+// One Newton iteration. Its largest step, or a negative number where there was none.
+double iterate(Frame& frame, ZoneGroup& group) {
+  if (!linearise(frame, group)) {
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+    return -1;
+  }
+  group.has_sensitivities = true;
+  const uint32_t load = group.size - 1 - group.unknowns;
+  const double* step = row_of(group, load);
+  double largest = 0;
+  for (uint32_t i = 0; i < group.unknowns; ++i) {
+    const double size = fabs(step[i]);
+    if (!(size <= largest)) largest = size;
+  }
+  if (!isfinite(largest)) {
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+    return -1;
+  }
+  read_contacts(frame, group);
+  double part = 1;
+  add_row(frame, group, load, -part);
+  for (uint32_t cut = 0; cut < kMostCuts && !is_upright(frame, group); ++cut) {
+    part *= 0.5;
+    add_row(frame, group, load, part);  // half of it back
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+  }
+  if (is_upright(frame, group)) return largest;
+  add_row(frame, group, load, part);
+  return -1;
+}
+
+double energy_of(Frame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  const size_t first = size_t{3} * group.first_node;
+  memset(state.forces + first, 0, size_t{3} * group.num_nodes * sizeof(double));
+  double energy = add_zone_forces(group.batches, set.displacement, state.forces);
+  for (uint32_t i = 0; i < group.num_nodes; ++i) {
+    const double* rest = frame.pack.zone_nodes[set.nodes[group.first_node + i]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const size_t at = first + 3 * i + axis;
+      energy -= set.rest_force[at] * (set.displacement[at] - rest[axis]);
+    }
+  }
+  gather_boundary(frame, group, state.boundary);
+  double* pulled = state.vector;
+  for (uint32_t i = 0; i < group.boundary_stride; ++i) pulled[i] = -state.pull[i];
+  state.kernel.add_product(group.exterior, group.boundary_stride, group.boundary_stride, state.boundary,
+                           pulled);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += 0.5 * state.boundary[i] * pulled[i];
+  return energy;
+}
+
+}  // namespace
+
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      ZoneState& state) {
+  ZoneSet& set = state.answering;
+  Frame frame = {pack, state, set, set.flags};
+  double size = 1e-6 * pack.max_displacement;
+  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) {
+    if (fabs(displacements[i]) > size) size = fabs(displacements[i]);
+  }
+  bool all_sound = set.num_groups > 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    all_sound = all_sound && group.is_sound;
+    if (!group.is_sound) continue;
+    if (!group.has_sensitivities) {
+      find_pull(frame, group);
+      place_held(frame, group);
+      iterate(frame, group);
+    }
+    move_contacts(frame, group, displacements);
+  }
+  bool converged = false;
+  for (uint32_t i = 0; i < iterations && all_sound && !converged; ++i) {
+    converged = true;
+    for (uint32_t g = 0; g < set.num_groups; ++g) {
+      ZoneGroup& group = set.groups[g];
+      find_pull(frame, group);
+      const double step = iterate(frame, group);
+      // No way on from here: it begins anew at rest, and comes back over the next frames.
+      if (step < 0) rest_group(pack, set, group);
+      converged = converged && step >= 0 && step <= kConverged * size;
+      find_traction(frame, group);
+    }
+  }
+  if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
+  ZoneAnswer answer = {frame.flags, 0};
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    find_pull(frame, set.groups[g]);
+    answer.energy += energy_of(frame, set.groups[g]);
+  }
+  if (!isfinite(answer.energy)) answer.energy = 0;
+  return answer;
+}
+
+void rest_zone(const pal_pack& pack, ZoneState& state) {
+  ZoneSet& set = state.answering;
+  for (uint32_t g = 0; g < set.num_groups && set.ready; ++g) rest_group(pack, set, set.groups[g]);
+}
+
+uint32_t most_zone_held(const pal_pack& pack, uint32_t max_contacts) {
+  const uint64_t most = uint64_t{pack.most_zone_boundary} *
+                        (max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts);
+  return most < pack.num_zone_nodes ? static_cast<uint32_t>(most) : pack.num_zone_nodes;
+}
+
+uint32_t most_zone_own(const pal_pack& pack, uint32_t max_contacts) {
+  const uint64_t most =
+      uint64_t{pack.most_zone_nodes} * (max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts);
+  return most < pack.num_zone_nodes ? static_cast<uint32_t>(most) : pack.num_zone_nodes;
+}
+
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
+  const ZoneSet& set = state.answering;
+  field.num_held = 0;
+  field.num_own = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    for (uint32_t b = 0; b < group.num_boundary; ++b) {
+      const uint32_t place = boundary_place(group, b);
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        field.weights[3 * field.num_held + axis] =
+            static_cast<pal_real>(set.traction[3 * place + axis] * pack.metres);
+      field.held[field.num_held++] = set.nodes[place];
+    }
+    for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
+      const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
+      if (packed == pack::kNoNode) continue;
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        field.own[3 * field.num_own + axis] =
+            static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
+      field.own_nodes[field.num_own++] = packed;
+    }
+  }
+}
+
+}  // namespace palpate

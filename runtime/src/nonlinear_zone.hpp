@@ -1,0 +1,54 @@
+// nonlinear_zone: full nonlinear elements in a small zone around the contacts, the linear rest of the organ condensed
+// exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
+//
+// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in zone_set.hpp,
+// t the forces on the linear organ at B, b how far the other groups' t move B:
+//
+//   P(w) - P(0) + [S w_B - T b]_B = f_c          f_c zero but at contacted nodes
+//   t = T (w_B - b),   b = sum over other groups of C_BB' t'          outside of V: u = sum over groups of C_OB t
+//
+// Under gravity the elements' weight and P(0) cancel. It is exact for an organ that is linear outside of the zone: for
+// small displacements, and where the zone is the whole organ.
+//
+// A patch moves as one, so contacts are three unknowns each, last in the matrix of a Newton iteration, behind which the
+// residual stands as one more row:
+//
+//   [ K_uu   .    . ]        [ L   .             .   ]
+//   [ K_cu  K_cc  . ]  ->    [ X   K_cc - X X^T  .   ]    after elimination of the unknowns u
+//   [ r_u   r_c   0 ]        [ y   r_c - X y     -|y|^2 ]
+//
+// K_cc - X X^T is the stiffness that a tool feels, r_c - X y its force once u is set right to first order, |y|^2 twice the
+// energy that doing so sets free, -y L^-1 the Newton step and -X L^-1 how u follows the contacts, which is where the next
+// frame starts from.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/zone_set.hpp"
+
+namespace palpate {
+
+struct ZoneAnswer {
+  uint32_t flags;
+  double energy;
+};
+
+// Moves the contacts of the set that answers to these displacements [contacts][3] from rest and solves, model units; at
+// most so many Newton iterations. No element is ever accepted inverted: where the way there would do so, the contacts follow
+// as far as they can, and go on in the next frame. Cost of an iteration, for each group: m^3 / 6 multiply-adds, m = 3 x its
+// nodes. Leaves displacements, forces and stiffness of the contacts in the set.
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      ZoneState& state);
+
+// All contacts are gone: the set that answered is at rest again.
+void rest_zone(const pal_pack& pack, ZoneState& state);
+
+// Nodes with a weight, and nodes of the zone that are shown, at most.
+uint32_t most_zone_held(const pal_pack& pack, uint32_t max_contacts);
+uint32_t most_zone_own(const pal_pack& pack, uint32_t max_contacts);
+
+// Leaves the field of the frame just solved.
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
+
+}  // namespace palpate

@@ -1,0 +1,319 @@
+#include "runtime/src/zone_elements.hpp"
+
+#include <math.h>
+
+#include "runtime/kernels/dyadic_tangent.hpp"
+
+namespace palpate {
+namespace {
+
+DyadicTangent tangent_of(const pack::ZoneMaterial& material, double I1, double J) {
+  const double* c = material.constants;
+  if (material.law == pack::ZoneLaw::compressible_neo_hookean)
+    return compressible_neo_hookean_tangent(c[0], c[1], J);
+  return yeoh_tangent({c[0], c[1], c[2], {c[3], c[4], c[5]}}, I1, J);
+}
+
+double energy_of(const pack::ZoneMaterial& material, double I1, double J) {
+  const double* c = material.constants;
+  if (material.law == pack::ZoneLaw::compressible_neo_hookean)
+    return compressible_neo_hookean_energy(c[0], c[1], I1, J);
+  return yeoh_energy({c[0], c[1], c[2], {c[3], c[4], c[5]}}, I1, J);
+}
+
+template <int kNodes>
+DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const KinematicsLanes& kinematics) {
+  DyadicLanes terms;
+  for (int lane = 0; lane < kLanes; ++lane)
+    terms.set(lane, tangent_of(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]));
+  return terms;
+}
+
+// dN_a / dL_i, i = 1 .. 3, at an integration point: tetrahedron_shape.hpp says how they come about.
+template <int kNodes>
+void local_gradients(int point, double out[kNodes][3]) {
+  if constexpr (kNodes == 4) {
+    (void)point;
+    for (int a = 0; a < 4; ++a) {
+      for (int i = 0; i < 3; ++i) out[a][i] = a == 0 ? -1.0 : a == i + 1 ? 1.0 : 0.0;
+    }
+  } else {
+    constexpr int kEdges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+    double L[4];
+    const double root = sqrt(5.0);
+    for (int i = 0; i < 4; ++i) L[i] = i == point ? (5.0 + 3.0 * root) / 20.0 : (5.0 - root) / 20.0;
+    double free[10][4] = {};  // as if L_0 were independent, too
+    for (int i = 0; i < 4; ++i) free[i][i] = 4.0 * L[i] - 1.0;
+    for (int edge = 0; edge < 6; ++edge) {
+      const auto [i, j] = kEdges[edge];
+      free[4 + edge][i] = 4.0 * L[j];
+      free[4 + edge][j] = 4.0 * L[i];
+    }
+    for (int a = 0; a < 10; ++a) {
+      for (int i = 0; i < 3; ++i) out[a][i] = free[a][i + 1] - free[a][0];
+    }
+  }
+}
+
+// Gradients in the mesh and the volume that the point stands for.
+template <int kNodes>
+double global_gradients(const double positions[kNodes][3], int point, double out[kNodes][3]) {
+  double local[kNodes][3];
+  local_gradients<kNodes>(point, local);
+  double M[3][3] = {};  // dX_i / dL_j, positions counted from the first
+  for (int a = 1; a < kNodes; ++a) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) M[i][j] += (positions[a][i] - positions[0][i]) * local[a][j];
+    }
+  }
+  double cofactor[3][3];
+  for (int i = 0; i < 3; ++i) {
+    const double* next = M[(i + 1) % 3];
+    const double* last = M[(i + 2) % 3];
+    for (int j = 0; j < 3; ++j)
+      cofactor[i][j] = next[(j + 1) % 3] * last[(j + 2) % 3] - next[(j + 2) % 3] * last[(j + 1) % 3];
+  }
+  const double determinant = M[0][0] * cofactor[0][0] + M[0][1] * cofactor[0][1] + M[0][2] * cofactor[0][2];
+  for (int a = 0; a < kNodes; ++a) {
+    for (int i = 0; i < 3; ++i) {
+      out[a][i] =
+          (cofactor[i][0] * local[a][0] + cofactor[i][1] * local[a][1] + cofactor[i][2] * local[a][2]) /
+          determinant;
+    }
+  }
+  return determinant / (6.0 * ElementBatch<kNodes>::kPoints);
+}
+
+template <int kNodes>
+void scatter_forces(const ZoneBatch<kNodes>& batch, const NodalLanes<kNodes>& forces, double* out) {
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (int lane = 0; lane < batch.count; ++lane) {
+      double* node = out + 3 * static_cast<size_t>(batch.elements.nodes[a][static_cast<size_t>(lane)]);
+      for (size_t i = 0; i < 3; ++i) node[i] += forces[a][i][lane];
+    }
+  }
+}
+
+// Of entry (row, column) of an element's lower triangle.
+template <int kNodes>
+constexpr size_t lower_place(size_t row, size_t column) {
+  return column * 3 * kNodes - column * (column - 1) / 2 - column + row;
+}
+
+// A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
+struct Target {
+  double* matrix;
+  uint32_t stride;
+
+  void add(uint32_t row, uint32_t column, double value) const {
+    matrix[size_t{column} * stride + row] += value;
+  }
+  // Of two nodes, to unknowns of their own.
+  void add_block(const double block[3][3], uint32_t row, uint32_t column, double factor) const {
+    for (uint32_t i = 0; i < 3; ++i) {
+      for (uint32_t k = 0; k < 3; ++k) {
+        const double value = factor * block[i][k];
+        if (row > column) {
+          add(row + i, column + k, value);
+        } else if (row < column) {
+          add(column + k, row + i, value);
+        } else {  // both nodes move as one: the block and its transpose
+          add(row + (i > k ? i : k), row + (i > k ? k : i), i == k ? 2 * value : value);
+        }
+      }
+    }
+  }
+  // Of one node.
+  void add_own(const double block[3][3], uint32_t row, double factor) const {
+    for (uint32_t i = 0; i < 3; ++i) {
+      for (uint32_t k = 0; k <= i; ++k) add(row + i, row + k, factor * block[i][k]);
+    }
+  }
+};
+
+// An element at a node that contacts hold, or at a fixed one.
+template <int kNodes>
+void scatter_held(const ZoneBatch<kNodes>& batch, const StiffnessLanes<kNodes>& stiffness, int lane,
+                  const ZoneUnknowns& unknowns, const Target& target) {
+  const auto node_of = [&](size_t a) { return batch.elements.nodes[a][static_cast<size_t>(lane)]; };
+  const auto for_each_master = [&](int node, auto&& use) {
+    const uint32_t own = unknowns.of_node[node];
+    if (own == kNoUnknown) return;
+    if (own != kHeldUnknown) {
+      use(own, 1.0);
+      return;
+    }
+    for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m)
+      use(unknowns.masters[m].unknown, unknowns.masters[m].share);
+  };
+  for (size_t b = 0; b < kNodes; ++b) {
+    for (size_t a = b; a < kNodes; ++a) {
+      double block[3][3];
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t k = 0; k < 3; ++k) {
+          const size_t row = 3 * a + i;
+          const size_t column = 3 * b + k;
+          block[i][k] = row >= column ? stiffness[lower_place<kNodes>(row, column)][lane]
+                                      : stiffness[lower_place<kNodes>(column, row)][lane];
+        }
+      }
+      for_each_master(node_of(a), [&](uint32_t row, double row_share) {
+        for_each_master(node_of(b), [&](uint32_t column, double column_share) {
+          const double factor = row_share * column_share;
+          if (a != b) {
+            target.add_block(block, row, column, factor);
+          } else if (row == column) {
+            target.add_own(block, row, factor);
+          } else if (row > column) {
+            target.add_block(block, row, column, factor);
+          }
+        });
+      });
+    }
+  }
+}
+
+template <int kNodes>
+void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint32_t first[kNodes],
+                  const Target& target) {
+  for (size_t b = 0; b < kNodes; ++b) {
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t column = 3 * b + k;
+      const Lanes* entries = stiffness.data() + lower_place<kNodes>(0, column);
+      double* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
+      for (size_t i = k; i < 3; ++i) to[first[b] + i] += entries[3 * b + i][lane];
+      for (size_t a = b + 1; a < kNodes; ++a) {
+        if (first[a] > first[b]) {
+          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += entries[3 * a + i][lane];
+        } else {
+          for (size_t i = 0; i < 3; ++i)
+            target.matrix[size_t{first[a] + static_cast<uint32_t>(i)} * target.stride + first[b] + k] +=
+                entries[3 * a + i][lane];
+        }
+      }
+    }
+  }
+}
+
+template <int kNodes>
+double smallest_jacobian_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement) {
+  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+  double smallest = double{INFINITY};
+  for (uint32_t n = 0; n < count; ++n) {
+    const NodalLanes<kNodes> nodal = gather(batches[n].elements, displacement);
+    for (const auto& point : batches[n].elements.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, nodal, kinematics);
+      for (int lane = 0; lane < batches[n].count; ++lane) {
+        const double J = kinematics.J[lane];
+        if (!(J >= smallest)) smallest = isfinite(J) ? J : -double{INFINITY};
+      }
+    }
+  }
+  return smallest;
+}
+
+template <int kNodes>
+double add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
+                     double* forces) {
+  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+  double energy = 0;
+  for (uint32_t n = 0; n < count; ++n) {
+    const ZoneBatch<kNodes>& batch = batches[n];
+    const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
+    NodalLanes<kNodes> sums = {};
+    for (const auto& point : batch.elements.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, nodal, kinematics);
+      kernels.add_force(point, kinematics, terms_of(batch, kinematics), sums);
+      for (int lane = 0; lane < batch.count; ++lane)
+        energy +=
+            point.volume[lane] * energy_of(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]);
+    }
+    scatter_forces<kNodes>(batch, sums, forces);
+  }
+  return energy;
+}
+
+template <int kNodes>
+void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
+                      const ZoneUnknowns& unknowns, double* forces, const Target& target) {
+  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+  for (uint32_t n = 0; n < count; ++n) {
+    const ZoneBatch<kNodes>& batch = batches[n];
+    const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
+    NodalLanes<kNodes> sums = {};
+    StiffnessLanes<kNodes> stiffness = {};
+    for (const auto& point : batch.elements.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, nodal, kinematics);
+      const DyadicLanes terms = terms_of(batch, kinematics);
+      kernels.add_force(point, kinematics, terms, sums);
+      kernels.add_stiffness(point, kinematics, terms, stiffness);
+    }
+    scatter_forces<kNodes>(batch, sums, forces);
+    for (int lane = 0; lane < batch.count; ++lane) {
+      uint32_t first[kNodes];
+      bool free = true;
+      for (size_t a = 0; a < kNodes; ++a) {
+        first[a] = unknowns.of_node[batch.elements.nodes[a][static_cast<size_t>(lane)]];
+        free = free && first[a] < kHeldUnknown;
+      }
+      if (free) {
+        scatter_free<kNodes>(stiffness, lane, first, target);
+      } else {
+        scatter_held<kNodes>(batch, stiffness, lane, unknowns, target);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+template <int kNodes>
+bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
+                      int lane, ZoneBatch<kNodes>& batch) {
+  double positions[kNodes][3];
+  for (size_t a = 0; a < kNodes; ++a) {
+    const double* position = pack.zone_nodes[element.nodes[a]].position;
+    for (int i = 0; i < 3; ++i) positions[a][i] = position[i];
+    batch.elements.nodes[a][static_cast<size_t>(lane)] = nodes[a];
+  }
+  batch.materials[lane] = pack.zone_materials + element.material;
+  for (int p = 0; p < ElementBatch<kNodes>::kPoints; ++p) {
+    auto& point = batch.elements.points[static_cast<size_t>(p)];
+    double gradients[kNodes][3];
+    const double volume = global_gradients<kNodes>(positions, p, gradients);
+    if (!(volume > 0)) return false;
+    point.volume.set(lane, volume);
+    for (size_t a = 0; a < kNodes; ++a) {
+      for (size_t i = 0; i < 3; ++i) point.gradients[a][i].set(lane, gradients[a][i]);
+    }
+  }
+  return true;
+}
+
+template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4], int,
+                                  ZoneBatch<4>&);
+template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], int,
+                                   ZoneBatch<10>&);
+
+double smallest_jacobian(const ZoneBatches& batches, const double* displacement) {
+  const double linear = smallest_jacobian_of(batches.linear, batches.num_linear, displacement);
+  const double quadratic = smallest_jacobian_of(batches.quadratic, batches.num_quadratic, displacement);
+  return linear < quadratic ? linear : quadratic;
+}
+
+double add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
+  return add_forces_of(batches.linear, batches.num_linear, displacement, forces) +
+         add_forces_of(batches.quadratic, batches.num_quadratic, displacement, forces);
+}
+
+void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
+                        double* forces, double* matrix, uint32_t stride) {
+  const Target target = {matrix, stride};
+  add_stiffness_of(batches.linear, batches.num_linear, displacement, unknowns, forces, target);
+  add_stiffness_of(batches.quadratic, batches.num_quadratic, displacement, unknowns, forces, target);
+}
+
+}  // namespace palpate

@@ -1,0 +1,57 @@
+// The nonlinear elements of a zone: forces, energy and tangent stiffness, four elements at a time (element_batch.hpp).
+#pragma once
+
+#include <palpate/palpate.h>
+#include <stdint.h>
+
+#include "runtime/kernels/element_batch.hpp"
+#include "runtime/src/pack_view.hpp"
+
+namespace palpate {
+
+template <int kNodes>
+struct ZoneBatch {
+  ElementBatch<kNodes> elements;  // nodes: places in the zone's list
+  const pack::ZoneMaterial* materials[kLanes];
+  int count;  // the lanes after them repeat the last one
+};
+
+struct ZoneBatches {
+  uint32_t num_linear;
+  uint32_t num_quadratic;
+  ZoneBatch<4>* linear;
+  ZoneBatch<10>* quadratic;
+};
+
+// Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list.
+// False where it is inverted there.
+template <int kNodes>
+bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
+                      int lane, ZoneBatch<kNodes>& batch);
+
+// Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements.
+inline constexpr uint32_t kNoUnknown = UINT32_MAX;        // fixed
+inline constexpr uint32_t kHeldUnknown = UINT32_MAX - 1;  // see its masters
+
+struct ZoneMaster {
+  uint32_t unknown;
+  double share;
+};
+
+struct ZoneUnknowns {
+  const uint32_t* of_node;       // [nodes] the first of three, or kNoUnknown, kHeldUnknown
+  const uint32_t* first_master;  // [nodes + 1] of those held
+  const ZoneMaster* masters;
+};
+
+// Smallest det F at these displacements from the mesh, [nodes][3].
+double smallest_jacobian(const ZoneBatches& batches, const double* displacement);
+
+// Adds the nodal forces of all elements to forces[nodes][3]; returns their energy. det F > 0 in all.
+double add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
+
+// Adds forces as well as the tangent stiffness, to the lower triangle of a column-major matrix.
+void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
+                        double* forces, double* matrix, uint32_t stride);
+
+}  // namespace palpate

@@ -1,0 +1,129 @@
+#include "runtime/src/zone_open.hpp"
+
+#include <math.h>
+
+#include "runtime/src/number_checks.hpp"
+
+namespace palpate {
+namespace {
+
+bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, uint64_t num_entries) {
+  const bool is_contact = index < pack.num_contact_nodes;
+  return (is_contact ? node.packed_node == pack.contact_nodes[index]
+                     : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
+         node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
+         node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
+         all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
+}
+
+bool is_element(const pal_pack& pack, const pack::ZoneElement& element, uint32_t num_materials) {
+  if (element.material >= num_materials ||
+      (element.num_nodes != 4 && element.num_nodes != pack::kZoneElementNodes))
+    return false;
+  for (uint32_t a = 0; a < element.num_nodes; ++a) {
+    if (element.nodes[a] >= pack.num_zone_nodes) return false;
+    for (uint32_t b = 0; b < a; ++b) {
+      if (element.nodes[a] == element.nodes[b]) return false;
+    }
+  }
+  return true;
+}
+
+bool is_material(const pack::ZoneMaterial& material) {
+  return static_cast<uint32_t>(material.law) < pack::kZoneLaws &&
+         all_within(material.constants, 6, kLargestScale);
+}
+
+// a_ij^2 <= a_ii a_jj, as of any compliance.
+bool is_compliance(const pal_pack& pack) {
+  constexpr double kRounding = 1e-9;
+  const auto diagonal = [&](uint64_t node, uint64_t axis) {
+    const uint64_t place = pack::lower_block(node, node);
+    const uint64_t contacts = pack::lower_block(pack.num_contact_nodes, 0);
+    const double* block = node < pack.num_contact_nodes ? pack.contact_compliance + 9 * place
+                                                        : pack.zone_compliance + 9 * (place - contacts);
+    return block[4 * axis];
+  };
+  bool is = true;
+  const double* block = pack.zone_compliance;
+  for (uint64_t i = pack.num_contact_nodes; i < pack.num_zone_free && is; ++i) {
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const bool is_free = (pack.zone_nodes[i].free_axes >> axis & 1) != 0;
+      is = is && (is_free ? is_own_compliance(pack, diagonal(i, axis)) : diagonal(i, axis) == 0);
+    }
+    for (uint64_t j = 0; j <= i; ++j, block += 9) {
+      for (uint64_t a = 0; a < 3; ++a) {
+        for (uint64_t b = 0; b < 3; ++b) {
+          const double entry = block[3 * a + b];
+          is = is && entry * entry <= diagonal(i, a) * diagonal(j, b) * (1.0 + kRounding) &&
+               (i != j || entry == block[3 * b + a]);
+        }
+      }
+    }
+  }
+  return is;
+}
+
+}  // namespace
+
+bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  if (pack.contact_compliance == nullptr) return false;
+  pack.zone_rings = zone.rings();
+  pack.num_zone_nodes = zone.num_nodes();
+  pack.num_zone_free = zone.num_free();
+  pack.num_zone_elements = zone.num_elements();
+  pack.most_zone_nodes = zone.most_nodes();
+  pack.most_zone_boundary = zone.most_boundary_nodes();
+  pack.most_zone_elements = zone.most_elements();
+  if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
+      pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||
+      pack.num_zone_free < pack.num_contact_nodes || pack.most_zone_nodes > pack.num_zone_nodes ||
+      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements)
+    return false;
+  const auto* nodes = array_of<pack::ZoneNode>(pack, zone.nodes(), first_offset, pack.num_zone_nodes);
+  pack.zone_elements =
+      array_of<pack::ZoneElement>(pack, zone.elements(), first_offset, pack.num_zone_elements);
+  if (nodes == nullptr || pack.zone_elements == nullptr || zone.node_elements() == nullptr) return false;
+  const uint64_t num_entries = zone.node_elements()->bytes() / sizeof(uint32_t);
+  pack.zone_node_elements = array_of<uint32_t>(pack, zone.node_elements(), first_offset, num_entries);
+  pack.zone_materials =
+      array_of<pack::ZoneMaterial>(pack, zone.materials(), first_offset, zone.num_materials());
+  const uint64_t others = pack.num_zone_free - pack.num_contact_nodes;
+  const uint64_t blocks =
+      pack::lower_block(pack.num_zone_free, 0) - pack::lower_block(pack.num_contact_nodes, 0);
+  const uint64_t column = uint64_t{pack::num_panels(pack.num_nodes)} * 3 * pack::kPanelRows;
+  pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
+  pack.zone_field_compliance =
+      array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
+  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
+      pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr)
+    return false;
+  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
+    if (!is_node(pack, nodes[i], i, num_entries)) return false;
+  }
+  for (uint64_t i = 0; i < num_entries; ++i) {
+    if (pack.zone_node_elements[i] >= pack.num_zone_elements) return false;
+  }
+  for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
+    if (!is_element(pack, pack.zone_elements[i], zone.num_materials())) return false;
+    if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
+  }
+  for (uint32_t i = 0; i < zone.num_materials(); ++i) {
+    if (!is_material(pack.zone_materials[i])) return false;
+  }
+  pack.zone_nodes = nodes;
+  if (trusted) return true;
+  for (uint64_t node = 0; node < others; ++node) {
+    const uint64_t at = node + pack.num_contact_nodes;
+    const double* block =
+        pack.zone_compliance + 9 * (pack::lower_block(at, at) - pack::lower_block(pack.num_contact_nodes, 0));
+    double largest = 0;
+    for (uint32_t axis = 0; axis < 3; ++axis) largest = block[4 * axis] > largest ? block[4 * axis] : largest;
+    if (!all_within(pack.zone_field_compliance + node * column, column,
+                    static_cast<pal_real>(kLargestAmplification * largest)))
+      return false;
+  }
+  return is_compliance(pack);
+}
+
+}  // namespace palpate

@@ -1,0 +1,139 @@
+// What a nonlinear zone is made of, for a set of contacts, and how it is made ready.
+//
+// A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken to
+// be linear about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
+// outside. With C the compliance of the whole linear organ, K_V the stiffness of the zone's own elements at rest, I the
+// nodes of V that are not in B:
+//
+//   T = C_BB^-1                                   the whole organ, condensed onto B
+//   S_int = K_BB - K_BI K_II^-1 K_IB              the zone's own part of that (elimination.hpp)
+//   S = T - S_int                                 the rest of the organ
+//
+// which is where C_VV^-1 - K_V differs from zero. In float64: what is left of two stiffnesses that nearly cancel.
+//
+// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through C (nonlinear_zone.hpp).
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/arena.hpp"
+#include "runtime/src/elimination.hpp"
+#include "runtime/src/zone_elements.hpp"
+
+namespace palpate {
+
+inline constexpr uint32_t kMostZoneContacts = 8;
+
+struct ZoneGroup {
+  uint32_t num_contacts;
+  uint32_t contacts[kMostZoneContacts];  // which of the set's
+  uint32_t first_node;                   // in the set's list: interior, boundary, held, fixed
+  uint32_t num_interior;
+  uint32_t num_boundary;
+  uint32_t num_held;
+  uint32_t num_nodes;
+  ZoneBatches batches;
+  // Of the matrix of a frame: unknowns of interior and boundary, three for each contact, and a row for the load.
+  uint32_t unknowns;
+  uint32_t size;
+  uint32_t stride;
+  uint32_t boundary_stride;
+  double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
+  double* whole;     // T
+  double*
+      sensitivities;  // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step
+  bool has_sensitivities;
+  bool is_sound;  // C_BB and K_II were positive definite
+};
+
+struct ZoneSet {
+  bool ready;
+  uint32_t num_contacts;
+  uint32_t* sites;  // [max_contacts]
+  uint32_t flags;   // PAL_FLAG_OVERLAPPING
+  uint32_t num_groups;
+  ZoneGroup* groups;  // [max_contacts]
+  uint32_t num_nodes;
+  uint32_t* nodes;         // [max_nodes] zone nodes, group by group
+  uint32_t* unknown_of;    // [max_nodes] ZoneUnknowns::of_node; within the group
+  uint32_t* first_master;  // [max_nodes + 1]
+  ZoneMaster* masters;     // [max_masters]
+  double* displacement;    // [max_nodes][3] from the mesh
+  double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
+  double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
+  double* followed;  // [max_contacts][3] displacement of the contacts' patches, from rest
+  double* force;     // [max_contacts][3] of the last linearisation
+  double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] the same; zero between groups
+  ZoneBatch<4>* linear;
+  ZoneBatch<10>* quadratic;
+  double* matrices;  // [max_matrices] S and T of the groups
+  double* rows;      // [max_rows] their sensitivities
+};
+
+// det F of an element that is accepted.
+inline constexpr double kLeastJacobian = 0.02;
+
+// One set answers while another is made ready, if need be over several frames.
+struct ZoneState {
+  // Capacities
+  uint32_t max_contacts;
+  uint32_t rings;
+  uint32_t max_nodes;
+  uint32_t max_elements;
+  uint32_t max_quadratic;
+  uint32_t max_masters;
+  size_t max_matrices;
+  size_t max_rows;
+  size_t max_frame;        // of a frame's matrix
+  size_t max_preparation;  // of the matrices of making ready
+  EliminationKernel kernel;
+  ZoneSet answering;
+  ZoneSet next;
+  // Making the next one ready
+  enum class Phase : uint32_t { collect, inverse, own, done } phase;
+  uint32_t group;
+  uint32_t column;
+  uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
+  uint64_t* element_contacts;  // [num_zone_elements]
+  uint32_t* found_nodes;       // [max_nodes]
+  uint32_t* found_elements;    // [max_elements]
+  uint32_t num_found_nodes;
+  uint32_t num_found_elements;
+  uint32_t* queue;     // [max_nodes]
+  uint32_t* place_of;  // [num_zone_nodes] place in a set's list + 1; 0: not in it
+  uint32_t* base;      // [max_nodes] unknowns of the stiffness at rest
+  double* preparation;
+  size_t matrices_used;
+  size_t rows_used;
+  // A frame
+  double* frame;     // the matrix
+  double* forces;    // [max_nodes][3]
+  double* saved;     // [max_nodes][3]
+  double* vector;    // [frame rows] of one group
+  double* boundary;  // [frame rows]
+  double* pull;      // [frame rows] T b of the group at hand
+};
+
+// Takes the arrays of a state for so many contacts, at most kMostZoneContacts.
+void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Arena& arena, ZoneState& state);
+
+// Whether a set is, or will be, for these contacts.
+bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count);
+
+// Begins to make the next set, for 1 .. max_contacts contacts.
+void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state);
+
+// Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
+// true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.
+bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
+
+// Puts a group of a set at rest, wherever it was.
+void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
+
+// The next set, if it is ready, answers, and the one that did is next.
+void swap_zone_sets(ZoneState& state);
+
+// C_ij, 3 x 3 by rows, of zone nodes free along some axis.
+void zone_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
+
+}  // namespace palpate

@@ -1,0 +1,133 @@
+// Elimination of the first unknowns of a dense symmetric matrix, beside Eigen.
+#include "runtime/src/elimination.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+
+namespace palpate {
+namespace {
+
+std::vector<EliminationKernel> kernels() {
+  EliminationKernel listed[kMostEliminationKernels];
+  const uint32_t count = list_elimination_kernels(listed);
+  return {listed, listed + count};
+}
+
+Eigen::MatrixXd positive_definite(Eigen::Index size) {
+  std::srand(7);
+  const Eigen::MatrixXd any = Eigen::MatrixXd::Random(size, size);
+  return any * any.transpose() + 0.1 * static_cast<double>(size) * Eigen::MatrixXd::Identity(size, size);
+}
+
+// Numbers on a cache line of their own, as an arena's.
+struct OnCacheLines {
+  OnCacheLines(Eigen::Index rows, Eigen::Index columns)
+      : memory(static_cast<size_t>(rows * columns) * sizeof(double)),
+        numbers(reinterpret_cast<double*>(memory.bytes().data()), rows, columns) {}
+  AlignedBytes memory;
+  Eigen::Map<Eigen::MatrixXd> numbers;
+};
+
+// The matrix as the kernels take it, its upper triangle nonsense.
+struct Stored : OnCacheLines {
+  explicit Stored(const Eigen::MatrixXd& matrix)
+      : OnCacheLines(elimination_stride(static_cast<uint32_t>(matrix.rows())),
+                     round_to_columns(static_cast<uint32_t>(matrix.rows())) + kEliminationColumns),
+        size(static_cast<uint32_t>(matrix.rows())),
+        stride(elimination_stride(size)) {
+    numbers.setConstant(1e3);
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      numbers.col(column).segment(column, size - column) = matrix.col(column).tail(size - column);
+  }
+  uint32_t size;
+  uint32_t stride;
+};
+
+constexpr uint32_t kSizes[][2] = {{4, 5}, {8, 8}, {12, 16}, {28, 35}, {60, 64}, {124, 131}};
+
+TEST(Elimination, LeavesTheFactorAndTheCondensedMatrix) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const auto& [eliminated, size] : kSizes) {
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << eliminated << " of " << size);
+      const Eigen::MatrixXd matrix = positive_definite(size);
+      Stored stored(matrix);
+      ASSERT_TRUE(eliminate(kernel, stored.numbers.data(), stored.stride, size, eliminated));
+      const auto e = static_cast<Eigen::Index>(eliminated);
+      const auto left = static_cast<Eigen::Index>(size) - e;
+      const Eigen::MatrixXd L = matrix.topLeftCorner(e, e).llt().matrixL();
+      const Eigen::MatrixXd X =
+          L.triangularView<Eigen::Lower>().solve(matrix.topRightCorner(e, left)).transpose();
+      const Eigen::MatrixXd condensed = matrix.bottomRightCorner(left, left) - X * X.transpose();
+      const double tolerance = 1e-12 * matrix.norm();
+      const Eigen::MatrixXd found = stored.numbers.topLeftCorner(size, size).triangularView<Eigen::Lower>();
+      EXPECT_LE((found.topLeftCorner(e, e) - L).norm(), tolerance);
+      EXPECT_LE((found.bottomLeftCorner(left, e) - X).norm(), tolerance);
+      const Eigen::MatrixXd lower = condensed.triangularView<Eigen::Lower>();
+      EXPECT_LE((found.bottomRightCorner(left, left) - lower).norm(), tolerance);
+    }
+  }
+}
+
+TEST(Elimination, BackSubstitutesRows) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const uint32_t count : {1u, 3u, 4u, 7u}) {
+      constexpr uint32_t kSize = 60;
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << count);
+      Stored stored(positive_definite(kSize));
+      ASSERT_TRUE(eliminate(kernel, stored.numbers.data(), stored.stride, kSize, kSize));
+      const Eigen::MatrixXd L = stored.numbers.topLeftCorner(kSize, kSize).triangularView<Eigen::Lower>();
+      const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(kSize, count);
+      OnCacheLines found(kSize, count);
+      found.numbers = rows;
+      kernel.back_substitute(stored.numbers.data(), stored.stride, kSize, found.numbers.data(), kSize, count);
+      EXPECT_LE((L.transpose() * found.numbers - rows).norm(), 1e-12 * rows.norm());
+    }
+  }
+}
+
+TEST(Elimination, AddsProducts) {
+  for (const EliminationKernel& kernel : kernels()) {
+    SCOPED_TRACE(kernel.name);
+    constexpr Eigen::Index kSize = 40;
+    OnCacheLines matrix(kSize, kSize);
+    OnCacheLines x(kSize, 1);
+    OnCacheLines y(kSize, 1);
+    matrix.numbers = positive_definite(kSize);
+    x.numbers.setRandom();
+    y.numbers.setRandom();
+    const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
+    kernel.add_product(matrix.numbers.data(), kSize, kSize, x.numbers.data(), y.numbers.data());
+    EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
+TEST(Elimination, RefusesWhatIsNotPositiveDefinite) {
+  for (const EliminationKernel& kernel : kernels()) {
+    SCOPED_TRACE(kernel.name);
+    for (const double wrong : {-1.0, 0.0, std::nan(""), HUGE_VAL}) {
+      Eigen::MatrixXd matrix = positive_definite(20);
+      matrix.row(9).setZero();
+      matrix.col(9).setZero();
+      matrix(9, 9) = wrong;
+      Stored stored(matrix);
+      EXPECT_FALSE(eliminate(kernel, stored.numbers.data(), stored.stride, 20, 20)) << wrong;
+      // Where it stays it is nobody's pivot.
+      Eigen::MatrixXd last = positive_definite(20);
+      last(19, 19) = -1;
+      Stored staying(last);
+      EXPECT_TRUE(eliminate(kernel, staying.numbers.data(), staying.stride, 20, 16));
+    }
+  }
+}
+
+TEST(Elimination, TheFastestIsChosen) {
+  EXPECT_STREQ(choose_elimination_kernel().name, kernels().back().name);
+}
+
+}  // namespace
+}  // namespace palpate

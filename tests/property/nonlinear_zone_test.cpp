@@ -1,0 +1,315 @@
+// nonlinear_zone beside the full finite element solve, and what it must be exact for.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "offline/pack/pack_writer.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/tool_session.hpp"
+#include "tests/support/touched_block.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kFieldTolerance = field_tolerance(2e-6);
+
+// A block whose nodes are all shown, with a zone of so many rings; eight hold the whole of it.
+struct ZoneBlock {
+  ZoneBlock(int rings, const Law& law, bool quadratic = false,
+            const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26)
+      : block(made_of(law, quadratic, gravity, cells, tip_radius)) {
+    zone = find_zones(block.model, block.sites, rings);
+    compute_zone_compliance(assembly, block.sites, rest, {}, zone);
+    PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
+    content.zone = &zone;
+    bytes.emplace(write_pack(content));
+    pack.emplace(*bytes);
+  }
+
+  struct Truth {
+    Eigen::VectorXd field;  // from rest
+    std::vector<Eigen::Vector3d> forces;
+  };
+
+  // The full solve: patches moved from rest, a node of several follows their mean.
+  Truth solve(const std::vector<pal_contact>& contacts) const {
+    const LoadCase at_rest = rest.load_case(block.model);
+    LoadCase load = at_rest;
+    const Eigen::VectorXd u0 = rest.displacement_of(block.model);
+    std::vector<int> holders(static_cast<size_t>(block.model.num_nodes()));
+    for (const pal_contact& contact : contacts) {
+      for (const int node : block.sites.sites[contact.site].patch_nodes) ++holders[static_cast<size_t>(node)];
+    }
+    for (const pal_contact& contact : contacts) {
+      for (const int node : block.sites.sites[contact.site].patch_nodes) {
+        for (int axis = 0; axis < 3; ++axis) {
+          const Eigen::Index dof = 3 * node + axis;
+          if (load.held[static_cast<size_t>(dof)] == 0) load.displacement[dof] = u0[dof];
+          load.held[static_cast<size_t>(dof)] = 1;
+          load.displacement[dof] += contact.displacement[axis] / holders[static_cast<size_t>(node)];
+        }
+      }
+    }
+    StaticSolver solver(assembly);
+    Eigen::VectorXd u = u0;
+    SolverSettings settings;
+    settings.residual_tolerance = 1e-12;
+    if (!solver.ramp(at_rest, load, u, settings).converged) throw std::runtime_error("the full solve failed");
+    Eigen::VectorXd internal;
+    assembly.internal_force(u, internal);
+    Eigen::VectorXd outside = internal - at_rest.force;
+    Truth truth;
+    truth.field = packed_rows(block.sites, u);
+    for (const pal_contact& contact : contacts) {
+      Eigen::Vector3d force = Eigen::Vector3d::Zero();
+      for (const int node : block.sites.sites[contact.site].patch_nodes)
+        force += outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+      truth.forces.push_back(force);
+    }
+    return truth;
+  }
+
+  pal_session_config config(uint32_t max_contacts, uint32_t rings = 0) const {
+    pal_session_config config = session_config(pack->get(), PAL_MODEL_ZONE, max_contacts, 0);
+    config.zone_rings = rings;
+    return config;
+  }
+
+  TouchedBlock block;
+  Assembly assembly{block.model, block.model.fixed_dofs()};
+  RestState rest = find_rest(assembly, block.scene);
+  LinearDd linear = compute_linear_dd(assembly, block.sites, {}, rest);
+  ZoneTables zone;
+  std::optional<AlignedBytes> bytes;
+  std::optional<OpenPack> pack;
+
+ private:
+  static TouchedBlock made_of(const Law& law, bool quadratic, const Eigen::Vector3d& gravity, int cells,
+                              double tip_radius) {
+    TouchedBlock block = touched_block(cells, tip_radius, quadratic);
+    block.model.materials.front().law = law;
+    block.model.materials.front().density = 1.0;
+    if (gravity.norm() > 0) block.scene.gravity = gravity;
+    show_every_node(block);
+    return block;
+  }
+};
+
+// Goes there in steps, as a tool would, until it has come to rest.
+std::vector<pal_contact_result> settle(OwnedSession& session, const std::vector<pal_contact>& contacts) {
+  std::vector<pal_contact_result> results;
+  for (int step = 1; step <= 10; ++step) {
+    std::vector<pal_contact> on_the_way = contacts;
+    for (pal_contact& contact : on_the_way) {
+      for (double& d : contact.displacement) d *= step / 10.0;
+    }
+    results = session.touch(on_the_way);
+  }
+  for (int frame = 0; frame < 4; ++frame) results = session.touch(contacts);
+  return results;
+}
+
+void expect_truth(const ZoneBlock& organ, const std::vector<pal_contact>& contacts, double field_tolerance,
+                  double force_tolerance, uint32_t rings = 0) {
+  OwnedSession session(organ.pack->get(), organ.config(4, rings));
+  const auto results = settle(session, contacts);
+  const ZoneBlock::Truth truth = organ.solve(contacts);
+  double push = 0;
+  for (const pal_contact& contact : contacts)
+    push = std::max(push, Eigen::Vector3d(contact.displacement).norm());
+  EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), field_tolerance * push);
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_EQ(results[c].model, PAL_MODEL_ZONE);
+    EXPECT_EQ(results[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+    EXPECT_LE((Eigen::Vector3d(results[c].force) - truth.forces[c]).norm(),
+              force_tolerance * truth.forces[c].norm())
+        << Eigen::Vector3d(results[c].force).transpose() << " for " << truth.forces[c].transpose();
+  }
+}
+
+const std::vector<pal_contact> kOne = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
+// Patches that share nodes, and that do not.
+const std::vector<pal_contact> kAdjacent = {{3, {0.02, 0, -0.08}, 0, {}, {}, {}},
+                                            {4, {0, 0.02, -0.05}, 0, {}, {}, {}}};
+const std::vector<pal_contact> kApart = {{0, {0.03, 0, -0.08}, 0, {}, {}, {}},
+                                         {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
+constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+const InvariantLaw kYeoh = {0.5, 0, 0.1, 0.05, {{0.6, 0.2, 0}}};
+
+TEST(NonlinearZone, IsTheFullSolveWhereItIsTheWholeOrgan) {
+  const Law laws[] = {kTissue, kYeoh};
+  for (const Law& law : laws) {
+    const ZoneBlock organ(8, law);
+    ASSERT_EQ(organ.zone.most_boundary_nodes, 0);
+    for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
+      SCOPED_TRACE(contacts->size());
+      expect_truth(organ, *contacts, kFieldTolerance, 1e-6);
+    }
+  }
+}
+
+TEST(NonlinearZone, IsTheFullSolveOnTenNodes) {
+  const ZoneBlock organ(8, kTissue, true, Eigen::Vector3d::Zero(), 2, 0.3);
+  for (const std::vector<pal_contact>& contacts :
+       {std::vector<pal_contact>{{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}}) {
+    expect_truth(organ, contacts, kFieldTolerance, 1e-6);
+  }
+}
+
+TEST(NonlinearZone, IsTheFullSolveUnderGravity) {
+  const ZoneBlock organ(8, kTissue, false, {0.02, 0.01, -0.06});
+  ASSERT_GT(organ.rest.displacement.lpNorm<Eigen::Infinity>(), 5e-3);
+  expect_truth(organ, kOne, kFieldTolerance, 1e-6);
+}
+
+// To first order any zone is linear_dd, whatever is in it: the exterior is exact.
+TEST(NonlinearZone, IsLinearForSmallDisplacements) {
+  const ZoneBlock organ(1, kTissue, false, {0.02, 0.01, -0.06});
+  ASSERT_GT(organ.zone.most_boundary_nodes, 0);
+  for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
+    std::vector<pal_contact> small = *contacts;
+    for (pal_contact& contact : small) {
+      for (double& d : contact.displacement) d *= 1e-6;
+    }
+    OwnedSession zone(organ.pack->get(), organ.config(2));
+    OwnedSession linear(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0);
+    const Eigen::VectorXd at_rest = as_vector(zone.field());
+    std::vector<pal_contact_result> found;
+    for (int frame = 0; frame < 6; ++frame) found = zone.touch(small);  // groups settle on each other
+    const auto expected = linear.touch(small);
+    for (size_t c = 0; c < small.size(); ++c) {
+      const Eigen::Vector3d force(expected[c].force);
+      EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-4 * force.norm());
+      EXPECT_EQ(found[c].flags, expected[c].flags);
+    }
+  }
+}
+
+// The stiffness is the derivative of the force, symmetric, and the energy its potential.
+TEST(NonlinearZone, StiffnessAndEnergyBelongToTheForce) {
+  const ZoneBlock organ(2, kTissue);
+  const auto force_at = [&](const Eigen::Vector3d& d, double* stiffness) {
+    OwnedSession session(organ.pack->get(), organ.config(1));
+    const auto result = settle(session, {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
+    if (stiffness != nullptr) std::memcpy(stiffness, result.stiffness, sizeof result.stiffness);
+    return Eigen::Vector3d(result.force);
+  };
+  const Eigen::Vector3d d(0.03, -0.02, -0.1);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> stiffness;
+  force_at(d, stiffness.data());
+  EXPECT_LE((stiffness - stiffness.transpose()).norm(), 1e-12 * stiffness.norm());
+  constexpr double kStep = 1e-5;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const Eigen::Vector3d difference =
+        (force_at(d + step, nullptr) - force_at(d - step, nullptr)) / (2 * kStep);
+    EXPECT_LE((stiffness.col(axis) - difference).norm(), 1e-5 * stiffness.norm()) << axis;
+  }
+}
+
+// With more rings it is nearer to the full solve.
+TEST(NonlinearZone, RingsBringItNearer) {
+  const ZoneBlock organ(4, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
+  const ZoneBlock::Truth truth = organ.solve(contacts);
+  double before = 1;
+  for (const uint32_t rings : {1u, 2u, 3u, 4u}) {
+    OwnedSession session(organ.pack->get(), organ.config(1, rings));
+    settle(session, contacts);
+    const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.05;
+    EXPECT_LT(error, before) << rings << " rings";
+    before = 0.8 * error;
+  }
+  EXPECT_LT(before, 0.01);
+}
+
+TEST(NonlinearZone, ReturnsToRest) {
+  const ZoneBlock organ(2, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  settle(session, kApart);
+  session.touch({});
+  EXPECT_EQ(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 0.0);
+  const auto again = session.touch({{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
+  EXPECT_LE(Eigen::Vector3d(again.force).norm(), 1e-12);
+  // By way of the contacts, too.
+  settle(session, kOne);
+  const auto back = settle(session, {{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
+  EXPECT_LE(Eigen::Vector3d(back.force).norm(), 1e-9);
+  EXPECT_LE(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 1e-9);
+}
+
+// A set of contacts that changes goes on from where the organ is.
+TEST(NonlinearZone, GoesOnWhereItWas) {
+  constexpr double kNodeAlone = 0.1;
+  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, kNodeAlone);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  settle(session, {{4, {0.01, 0, -0.04}, 0, {}, {}, {}}});
+  const Eigen::VectorXd before = as_vector(session.field());
+  const Eigen::Vector3d place = before.segment<3>(3 * organ.block.sites.sites[0].packed_node);
+  std::vector<pal_contact> both = {{4, {0.01, 0, -0.04}, 0, {}, {}, {}}};
+  both.push_back({0, {place[0], place[1], place[2]}, 0, {}, {}, {}});
+  session.touch(both);
+  EXPECT_LE((as_vector(session.field()) - before).lpNorm<Eigen::Infinity>(),
+            0.02 * before.lpNorm<Eigen::Infinity>());
+}
+
+TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
+  const ZoneBlock organ(2, kTissue);
+  for (const double reach : {1.0, 3.0, 1e3, 1e200}) {
+    SCOPED_TRACE(reach);
+    OwnedSession session(organ.pack->get(), organ.config(2));
+    uint32_t flags = 0;
+    for (int frame = 0; frame < 30; ++frame) {
+      const auto results =
+          session.touch({{4, {0.1 * reach, 0, -reach}, 0, {}, {}, {}}, {0, {0, 0, reach}, 0, {}, {}, {}}});
+      for (const pal_contact_result& result : results) {
+        EXPECT_TRUE(all_finite(result));
+        flags |= result.flags;
+      }
+      EXPECT_TRUE(all_finite(session.field()));
+    }
+    EXPECT_TRUE(flags & PAL_FLAG_EXTRAPOLATED);
+    EXPECT_TRUE(flags & PAL_FLAG_UNCONVERGED);
+    // And it comes back.
+    settle(session, kApart);
+    for (int frame = 0; frame < 60; ++frame) session.touch(kApart);
+    OwnedSession fresh(organ.pack->get(), organ.config(2));
+    const auto expected = settle(fresh, kApart);
+    const Eigen::Vector3d force(expected[0].force);
+    EXPECT_LE((Eigen::Vector3d(session.touch(kApart)[0].force) - force).norm(), 1e-6 * force.norm());
+  }
+}
+
+// A zone made ready over many frames answers as one made at once; until then what was before does.
+TEST(NonlinearZone, IsMadeReadyWithinABudget) {
+  const ZoneBlock organ(2, kTissue);
+  pal_session_config config = organ.config(2);
+  config.max_tools = 2;
+  ToolSession at_once(organ.pack->get(), config);
+  config.budget_seconds = 40e-6;
+  config.seconds_per_operation = 1e-9;
+  ToolSession sliced(organ.pack->get(), config);
+  const auto pose_at = [](double depth) { return pose({0, 0, -depth}, {0, 0, 0}); };
+  for (ToolSession* session : {&at_once, &sliced}) session->hold(0, pal_default_hold(4));
+  int preparing = 0;
+  for (int frame = 0; frame < 400; ++frame) {
+    const double depth = 0.05 * std::min(1.0, frame / 300.0);
+    const std::vector<pal_pose> poses = {pose_at(depth), pose_at(0)};
+    const auto first = at_once.frame(poses)[0];
+    const auto second = sliced.frame(poses)[0];
+    preparing += (second.flags & PAL_FLAG_PREPARING) != 0 ? 1 : 0;
+    EXPECT_EQ(first.flags & PAL_FLAG_PREPARING, 0U);
+    if (frame == 399) {
+      EXPECT_EQ(second.model, PAL_MODEL_ZONE);
+      EXPECT_LE((force_of(first) - force_of(second)).norm(), 1e-6 * force_of(first).norm());
+    }
+  }
+  EXPECT_GT(preparing, 2);
+  EXPECT_LT(preparing, 300);
+}
+
+}  // namespace
+}  // namespace palpate::test
