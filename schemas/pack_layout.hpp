@@ -129,6 +129,7 @@ struct ZoneMaterial {
 static_assert(sizeof(ZoneMaterial) == 56);
 
 inline constexpr uint32_t kMostZoneRings = 8;
+inline constexpr uint32_t kMostZoneContacts = 8;  // of a session
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;

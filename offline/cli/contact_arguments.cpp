@@ -224,9 +224,8 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         fmt::format("--rings {}: the zones of this pack have {}; build it with [models] zone_rings = {}",
                     arguments.zone_rings, info.zone_rings, arguments.zone_rings));
   }
-  constexpr std::uint32_t kMostZoneContacts = 8;  // palpate.h, PAL_MODEL_ZONE
   if (model == PAL_MODEL_ZONE &&
-      (count > kMostZoneContacts || !fixed.empty() || forces_given || !arguments.gravity.empty())) {
+      (count > pack::kMostZoneContacts || !fixed.empty() || forces_given || !arguments.gravity.empty())) {
     throw std::runtime_error(
         "--model zone answers up to 8 contacts that are moved, and no --fix and --gravity; use auto or "
         "linear");

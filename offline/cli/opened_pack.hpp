@@ -53,7 +53,7 @@ class ModelUnitSession {
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
-  // The same from rest, in so many frames as a model that iterates takes to come to rest there, at most some hundred.
+  // The same from rest, in so many frames as a model that iterates takes to come to rest there.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
 

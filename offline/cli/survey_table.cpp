@@ -43,6 +43,7 @@ SurveyBin bin_of(const pack::ErrorBin& bin) {
 std::vector<ModelErrors> surveys_of(const pack::Pack& tables) {
   std::vector<ModelErrors> surveys;
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
+    if (survey->model() > pack::ResponseModel::MAX) continue;  // of a model that a later builder knows
     ModelErrors errors = {pack::EnumNameResponseModel(survey->model()), runtime_model(survey->model()), {}};
     for (unsigned i = 0; i < std::min(survey->bins()->size(), pack::kSurveyBins); ++i)
       errors.table.bins[i] = bin_of(*survey->bins()->Get(i));

@@ -71,16 +71,20 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.zone != nullptr) {
-    // One Newton iteration (runtime/src/nonlinear_zone.hpp), m its unknowns: the elimination, a solve for the contact's three
+    // As many Newton iterations as a session takes at most by default (runtime/src/nonlinear_zone.hpp), m their unknowns: the elimination, a solve for the contact's three
     // rows and the load, the product with the exterior stiffness; an element's stiffness takes some 15 multiply-adds an entry.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
-    const std::uint64_t dofs = content.model.elements.front().num_nodes == 4 ? 12 : 30;
+    std::uint64_t dofs = 12;
+    for (const int element : content.zone->elements)
+      dofs = std::max<std::uint64_t>(dofs,
+                                     3 * content.model.elements[static_cast<size_t>(element)].nodes().size());
+    constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    cost.force_operations =
-        m * m * m / 6 + 2 * m * m + boundary * boundary + elements * 15 * dofs * (dofs + 1) / 2;
+    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
+                                           elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
     cost.field_operations = rows * boundary;
     cost.field_bytes = rows * boundary * sizeof(pack::Real);

@@ -11,6 +11,9 @@ namespace {
 // Of what the contacts are moved by at most: a Newton step below it ends the iterations, and the next would be its square.
 constexpr double kConverged = 1e-4;
 constexpr uint32_t kMostCuts = 6;
+constexpr double kLargestForce =
+    1e60;  // in units of the model: far from where those of the caller would overflow
+constexpr uint32_t kMostFailures = 8;
 constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
 // Of a contact in one frame, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
 constexpr double kLongestStep = 0.5;
@@ -62,14 +65,30 @@ void find_pull(Frame& frame, const ZoneGroup& group) {
   state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, moved, state.pull);
 }
 
+// Forces that no tissue takes, as of a compliance that is positive definite in each group and not as a whole, are none.
 void find_traction(Frame& frame, const ZoneGroup& group) {
+  constexpr double kMostMoved =
+      1e12;  // by its own traction alone, in units of the scene's largest displacement
   ZoneState& state = frame.state;
   double* t = state.vector;
   gather_boundary(frame, group, state.boundary);
   for (uint32_t i = 0; i < group.boundary_stride; ++i) t[i] = -state.pull[i];
   state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, state.boundary, t);
-  memcpy(frame.set.traction + size_t{3} * boundary_place(group, 0), t,
-         size_t{3} * group.num_boundary * sizeof *t);
+  bool sound = true;
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
+    const uint32_t node = frame.set.nodes[boundary_place(group, i / 3)];
+    double own[9];
+    zone_compliance(frame.pack, node, node, own);
+    sound = sound && fabs(t[i]) * own[4 * (i % 3)] <= kMostMoved * frame.pack.max_displacement;
+  }
+  double* to = frame.set.traction + size_t{3} * boundary_place(group, 0);
+  const size_t bytes = size_t{3} * group.num_boundary * sizeof *t;
+  if (sound) {
+    memcpy(to, t, bytes);
+  } else {
+    memset(to, 0, bytes);
+    frame.flags |= PAL_FLAG_NOT_FINITE;
+  }
 }
 
 // The patches of the group's contacts as they are to be.
@@ -244,7 +263,7 @@ void read_contacts(Frame& frame, const ZoneGroup& group) {
   const auto place = [&](uint32_t i) { return 3 * group.contacts[i / 3] + i % 3; };
   for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
     for (uint32_t j = 0; j <= 3 * group.num_contacts; ++j) {
-      if (isfinite(entry(i, j))) continue;
+      if (fabs(entry(i, j)) <= kLargestForce) continue;
       frame.flags |= PAL_FLAG_NOT_FINITE;  // and what was before stays
       return;
     }
@@ -255,35 +274,37 @@ void read_contacts(Frame& frame, const ZoneGroup& group) {
   }
 }
 
-// One Newton iteration. Its largest step, or a negative number where there was none.
+// One Newton iteration. Its largest step, or a negative number where there was none: nothing has moved then.
 double iterate(Frame& frame, ZoneGroup& group) {
-  if (!linearise(frame, group)) {
-    frame.flags |= PAL_FLAG_UNCONVERGED;
-    return -1;
-  }
-  group.has_sensitivities = true;
+  group.has_sensitivities = false;
+  if (!linearise(frame, group)) return -1;
   const uint32_t load = group.size - 1 - group.unknowns;
-  const double* step = row_of(group, load);
   double largest = 0;
-  for (uint32_t i = 0; i < group.unknowns; ++i) {
-    const double size = fabs(step[i]);
-    if (!(size <= largest)) largest = size;
+  for (uint32_t row = 0; row <= load; ++row) {
+    for (uint32_t i = 0; i < group.unknowns; ++i) {
+      const double size = fabs(row_of(group, row)[i]);
+      if (!(size <= kLargestForce)) return -1;
+      if (row == load && size > largest) largest = size;
+    }
   }
-  if (!isfinite(largest)) {
-    frame.flags |= PAL_FLAG_UNCONVERGED;
-    return -1;
-  }
-  read_contacts(frame, group);
+  save(frame, group);
   double part = 1;
-  add_row(frame, group, load, -part);
-  for (uint32_t cut = 0; cut < kMostCuts && !is_upright(frame, group); ++cut) {
-    part *= 0.5;
-    add_row(frame, group, load, part);  // half of it back
-    frame.flags |= PAL_FLAG_UNCONVERGED;
+  for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
+    add_row(frame, group, load, -part);
+    if (is_upright(frame, group)) {
+      if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
+      group.has_sensitivities = true;
+      read_contacts(frame, group);
+      return largest;
+    }
+    restore(frame, group);
   }
-  if (is_upright(frame, group)) return largest;
-  add_row(frame, group, load, part);
   return -1;
+}
+
+// Where there was no way on for some frames it begins anew at rest, and comes back.
+void count_failure(const Frame& frame, ZoneGroup& group) {
+  if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
 }
 
 double energy_of(Frame& frame, const ZoneGroup& group) {
@@ -314,15 +335,13 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
                       ZoneState& state) {
   ZoneSet& set = state.answering;
   Frame frame = {pack, state, set, set.flags};
+  state.strained = true;
   double size = 1e-6 * pack.max_displacement;
   for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) {
     if (fabs(displacements[i]) > size) size = fabs(displacements[i]);
   }
-  bool all_sound = set.num_groups > 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    all_sound = all_sound && group.is_sound;
-    if (!group.is_sound) continue;
     if (!group.has_sensitivities) {
       find_pull(frame, group);
       place_held(frame, group);
@@ -331,43 +350,41 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     move_contacts(frame, group, displacements);
   }
   bool converged = false;
-  for (uint32_t i = 0; i < iterations && all_sound && !converged; ++i) {
-    converged = true;
+  bool failed[kMostZoneContacts] = {};
+  for (uint32_t i = 0; i < iterations && !converged; ++i) {
+    converged = set.num_groups > 0;
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
+      if (failed[g]) continue;
       find_pull(frame, group);
       const double step = iterate(frame, group);
-      // No way on from here: it begins anew at rest, and comes back over the next frames.
-      if (step < 0) rest_group(pack, set, group);
+      failed[g] = step < 0;
       converged = converged && step >= 0 && step <= kConverged * size;
       find_traction(frame, group);
     }
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  ZoneAnswer answer = {frame.flags, 0};
+  ZoneAnswer answer = {0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    find_pull(frame, set.groups[g]);
-    answer.energy += energy_of(frame, set.groups[g]);
+    ZoneGroup& group = set.groups[g];
+    if (failed[g]) {
+      count_failure(frame, group);
+    } else {
+      group.failures = 0;
+    }
+    find_pull(frame, group);
+    answer.energy += energy_of(frame, group);
   }
-  if (!isfinite(answer.energy)) answer.energy = 0;
+  if (!(fabs(answer.energy) <= kLargestForce)) answer.energy = 0;
+  answer.flags = frame.flags;
   return answer;
 }
 
 void rest_zone(const pal_pack& pack, ZoneState& state) {
+  if (!state.strained) return;
+  state.strained = false;
   ZoneSet& set = state.answering;
-  for (uint32_t g = 0; g < set.num_groups && set.ready; ++g) rest_group(pack, set, set.groups[g]);
-}
-
-uint32_t most_zone_held(const pal_pack& pack, uint32_t max_contacts) {
-  const uint64_t most = uint64_t{pack.most_zone_boundary} *
-                        (max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts);
-  return most < pack.num_zone_nodes ? static_cast<uint32_t>(most) : pack.num_zone_nodes;
-}
-
-uint32_t most_zone_own(const pal_pack& pack, uint32_t max_contacts) {
-  const uint64_t most =
-      uint64_t{pack.most_zone_nodes} * (max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts);
-  return most < pack.num_zone_nodes ? static_cast<uint32_t>(most) : pack.num_zone_nodes;
+  for (uint32_t g = 0; g < set.num_groups; ++g) rest_group(pack, set, set.groups[g]);
 }
 
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {

@@ -35,18 +35,14 @@ struct ZoneAnswer {
 };
 
 // Moves the contacts of the set that answers to these displacements [contacts][3] from rest and solves, model units; at
-// most so many Newton iterations. No element is ever accepted inverted: where the way there would do so, the contacts follow
+// most so many Newton iterations, and one more for contacts that are new. No element is ever accepted inverted: where the way there would do so, the contacts follow
 // as far as they can, and go on in the next frame. Cost of an iteration, for each group: m^3 / 6 multiply-adds, m = 3 x its
 // nodes. Leaves displacements, forces and stiffness of the contacts in the set.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state);
 
-// All contacts are gone: the set that answered is at rest again.
+// Something else answers: the set that did is at rest when it next does.
 void rest_zone(const pal_pack& pack, ZoneState& state);
-
-// Nodes with a weight, and nodes of the zone that are shown, at most.
-uint32_t most_zone_held(const pal_pack& pack, uint32_t max_contacts);
-uint32_t most_zone_own(const pal_pack& pack, uint32_t max_contacts);
 
 // Leaves the field of the frame just solved.
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);

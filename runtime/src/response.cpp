@@ -238,9 +238,11 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     result = {};
     result.model = PAL_MODEL_ZONE;
     result.flags = answer.flags | session.input_flags[c];
+    if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     if (length(d) > pack.max_displacement * (1 + kRounding)) result.flags |= PAL_FLAG_EXTRAPOLATED;
-    estimate_errors(pack, PAL_MODEL_ZONE, count == 1, d, result);
+    // Surveyed were single contacts with all rings, once they had come to rest.
+    estimate_errors(pack, PAL_MODEL_ZONE, count == 1 && session.zone.rings == pack.zone_rings, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = set.force[3 * c + i] * pack.newtons;
       result.displacement[i] = set.followed[3 * c + i] * pack.metres;
@@ -248,6 +250,13 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
         result.stiffness[i][j] = set.stiffness[3 * c + i][3 * c + j] * (pack.newtons / pack.metres);
     }
   }
+}
+
+// The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.
+bool is_zone_refused(const pal_session& session, const pal_contact* contacts, uint32_t count) {
+  const ZoneSet& set = session.zone.answering;
+  return session.config.model == PAL_MODEL_AUTO && set.ready && !set.sound &&
+         is_zone_for(set, contacts, count);
 }
 
 bool zone_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
@@ -291,7 +300,8 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
   if (count == 0)
     return session.gravity_turned && session.num_fixed > 0 ? Answering::linear : Answering::nothing;
   if (polynomial_answers(session, count, forces_given)) return Answering::polynomial;
-  if (zone_answers(session, count, forces_given)) return Answering::zone;
+  if (zone_answers(session, count, forces_given) && !is_zone_refused(session, contacts, count))
+    return Answering::zone;
   const bool alone = count == 1 && session.num_fixed == 0 && !forces_given && !session.gravity_turned;
   return alone && !is_at_site(contacts[0]) ? Answering::linear_point : Answering::linear;
 }
@@ -320,32 +330,27 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
                        bool& began, bool& finished) {
   began = false;
   finished = false;
-  const uint64_t operations = session.operations;
-  if (answering == Answering::zone) {
-    if (is_zone_ready(session.zone, contacts, count)) return true;
-    if (!session.zone_begun) {
+  if (answering == Answering::linear ? find_ready_set(session, contacts, count)
+                                     : is_ready(session, answering, contacts, count, session.fixed_version))
+    return true;
+  if (!session.zone_begun && !session.linear_begun) {
+    if (answering == Answering::zone) {
       begin_zone(contacts, count, session.zone);
-      session.zone_begun = true;
-      session.linear_begun = false;
-      began = true;
+    } else {
+      begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
+                   session.linear);
     }
-    if (!advance_zone(*session.pack, operations, session.zone)) return false;
-    session.zone_begun = false;
-    finished = true;
-    return is_zone_for(session.zone.answering, contacts, count);
-  }
-  if (answering != Answering::linear || find_ready_set(session, contacts, count)) return true;
-  if (!session.linear_begun) {
-    begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
-                 session.linear);
-    session.linear_begun = true;
-    session.zone_begun = false;
+    session.zone_begun = answering == Answering::zone;
+    session.linear_begun = answering == Answering::linear;
     began = true;
   }
-  if (!advance_linear(*session.pack, operations, session.linear)) return false;
+  const bool is_made = session.zone_begun ? advance_zone(*session.pack, session.operations, session.zone)
+                                          : advance_linear(*session.pack, session.operations, session.linear);
+  if (!is_made) return false;
+  session.zone_begun = false;
   session.linear_begun = false;
   finished = true;
-  return is_for(session.linear.answering, contacts, count, session.fixed_version);
+  return is_ready(session, answering, contacts, count, session.fixed_version);
 }
 
 void answer_contacts(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
@@ -357,6 +362,7 @@ void answer_contacts(pal_session& session, Answering answering, const pal_contac
     session.input_flags[c] = take_displacement(*session.pack, given, session.displacements + size_t{3} * c);
   }
   session.energy_of_gravity = 0;
+  if (answering != Answering::zone) rest_zone(*session.pack, session.zone);
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.model = model_of(answering);
   field.gravity_turned = session.gravity_turned;
@@ -365,7 +371,6 @@ void answer_contacts(pal_session& session, Answering answering, const pal_contac
   switch (answering) {
     case Answering::nothing:
       session.stored_energy = 0;
-      rest_zone(*session.pack, session.zone);
       break;
     case Answering::polynomial:
       answer_polynomial(session, contacts[0], results);

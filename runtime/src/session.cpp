@@ -56,9 +56,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   uint32_t most_own = 0;
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
-    const uint32_t of_zone = most_zone_held(pack, config.max_contacts);
-    most_held = of_zone > most_held ? of_zone : most_held;
-    most_own = most_zone_own(pack, config.max_contacts);
+    most_held = arrays.zone.max_boundary > most_held ? arrays.zone.max_boundary : most_held;
+    most_own = arrays.zone.max_nodes;
   }
   for (FieldState& slot : arrays.snapshots.slots) {
     slot.own_nodes = arena.take<uint32_t>(most_own);
@@ -389,7 +388,10 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   session->used = true;
   // Memory of the session's tools, for who wants no results but records.
   if (results == nullptr) results = session->tools.results;
-  const palpate::Answering answering = palpate::answering_for(*session, contacts, count, forces_given);
+  palpate::Answering answering = palpate::answering_for(*session, contacts, count, forces_given);
+  palpate::make_ready(*session, answering, contacts, count);
+  // A zone may turn out to be none.
+  answering = palpate::answering_for(*session, contacts, count, forces_given);
   palpate::make_ready(*session, answering, contacts, count);
   palpate::answer_contacts(*session, answering, contacts, count, results);
   palpate::record_contact_frame(*session, contacts, count, results);

@@ -7,6 +7,20 @@
 namespace palpate {
 namespace {
 
+// The elements of a node follow those of the one before, each once, and have it: what frames do for a node is then bounded by
+// what the file holds.
+bool are_elements_of(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index) {
+  const uint32_t* listed = pack.zone_node_elements + node.first_element;
+  for (uint32_t e = 0; e < node.num_elements; ++e) {
+    if (e > 0 && listed[e] <= listed[e - 1]) return false;
+    const pack::ZoneElement& element = pack.zone_elements[listed[e]];
+    bool has = false;
+    for (uint32_t a = 0; a < element.num_nodes; ++a) has = has || element.nodes[a] == index;
+    if (!has) return false;
+  }
+  return true;
+}
+
 bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, uint64_t num_entries) {
   const bool is_contact = index < pack.num_contact_nodes;
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
@@ -98,9 +112,12 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr)
     return false;
+  uint64_t first_element = 0;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
-    if (!is_node(pack, nodes[i], i, num_entries)) return false;
+    if (nodes[i].first_element != first_element || !is_node(pack, nodes[i], i, num_entries)) return false;
+    first_element += nodes[i].num_elements;
   }
+  if (first_element != num_entries) return false;
   for (uint64_t i = 0; i < num_entries; ++i) {
     if (pack.zone_node_elements[i] >= pack.num_zone_elements) return false;
   }
@@ -108,11 +125,15 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     if (!is_element(pack, pack.zone_elements[i], zone.num_materials())) return false;
     if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
   }
+  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
+    if (!are_elements_of(pack, nodes[i], i)) return false;
+  }
   for (uint32_t i = 0; i < zone.num_materials(); ++i) {
     if (!is_material(pack.zone_materials[i])) return false;
   }
   pack.zone_nodes = nodes;
   if (trusted) return true;
+  if (!is_compliance(pack)) return false;
   for (uint64_t node = 0; node < others; ++node) {
     const uint64_t at = node + pack.num_contact_nodes;
     const double* block =
@@ -123,7 +144,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
                     static_cast<pal_real>(kLargestAmplification * largest)))
       return false;
   }
-  return is_compliance(pack);
+  return true;
 }
 
 }  // namespace palpate

@@ -238,6 +238,7 @@ bool collect(const pal_pack& pack, ZoneState& state) {
   uint32_t num_masters = 0;
   uint32_t first_linear = 0;
   uint32_t first_quadratic = 0;
+  uint32_t num_boundary = 0;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) {
     if ((groups[c] & (uint64_t{1} << c)) == 0 || (groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
     ZoneGroup& group = set.groups[set.num_groups++];
@@ -246,8 +247,9 @@ bool collect(const pal_pack& pack, ZoneState& state) {
       if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
     }
     list_nodes(pack, state, groups[c], num_masters, set, group);
-    group.is_sound = true;
-    sound = list_elements(pack, state, groups[c], first_linear, first_quadratic, group) &&
+    num_boundary += group.num_boundary;
+    sound = num_boundary <= state.max_boundary &&
+            list_elements(pack, state, groups[c], first_linear, first_quadratic, group) &&
             take_matrices(state, group);
   }
   forget_marks(state);
@@ -280,7 +282,7 @@ void fill_compliance(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& 
 
 // T from what elimination has left. Unsound where a node is held by more of its neighbours than any tissue is: the forces
 // would not fit into a float.
-void take_whole(const pal_pack& pack, const ZoneSet& set, const double* matrix, ZoneGroup& group) {
+void take_whole(const pal_pack& pack, ZoneSet& set, const double* matrix, ZoneGroup& group) {
   constexpr double kMostHeld = 1e8;  // as kLargestNodalForce of linear_dd
   const uint32_t order = round_to_columns(3 * group.num_boundary);
   const uint32_t stride = elimination_stride(2 * order);
@@ -297,7 +299,7 @@ void take_whole(const pal_pack& pack, const ZoneSet& set, const double* matrix, 
     double own[9];
     zone_compliance(pack, node, node, own);
     if (!(group.whole[size_t{i} * group.boundary_stride + i] * own[4 * (i % 3)] <= kMostHeld))
-      group.is_sound = false;
+      set.sound = false;
   }
 }
 
@@ -440,7 +442,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   state.max_nodes = times(pack.most_zone_nodes, pack.num_zone_nodes);
   state.max_elements = times(pack.most_zone_elements, pack.num_zone_elements);
   state.max_quadratic = state.max_elements < pack.num_quadratic ? state.max_elements : pack.num_quadratic;
-  const uint32_t boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
+  const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   state.max_matrices = 2 * squares * squares;
@@ -503,6 +505,7 @@ void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state) {
   set.ready = false;
   set.num_contacts = count;
   for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
+  set.sound = true;
   set.flags = 0;
   set.num_groups = 0;
   set.num_nodes = 0;
@@ -521,6 +524,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
     memset(set.followed + 3 * group.contacts[slot], 0, 3 * sizeof(double));
   group.has_sensitivities = false;
+  group.failures = 0;
 }
 
 void swap_zone_sets(ZoneState& state) {
@@ -532,16 +536,23 @@ void swap_zone_sets(ZoneState& state) {
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
   using Phase = ZoneState::Phase;
   ZoneSet& set = state.next;
-  // Some columns of an elimination; true when it has ended.
   uint64_t spent = 0;
-  const auto go_on = [&](ZoneGroup& group, uint32_t eliminated, uint32_t size) {
+  // What is not sliced, in multiply-adds that take as long: blocks fetched from all over the pack, tangents.
+  const auto fetched = [&](const ZoneGroup& group) {
+    return uint64_t{18} * group.num_boundary * group.num_boundary;
+  };
+  const auto assembled = [&](const ZoneGroup& group) {
+    return uint64_t{3000} * kLanes * (group.batches.num_linear + uint64_t{20} * group.batches.num_quadratic);
+  };
+  // Some columns of an elimination; true when it has ended.
+  const auto go_on = [&](uint32_t eliminated, uint32_t size) {
     const uint32_t stride = elimination_stride(size);
     while (state.column < size) {
       if (spent >= operations) return false;
       const uint64_t columns = state.column < eliminated ? state.column : eliminated;
       spent += uint64_t{kEliminationColumns} * (size - state.column) * (columns + kEliminationColumns);
       if (!state.kernel.eliminate_columns(state.preparation, stride, size, eliminated, state.column)) {
-        group.is_sound = false;
+        set.sound = false;
         return true;
       }
       state.column += kEliminationColumns;
@@ -555,38 +566,42 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
     switch (state.phase) {
       case Phase::collect:
         if (!collect(pack, state)) {
-          // More than the pack said: nothing answers.
-          for (uint32_t g = 0; g < set.num_groups; ++g) set.groups[g].is_sound = false;
+          set.sound = false;
           set.num_nodes = 0;
           set.num_groups = 0;
           state.phase = Phase::done;
           break;
         }
-        spent += 100 * set.num_nodes;
+        spent += uint64_t{1000} * set.num_nodes + fetched(set.groups[0]);
         fill_compliance(pack, set, set.groups[0], state.preparation);
         state.phase = Phase::inverse;
         state.column = 0;
         break;
       case Phase::inverse:
-        if (!go_on(group, order, 2 * order)) return false;
+        if (!go_on(order, 2 * order)) return false;
         take_whole(pack, set, state.preparation, group);
         fill_own_stiffness(pack, state, group);
-        spent += 100 * group.num_nodes + 9 * group.num_boundary * group.num_boundary;
+        spent += assembled(group);
         state.phase = Phase::own;
         state.column = 0;
         break;
       case Phase::own:
-        if (!go_on(group, inner, inner + 3 * group.num_boundary)) return false;
+        if (!go_on(inner, inner + 3 * group.num_boundary)) return false;
         take_exterior(state.preparation, group);
         state.column = 0;
         if (++state.group < set.num_groups) {
           fill_compliance(pack, set, set.groups[state.group], state.preparation);
+          spent += fetched(set.groups[state.group]);
           state.phase = Phase::inverse;
         } else {
           state.phase = Phase::done;
         }
         break;
       case Phase::done:
+        if (!set.sound) {
+          set.num_nodes = 0;
+          set.num_groups = 0;
+        }
         begin_where(pack, state.answering, state);
         set.ready = true;
         swap_zone_sets(state);

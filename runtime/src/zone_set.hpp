@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr uint32_t kMostZoneContacts = 8;
+using pack::kMostZoneContacts;
 
 struct ZoneGroup {
   uint32_t num_contacts;
@@ -43,11 +43,12 @@ struct ZoneGroup {
   double*
       sensitivities;  // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step
   bool has_sensitivities;
-  bool is_sound;  // C_BB and K_II were positive definite
+  uint32_t failures;  // frames in a row in which there was no way on
 };
 
 struct ZoneSet {
   bool ready;
+  bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
   uint32_t num_contacts;
   uint32_t* sites;  // [max_contacts]
   uint32_t flags;   // PAL_FLAG_OVERLAPPING
@@ -79,6 +80,7 @@ struct ZoneState {
   uint32_t max_contacts;
   uint32_t rings;
   uint32_t max_nodes;
+  uint32_t max_boundary;
   uint32_t max_elements;
   uint32_t max_quadratic;
   uint32_t max_masters;
@@ -106,6 +108,7 @@ struct ZoneState {
   size_t matrices_used;
   size_t rows_used;
   // A frame
+  bool strained;     // the set that answers has been solved since it was at rest
   double* frame;     // the matrix
   double* forces;    // [max_nodes][3]
   double* saved;     // [max_nodes][3]
@@ -130,7 +133,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 // Puts a group of a set at rest, wherever it was.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
 
-// The next set, if it is ready, answers, and the one that did is next.
+// The next set answers, and the one that did is next.
 void swap_zone_sets(ZoneState& state);
 
 // C_ij, 3 x 3 by rows, of zone nodes free along some axis.

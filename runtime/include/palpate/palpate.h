@@ -158,8 +158,8 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, and only one contact whose displacement is given, without fixed
-   * nodes and under the scene's gravity, is answered there: the site of the largest weight did. */
+  /* The contact is at a point between sites, where polynomial_dd and, of one contact alone whose displacement is given, without fixed
+   * nodes and under the scene's gravity, linear_dd answer: here the site of the largest weight did. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the next step
    * would have turned an element inside out. It goes on in the next frame; the contact's displacement in the result is
