@@ -306,6 +306,48 @@ TEST_F(Contradiction, LinearCompliance) {
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
+TEST_F(Contradiction, Zones) {
+  const AlignedBytes& original = zone_pack_bytes();
+  const pack::NonlinearZone& zone =
+      *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader))->nonlinear_zone();
+  const uint32_t last = zone.num_nodes() - 1;
+  const auto with_node = [&](auto&& change) {
+    return status_with<pack::ZoneNode>(zone.nodes(), change, original);
+  };
+  const auto with_element = [&](auto&& change) {
+    return status_with<pack::ZoneElement>(zone.elements(), change, original);
+  };
+  EXPECT_EQ(with_node([](pack::ZoneNode*) {}), PAL_STATUS_OK);
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[1].packed_node = n[0].packed_node; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[last].packed_node = 1u << 30; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].free_axes = 0; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[3].position[1] = std::nan(""); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  // A node's elements: all of its own, each once, one node's behind the other's.
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { ++n[0].num_elements; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].first_element = n[1].first_element; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  const auto with_list = [&](auto&& change) {
+    return status_with<uint32_t>(zone.node_elements(), change, original);
+  };
+  EXPECT_EQ(with_list([](uint32_t* e) { std::swap(e[0], e[1]); }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_list([&](uint32_t* e) { e[0] = zone.num_elements(); }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].num_nodes = 5; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].nodes[1] = e[0].nodes[0]; }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_element([&](pack::ZoneElement* e) { e[1].nodes[2] = zone.num_nodes(); }),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].material = 7; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<double>(
+                zone.compliance(), [](double* c) { c[1] = 1e30; }, original),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_with<pal_real>(
+                zone.field_compliance(), [](pal_real* c) { c[9] = 1e38f; }, original),
+            PAL_STATUS_CORRUPT_CONTENT);
+}
+
 const pack::PolynomialDd& polynomials_of(const AlignedBytes& bytes) {
   return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->polynomial_dd();
 }

@@ -283,6 +283,54 @@ TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
   }
 }
 
+// A pack that says less of its zones than they take: their contacts are left to linear_dd, or answered with a flag.
+TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
+  const ZoneBlock organ(1, kTissue);
+  ASSERT_GT(organ.zone.most_boundary_nodes, 2);
+  for (int ZoneTables::*most :
+       {&ZoneTables::most_boundary_nodes, &ZoneTables::most_nodes, &ZoneTables::most_elements}) {
+    ZoneTables lying = organ.zone;
+    lying.*most = 2;
+    lying.most_boundary_nodes = std::min(lying.most_boundary_nodes, lying.most_nodes);
+    PackContent content{
+        organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {}};
+    content.zone = &lying;
+    const AlignedBytes bytes = write_pack(content);
+    const OpenPack pack(bytes);
+    OwnedSession automatic(pack.get(), PAL_MODEL_AUTO, 2, 0);
+    OwnedSession linear(pack.get(), PAL_MODEL_LINEAR, 2, 0);
+    const auto expected = linear.touch(kApart);
+    const auto found = automatic.touch(kApart);
+    for (size_t c = 0; c < kApart.size(); ++c) {
+      EXPECT_EQ(found[c].model, PAL_MODEL_LINEAR);
+      EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(), 1e-12);
+    }
+    OwnedSession zone(pack.get(), PAL_MODEL_ZONE, 2, 0);
+    for (const pal_contact_result& result : zone.touch(kApart)) {
+      EXPECT_TRUE(all_finite(result));
+      EXPECT_TRUE(result.flags & PAL_FLAG_ILL_CONDITIONED);
+    }
+    EXPECT_TRUE(all_finite(zone.field()));
+  }
+}
+
+// What another model answered in between is not where the zone had been.
+TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
+  const ZoneBlock organ(2, kTissue);
+  OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 2, 1));
+  settle(session, kOne);
+  session.fix({0});
+  EXPECT_EQ(session.touch(kOne)[0].model, PAL_MODEL_LINEAR);
+  session.fix({});
+  std::vector<pal_contact> light = kOne;
+  for (double& d : light[0].displacement) d *= 0.01;
+  const auto result = session.touch(light)[0];
+  EXPECT_EQ(result.model, PAL_MODEL_ZONE);
+  OwnedSession fresh(organ.pack->get(), organ.config(1));
+  const Eigen::Vector3d expected(settle(fresh, light)[0].force);
+  EXPECT_LE((Eigen::Vector3d(result.force) - expected).norm(), 1e-3 * expected.norm());
+}
+
 // A zone made ready over many frames answers as one made at once; until then what was before does.
 TEST(NonlinearZone, IsMadeReadyWithinABudget) {
   const ZoneBlock organ(2, kTissue);
