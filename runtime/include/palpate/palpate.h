@@ -117,7 +117,8 @@ typedef enum pal_model {
   PAL_MODEL_AUTO = 0,
   PAL_MODEL_LINEAR = 1,     /* linear_dd: any contacts, nodes fixed while running */
   PAL_MODEL_POLYNOMIAL = 2, /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
-  /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned gravity */
+  /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned
+   * gravity. Its answer depends on the frames before: each goes on from the last. */
   PAL_MODEL_ZONE = 3
 } pal_model;
 
@@ -158,12 +159,13 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, where polynomial_dd and, of one contact alone whose displacement is given, without fixed
-   * nodes and under the scene's gravity, linear_dd answer: here the site of the largest weight did. */
+  /* The contact is at a point between sites, where polynomial_dd answers, and linear_dd one contact alone whose
+   * displacement is given, without fixed nodes and under the scene's gravity: here the site of the largest
+   * weight did. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
-  /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the next step
-   * would have turned an element inside out. It goes on in the next frame; the contact's displacement in the result is
-   * where it has got to. */
+  /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
+   * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
+   * in the result is where it has got to. Contact frames move the same zone as haptic frames. */
   PAL_FLAG_UNCONVERGED = 1 << 14
 };
 
@@ -291,8 +293,9 @@ typedef struct pal_session_config {
   double max_torque;      /* N m */
   double max_force_rate;  /* N/s */
   double max_torque_rate; /* N m/s */
-  /* Other contacts or fixed nodes need another inverse of linear_dd. A haptic frame spends this time on it
-   * (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed; until it is ready, over as
+  /* Other contacts or fixed nodes need another inverse of linear_dd, or another nonlinear zone. A haptic frame
+   * spends this time on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a
+   * zone: what listing its nodes or assembling its elements once takes); until it is ready, over as
    * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
    * are PAL_FLAG_PREPARING. What was begun is finished first, so that contacts which change all the time are
    * answered too. Contact frames for contacts of their own take its place. 0: it is made ready at once,
@@ -304,8 +307,8 @@ typedef struct pal_session_config {
   double seconds_per_operation;
   pal_clock clock; /* may be NULL where there is no budget, or where the time is given */
   void* clock_user;
-  /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), and Newton iterations of
-   * a frame, 1 .. 16 (0: 4). */
+  /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), and Newton
+   * iterations of a frame, 1 .. 16 (0: 4). */
   uint32_t zone_rings;
   uint32_t zone_iterations;
 } pal_session_config;
@@ -381,13 +384,15 @@ typedef struct pal_contact_result {
 } pal_contact_result;
 
 /* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
- * history but in the rounding, no blending, no limits. What tools hold is not among them and comes back with
- * the next haptic frame (under a budget: as soon as it is ready again). `results`: count entries, may be
- * NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3
+ * history but in the rounding and in a nonlinear zone, no blending, no limits. What tools hold is not among
+ * them and comes back with the next haptic frame (under a budget: as soon as it is ready again). `results`:
+ * count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd of degree 3
  * about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd
- * alone. At a point between sites: that of its corners, of linear_dd 9 for each node of their patches. Real-time
+ * alone. At a point between sites: that of its corners, of linear_dd 9 for each node of their patches.
+ * nonlinear_zone: for each Newton iteration some m^3 / 6 a zone, m = 3 x its nodes, and 9 for each pair of nodes
+ * on the boundaries of two zones; 7 / 6 b^3 + m^3 / 6 more where it is new, b = 3 x its boundary nodes. Real-time
  * safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
