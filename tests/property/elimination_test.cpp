@@ -48,7 +48,7 @@ struct Stored : OnCacheLines {
   uint32_t stride;
 };
 
-constexpr uint32_t kSizes[][2] = {{4, 5}, {8, 8}, {12, 16}, {28, 35}, {60, 64}, {124, 131}};
+constexpr uint32_t kSizes[][2] = {{4, 5}, {8, 9}, {12, 16}, {28, 35}, {60, 64}, {124, 131}};
 
 TEST(Elimination, LeavesTheFactorAndTheCondensedMatrix) {
   for (const EliminationKernel& kernel : kernels()) {
