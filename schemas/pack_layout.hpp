@@ -11,11 +11,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "schemas/monomials.hpp"
+
 namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 6;
+inline constexpr uint32_t kFormatVersion = 7;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -103,7 +105,7 @@ struct ZoneNode {
   uint32_t first_element;  // of it, in the list of elements by node
   uint32_t num_elements;   // of it, in the table
   uint32_t num_outside;    // of it, beyond the table
-  uint32_t reserved;
+  uint32_t row;            // its place among the rows of the exterior; a fixed node has none: kNoNode
 };
 static_assert(sizeof(ZoneNode) == 72);
 
@@ -127,6 +129,10 @@ struct ZoneMaterial {
   double constants[6];  // mu, lambda; or C10, C20, C30, 1 / D1, 1 / D2, 1 / D3
 };
 static_assert(sizeof(ZoneMaterial) == 56);
+
+// Of the fields outside of a zone: monomials of degrees 2 and 3 (monomials.hpp).
+inline constexpr uint32_t kZoneDegree = 3;
+inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session

@@ -19,6 +19,7 @@
 #include "offline/cli/ranks.hpp"
 #include "offline/cli/runtime_survey.hpp"
 #include "offline/output/finished_file.hpp"
+#include "offline/precompute/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -57,13 +58,19 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
   return compliance;
 }
 
-// Nodes, elements and compliance of nonlinear zones.
+// Nodes, elements, compliance and exterior of nonlinear zones.
 ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
-                        const RestState& rest) {
+                        const RestState& rest, int jobs) {
   ZoneTables zone = plan_zone(assembly.model(), scene, sites);
-  ProgressBar bar("compliance of zones", 3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
-  compute_zone_compliance(
-      assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
+  {
+    ProgressBar bar("compliance of zones",
+                    3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
+    compute_zone_compliance(
+        assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
+  }
+  ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
+  compute_zone_exterior(
+      assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
   return zone;
 }
 
@@ -183,7 +190,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const double sampling_seconds = seconds_since(sampling_start);
 
   std::optional<ZoneTables> zone;
-  if (scene.zone) zone = compute_zone(assembly, scene, sites, rest);
+  if (scene.zone) zone = compute_zone(assembly, scene, sites, rest, plan.jobs);
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
   content.rest = &rest;
   if (compliance.compressed) content.compressed = &*compliance.compressed;

@@ -42,7 +42,8 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   if (model == pack::ResponseModel::nonlinear_zone) {
     const pack::NonlinearZone& zone = *tables.nonlinear_zone();
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
-           zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes();
+           zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
+           zone.force_scale()->bytes() + zone.exterior()->bytes();
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +

@@ -68,7 +68,8 @@ struct SurfaceSegments {
 };
 
 struct ZoneSegments {
-  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance;
+  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
+      exterior;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -228,6 +229,8 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
   const std::vector<char> fixed = model.fixed_dofs();
   const Eigen::VectorXd at_rest = content.rest != nullptr ? content.rest->displacement_of(model)
                                                           : Eigen::VectorXd::Zero(model.num_dofs());
+  const auto first_inner = static_cast<uint32_t>(num_panels(content.sites) * pack::kPanelNodes);
+  uint32_t num_inner = 0;
   std::vector<pack::ZoneNode> nodes;
   for (size_t i = 0; i < zone.nodes.size(); ++i) {
     const auto at = static_cast<size_t>(zone.nodes[i]);
@@ -241,10 +244,28 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
     node.first_element = static_cast<uint32_t>(node_elements.size());
     node.num_elements = static_cast<uint32_t>(of_node[i].size());
     node.num_outside = static_cast<uint32_t>(zone.num_outside[i]);
+    node.row = pack::kNoNode;
+    if (static_cast<int>(i) < zone.num_free)
+      node.row = node.packed_node != pack::kNoNode ? node.packed_node : first_inner + num_inner++;
     node_elements.insert(node_elements.end(), of_node[i].begin(), of_node[i].end());
     nodes.push_back(node);
   }
   return nodes;
+}
+
+// Panels of packed nodes, then of inner ones, for each ring and site.
+std::vector<pack::Real> exterior_panels(const PackContent& content) {
+  const ZoneTables& zone = *content.zone;
+  const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
+  const auto num_inner = static_cast<Eigen::Index>(zone.inner_nodes.size());
+  std::vector<pack::Real> numbers;
+  for (const auto& fields : zone.exterior) {
+    for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
+      for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
+        append_panel(rows, panel, numbers);
+    }
+  }
+  return numbers;
 }
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
@@ -270,6 +291,8 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   }
   segments.compliance = store.add(blocks);
   segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
+  segments.force_scale = store.add(zone.force_scale);
+  segments.exterior = store.add(exterior_panels(content));
   return segments;
 }
 
@@ -492,6 +515,8 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment materials = at(zone.materials);
       const pack::Segment compliance = at(zone.compliance);
       const pack::Segment field_compliance = at(zone.field_compliance);
+      const pack::Segment force_scale = at(zone.force_scale);
+      const pack::Segment exterior = at(zone.exterior);
       zone_table = pack::CreateNonlinearZone(
           builder, static_cast<uint32_t>(content.zone->rings),
           static_cast<uint32_t>(content.zone->nodes.size()), static_cast<uint32_t>(content.zone->num_free),
@@ -499,7 +524,7 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
           static_cast<uint32_t>(content.zone->most_nodes),
           static_cast<uint32_t>(content.zone->most_boundary_nodes),
-          static_cast<uint32_t>(content.zone->most_elements));
+          static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

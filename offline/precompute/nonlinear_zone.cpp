@@ -1,55 +1,40 @@
 #include "offline/precompute/nonlinear_zone.hpp"
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <stdexcept>
 #include <variant>
 
 #include "offline/precompute/linear_dd.hpp"
-#include "schemas/pack_layout.hpp"
 
 namespace palpate {
-namespace {
-
-// The elements at each node.
-std::vector<std::vector<int>> elements_by_node(const Model& model) {
-  std::vector<std::vector<int>> elements(static_cast<size_t>(model.num_nodes()));
+ZoneFinder::ZoneFinder(const Model& model)
+    : model_(&model), by_node_(static_cast<size_t>(model.num_nodes())) {
   for (size_t e = 0; e < model.elements.size(); ++e) {
     for (const int node : model.elements[e].nodes())
-      elements[static_cast<size_t>(node)].push_back(static_cast<int>(e));
+      by_node_[static_cast<size_t>(node)].push_back(static_cast<int>(e));
   }
-  return elements;
 }
 
-// The elements of a site's zone.
-std::vector<int> zone_of(const Model& model, const std::vector<std::vector<int>>& by_node,
-                         const ContactSite& site, int rings, std::vector<char>& node_seen,
-                         std::vector<char>& element_seen) {
-  std::vector<int> elements;
-  std::vector<int> nodes = site.patch_nodes;
-  for (const int node : nodes) node_seen[static_cast<size_t>(node)] = 1;
-  size_t ring_begin = 0;
+std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) const {
+  std::set<int> elements;
+  std::set<int> nodes(site.patch_nodes.begin(), site.patch_nodes.end());
+  std::vector<int> outermost = site.patch_nodes;
   for (int ring = 0; ring < rings; ++ring) {
-    const size_t ring_end = nodes.size();
-    for (size_t i = ring_begin; i < ring_end; ++i) {
-      for (const int e : by_node[static_cast<size_t>(nodes[i])]) {
-        if (element_seen[static_cast<size_t>(e)] != 0) continue;
-        element_seen[static_cast<size_t>(e)] = 1;
-        elements.push_back(e);
-        for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
-          if (node_seen[static_cast<size_t>(node)] != 0) continue;
-          node_seen[static_cast<size_t>(node)] = 1;
-          nodes.push_back(node);
+    std::vector<int> found;
+    for (const int at : outermost) {
+      for (const int e : elements_of(at)) {
+        if (!elements.insert(e).second) continue;
+        for (const int node : model_->elements[static_cast<size_t>(e)].nodes()) {
+          if (nodes.insert(node).second) found.push_back(node);
         }
       }
     }
-    ring_begin = ring_end;
+    outermost = std::move(found);
   }
-  for (const int node : nodes) node_seen[static_cast<size_t>(node)] = 0;
-  for (const int e : elements) element_seen[static_cast<size_t>(e)] = 0;
-  return elements;
+  return {elements.begin(), elements.end()};
 }
-
-}  // namespace
 
 std::string why_no_zone(const Model& model) {
   for (const Material& material : model.materials) {
@@ -63,29 +48,26 @@ std::string why_no_zone(const Model& model) {
 }
 
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) {
-  const std::vector<std::vector<int>> by_node = elements_by_node(model);
-  std::vector<char> node_seen(by_node.size());
-  std::vector<char> element_seen(model.elements.size());
+  const ZoneFinder finder(model);
+  const auto num_nodes = static_cast<size_t>(model.num_nodes());
   std::vector<char> element_carried(model.elements.size());
   ZoneTables zone;
   zone.rings = rings;
   for (const ContactSite& site : sites.sites) {
-    const std::vector<int> elements = zone_of(model, by_node, site, rings, node_seen, element_seen);
-    std::vector<int> inside(by_node.size(), 0);
-    int num_nodes = 0;
+    const std::vector<int> elements = finder.elements_about(site, rings);
+    std::map<int, size_t> inside;  // elements of the zone at each of its nodes
     for (const int e : elements) {
       element_carried[static_cast<size_t>(e)] = 1;
-      for (const int node : model.elements[static_cast<size_t>(e)].nodes())
-        num_nodes += inside[static_cast<size_t>(node)]++ == 0 ? 1 : 0;
+      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) ++inside[node];
     }
-    int num_boundary = 0;
-    for (size_t node = 0; node < by_node.size(); ++node)
-      num_boundary += inside[node] > 0 && inside[node] < static_cast<int>(by_node[node].size()) ? 1 : 0;
-    zone.most_nodes = std::max(zone.most_nodes, num_nodes);
-    zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, num_boundary);
+    const auto num_boundary = std::count_if(inside.begin(), inside.end(), [&](const auto& node) {
+      return node.second < finder.elements_of(node.first).size();
+    });
+    zone.most_nodes = std::max(zone.most_nodes, static_cast<int>(inside.size()));
+    zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, static_cast<int>(num_boundary));
     zone.most_elements = std::max(zone.most_elements, static_cast<int>(elements.size()));
   }
-  std::vector<int> carried(by_node.size(), 0);  // elements carried at each node
+  std::vector<int> carried(num_nodes, 0);  // elements carried at each node
   for (size_t e = 0; e < element_carried.size(); ++e) {
     if (element_carried[e] == 0) continue;
     zone.elements.push_back(static_cast<int>(e));
@@ -95,21 +77,27 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) 
   const auto is_fixed = [&](size_t node) {
     return fixed[3 * node] != 0 && fixed[3 * node + 1] != 0 && fixed[3 * node + 2] != 0;
   };
-  std::vector<char> is_contact(by_node.size());
+  std::vector<char> is_contact(num_nodes);
   for (size_t c = 0; c < sites.contact_nodes.size(); ++c) {
     zone.nodes.push_back(sites.model_node(static_cast<int>(c)));
     is_contact[static_cast<size_t>(zone.nodes.back())] = 1;
   }
   for (const bool fixed_ones : {false, true}) {
-    for (size_t node = 0; node < by_node.size(); ++node) {
+    for (size_t node = 0; node < num_nodes; ++node) {
       if (carried[node] > 0 && is_contact[node] == 0 && is_fixed(node) == fixed_ones)
         zone.nodes.push_back(static_cast<int>(node));
     }
     if (!fixed_ones) zone.num_free = static_cast<int>(zone.nodes.size());
   }
   for (const int node : zone.nodes) {
-    const auto at = static_cast<size_t>(node);
-    zone.num_outside.push_back(static_cast<int>(by_node[at].size()) - carried[at]);
+    zone.num_outside.push_back(static_cast<int>(finder.elements_of(node).size()) -
+                               carried[static_cast<size_t>(node)]);
+  }
+  std::vector<char> is_packed(num_nodes);
+  for (const int node : sites.packed_nodes) is_packed[static_cast<size_t>(node)] = 1;
+  for (int i = 0; i < zone.num_free; ++i) {
+    const int node = zone.nodes[static_cast<size_t>(i)];
+    if (is_packed[static_cast<size_t>(node)] == 0) zone.inner_nodes.push_back(node);
   }
   return zone;
 }
@@ -149,8 +137,11 @@ double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {
   const auto contacts = static_cast<double>(sites.contact_nodes.size());
   const double free = zone.num_free;
   const double panels = pack::num_panels(static_cast<std::uint32_t>(sites.packed_nodes.size()));
+  const double all_panels = panels + pack::num_panels(static_cast<std::uint32_t>(zone.inner_nodes.size()));
   return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) +
-         (free - contacts) * panels * 3 * pack::kPanelRows * sizeof(pack::Real);
+         ((free - contacts) * panels * 3 +
+          zone.rings * static_cast<double>(sites.sites.size()) * all_panels * pack::kZoneColumns) *
+             pack::kPanelRows * sizeof(pack::Real);
 }
 
 }  // namespace palpate

@@ -3,7 +3,8 @@
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
 // times. Carried are the elements and nodes of all sites' zones, and the compliance K^-1 at rest between those nodes,
-// of which the rows and columns of contact nodes are linear_dd's.
+// of which the rows and columns of contact nodes are linear_dd's; and what the organ outside adds to its linear answer
+// (zone_exterior.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +14,7 @@
 
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/rest_state.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 
@@ -30,6 +32,26 @@ struct ZoneTables {
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
   Eigen::MatrixXd compliance;
   Eigen::MatrixXd field_compliance;  // the same columns, rows of packed nodes
+  std::vector<int> inner_nodes;      // free ones that are not packed, in their order; model nodes
+  // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
+  // in a linear organ.
+  std::vector<double> force_scale;
+  // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each monomial
+  // of degrees 2 and 3 of x = f / force_scale.
+  std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
+};
+
+// Which elements are in the zone of a site.
+class ZoneFinder {
+ public:
+  explicit ZoneFinder(const Model& model);
+  // Ascending. Thread-safe.
+  std::vector<int> elements_about(const ContactSite& site, int rings) const;
+  const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
+
+ private:
+  const Model* model_;
+  std::vector<std::vector<int>> by_node_;
 };
 
 // Why no zone can be carried, naming the material; "" where one can.
@@ -42,7 +64,7 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings);
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                              const std::function<void(int, int)>& progress, ZoneTables& zone);
 
-// Bytes of a pack that the compliance takes.
+// Bytes of a pack that the compliance and the exterior take.
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites);
 
 }  // namespace palpate

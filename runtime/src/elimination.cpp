@@ -253,6 +253,12 @@ EliminationKernel choose_elimination_kernel() {
   return kernels[count - 1];
 }
 
+void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix) {
+  for (uint32_t column = 0; column < unknown; ++column) matrix[size_t{column} * stride + unknown] = 0;
+  for (uint32_t row = unknown; row < size; ++row) matrix[size_t{unknown} * stride + row] = 0;
+  matrix[size_t{unknown} * stride + unknown] = 1;
+}
+
 bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,
                uint32_t eliminated) {
   for (uint32_t first = 0; first < size; first += kEliminationColumns) {

@@ -46,6 +46,9 @@ inline constexpr uint32_t kMostEliminationKernels = 2;
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]);
 EliminationKernel choose_elimination_kernel();
 
+// An unknown that is held takes no part.
+void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix);
+
 // All columns after one another.
 bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,
                uint32_t eliminated);

@@ -28,7 +28,11 @@ struct FieldState {
   pal_real* weights;  // and their forces [num_held][3]
   uint32_t num_own;   // nonlinear_zone: packed nodes in it, which move otherwise
   uint32_t* own_nodes;
-  pal_real* own;  // [num_own][3] displacements from the mesh
+  pal_real* own;          // [num_own][3] displacements from the mesh
+  uint32_t num_exterior;  // nonlinear_zone: contacts whose exterior fields take part
+  uint32_t exterior_rings;
+  uint32_t* exterior_sites;
+  pal_real* exterior_weights;  // [num_exterior][kZoneColumns]
   bool gravity_turned;
   pal_real gravity_turn[3];
 };

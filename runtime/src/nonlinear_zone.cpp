@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -14,7 +15,9 @@ constexpr uint32_t kMostCuts = 6;
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow
 constexpr uint32_t kMostFailures = 8;
-constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
+constexpr double kFarthest = 1e4;     // displacement of any node, in units of the scene's largest
+constexpr double kMostBrought = 0.3;  // of a change of force, by q; more and its series says nothing
+constexpr uint32_t kTurns = 8;        // which leave less than 0.3^9 of it, and mostly 0.02^9
 // Of a contact in one frame, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
 constexpr double kLongestStep = 0.5;
 
@@ -40,11 +43,26 @@ void gather_boundary(const Frame& frame, const ZoneGroup& group, double* out) {
   }
 }
 
-// T b into state.pull: how far the other groups' tractions move the boundary, and the forces that this takes.
+// Adds T q of what the organ outside adds to its linear answer.
+void add_exterior_pull(const Frame& frame, const ZoneGroup& group) {
+  const size_t stride = group.boundary_stride;
+  for (uint32_t c = 0; c < frame.set.num_contacts; ++c) {
+    double weights[pack::kZoneColumns];
+    weigh_exterior(frame.pack, frame.set, c, weights);
+    const double* pulls = group.exterior_pulls + size_t{c} * pack::kZoneColumns * stride;
+    for (uint32_t j = 0; j < pack::kZoneColumns; ++j) {
+      for (size_t i = 0; i < stride; ++i) frame.state.pull[i] += weights[j] * pulls[j * stride + i];
+    }
+  }
+}
+
+// T b into state.pull: how far the other groups' tractions and the organ's nonlinear part move the boundary, and the
+// forces that this takes.
 void find_pull(Frame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
   memset(state.pull, 0, group.boundary_stride * sizeof *state.pull);
+  add_exterior_pull(frame, group);
   if (set.num_groups == 1) return;
   double* moved = state.boundary;
   memset(moved, 0, group.boundary_stride * sizeof *moved);
@@ -65,21 +83,29 @@ void find_pull(Frame& frame, const ZoneGroup& group) {
   state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, moved, state.pull);
 }
 
+// S w_B - T b, [3 boundary nodes]; leaves w_B in state.boundary.
+const double* find_outside_force(Frame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  gather_boundary(frame, group, state.boundary);
+  for (uint32_t i = 0; i < group.boundary_stride; ++i) state.vector[i] = -state.pull[i];
+  state.kernel.add_product(group.exterior, group.boundary_stride, group.boundary_stride, state.boundary,
+                           state.vector);
+  return state.vector;
+}
+
 // Forces that no tissue takes, as of a compliance that is positive definite in each group and not as a whole, are none.
 void find_traction(Frame& frame, const ZoneGroup& group) {
   constexpr double kMostMoved =
-      1e12;  // by its own traction alone, in units of the scene's largest displacement
+      1e4;  // in units of what moves this node alone by the scene's largest displacement
   ZoneState& state = frame.state;
   double* t = state.vector;
   gather_boundary(frame, group, state.boundary);
   for (uint32_t i = 0; i < group.boundary_stride; ++i) t[i] = -state.pull[i];
   state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, state.boundary, t);
   bool sound = true;
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
-    const uint32_t node = frame.set.nodes[boundary_place(group, i / 3)];
-    double own[9];
-    zone_compliance(frame.pack, node, node, own);
-    sound = sound && fabs(t[i]) * own[4 * (i % 3)] <= kMostMoved * frame.pack.max_displacement;
+  for (size_t i = 0; i < size_t{3} * group.num_boundary; ++i) {
+    const double own = group.whole[i * group.boundary_stride + i];
+    sound = sound && fabs(t[i]) <= kMostMoved * frame.pack.max_displacement * own;
   }
   double* to = frame.set.traction + size_t{3} * boundary_place(group, 0);
   const size_t bytes = size_t{3} * group.num_boundary * sizeof *t;
@@ -110,9 +136,11 @@ void place_held(Frame& frame, const ZoneGroup& group) {
 bool is_upright(const Frame& frame, const ZoneGroup& group) {
   const double* u = frame.set.displacement + size_t{3} * group.first_node;
   const double limit = kFarthest * frame.pack.max_displacement;
-  for (uint32_t i = 0; i < 3 * group.num_nodes; ++i) {
-    const double rest = frame.pack.zone_nodes[frame.set.nodes[group.first_node + i / 3]].displacement[i % 3];
-    if (!(fabs(u[i] - rest) <= limit)) return false;
+  for (uint32_t i = 0; i < group.num_nodes; ++i) {
+    const double* rest = frame.pack.zone_nodes[frame.set.nodes[group.first_node + i]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      if (!(fabs(u[3 * i + axis] - rest[axis]) <= limit)) return false;
+    }
   }
   return smallest_jacobian(group.batches, frame.set.displacement) > kLeastJacobian;
 }
@@ -175,6 +203,28 @@ void move_contacts(Frame& frame, const ZoneGroup& group, const double* wanted) {
   frame.flags |= PAL_FLAG_UNCONVERGED;
 }
 
+// Behind the contacts, whose displacements are unknowns.
+uint32_t load_row(const ZoneGroup& group) {
+  return group.unknowns + 3 * group.num_contacts;
+}
+
+// -T dq/df of a contact of the group, as its three rows.
+void add_exterior_rows(const Frame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
+  const uint32_t contact = group.contacts[slot];
+  double derivatives[3][pack::kZoneColumns];
+  differentiate_exterior(frame.pack, frame.set, contact, derivatives);
+  const double* pulls = group.exterior_pulls + size_t{contact} * pack::kZoneColumns * group.boundary_stride;
+  double* rows = matrix + load_row(group) + 1 + 3 * slot;
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      double sum = 0;
+      for (uint32_t j = 0; j < pack::kZoneColumns; ++j)
+        sum += derivatives[axis][j] * pulls[size_t{j} * group.boundary_stride + i];
+      rows[size_t{3 * group.num_interior + i} * group.stride + axis] = -sum;
+    }
+  }
+}
+
 // The matrix of an iteration; `shift` of its diagonal is added to it.
 void assemble(Frame& frame, const ZoneGroup& group, double shift) {
   const pal_pack& pack = frame.pack;
@@ -197,16 +247,13 @@ void assemble(Frame& frame, const ZoneGroup& group, double shift) {
     double* to = matrix + (boundary + j) * stride + boundary;
     for (uint32_t i = j; i < 3 * group.num_boundary; ++i) to[i] += from[i];
   }
-  gather_boundary(frame, group, state.boundary);
-  double* pulled = state.vector;
-  for (uint32_t i = 0; i < group.boundary_stride; ++i) pulled[i] = -state.pull[i];
-  state.kernel.add_product(group.exterior, group.boundary_stride, group.boundary_stride, state.boundary,
-                           pulled);
+  const double* outside = find_outside_force(frame, group);
   double* at_boundary = state.forces + size_t{3} * boundary_place(group, 0);
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) at_boundary[i] += pulled[i];
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) at_boundary[i] += outside[i];
 
-  // The residual as a row.
-  const size_t load = group.size - 1;
+  // The residual as a row, and -G^T.
+  const size_t load = load_row(group);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) add_exterior_rows(frame, group, slot, matrix);
   const uint32_t free = group.num_interior + group.num_boundary;
   for (uint32_t i = 0; i < 3 * free; ++i) matrix[i * stride + load] = state.forces[first + i];
   for (uint32_t i = group.first_node + free; i < group.first_node + free + group.num_held; ++i) {
@@ -221,10 +268,7 @@ void assemble(Frame& frame, const ZoneGroup& group, double shift) {
     const uint32_t axes = pack.zone_nodes[set.nodes[group.first_node + i]].free_axes;
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
       if ((axes >> axis & 1) != 0) continue;
-      const uint32_t unknown = 3 * i + axis;
-      for (uint32_t column = 0; column < unknown; ++column) matrix[column * stride + unknown] = 0;
-      for (uint32_t row = unknown; row < group.size; ++row) matrix[unknown * stride + row] = 0;
-      matrix[unknown * stride + unknown] = 1;
+      drop_unknown(3 * i + axis, group.size, group.stride, matrix);
     }
   }
   for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
@@ -242,7 +286,7 @@ bool linearise(Frame& frame, const ZoneGroup& group) {
     frame.flags |= PAL_FLAG_UNCONVERGED;
   }
   if (!sound) return false;
-  const uint32_t count = group.size - group.unknowns;
+  const uint32_t count = load_row(group) + 1 - group.unknowns;
   for (uint32_t column = 0; column < group.unknowns; ++column) {
     const double* from = state.frame + size_t{column} * group.stride + group.unknowns;
     for (uint32_t t = 0; t < count; ++t) row_of(group, t)[column] = from[t];
@@ -268,17 +312,55 @@ void read_contacts(Frame& frame, const ZoneGroup& group) {
       return;
     }
   }
-  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
-    set.force[place(i)] = entry(i, 3 * group.num_contacts);
-    for (uint32_t j = 0; j < 3 * group.num_contacts; ++j) set.stiffness[place(i)][place(j)] = entry(i, j);
+  // What q brings back of a change of force, as long as that is a small part of it.
+  const uint32_t count = 3 * group.num_contacts;
+  double back[3 * kMostZoneContacts][3 * kMostZoneContacts];
+  double largest = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    double sum = 0;
+    for (uint32_t j = 0; j < count; ++j) {
+      back[i][j] = entry(count + 1 + j, i);
+      sum += fabs(back[i][j]);
+    }
+    largest = fmax(largest, sum);
   }
+  if (!(largest <= kMostBrought)) memset(back, 0, sizeof back);
+  // (1 - H)^-1 of a column, by its series.
+  const auto with_exterior = [&](const double* column, double* sum) {
+    memcpy(sum, column, count * sizeof *sum);
+    for (uint32_t turn = 0; turn < kTurns; ++turn) {
+      double next[3 * kMostZoneContacts];
+      for (uint32_t i = 0; i < count; ++i) {
+        next[i] = column[i];
+        for (uint32_t j = 0; j < count; ++j) next[i] += back[i][j] * sum[j];
+      }
+      memcpy(sum, next, count * sizeof *sum);
+    }
+  };
+  double column[3 * kMostZoneContacts] = {};
+  double sum[3 * kMostZoneContacts] = {};
+  for (uint32_t j = 0; j < count; ++j) {
+    for (uint32_t i = 0; i < count; ++i) column[i] = entry(i, j);
+    with_exterior(column, sum);
+    for (uint32_t i = 0; i < count; ++i) set.stiffness[place(i)][place(j)] = sum[i];
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    for (uint32_t j = 0; j < i; ++j) {
+      double& lower = set.stiffness[place(i)][place(j)];
+      double& upper = set.stiffness[place(j)][place(i)];
+      lower = upper = 0.5 * (lower + upper);
+    }
+  }
+  for (uint32_t i = 0; i < count; ++i) column[i] = entry(i, count) - set.force[place(i)];
+  with_exterior(column, sum);
+  for (uint32_t i = 0; i < count; ++i) set.force[place(i)] += sum[i];
 }
 
 // One Newton iteration. Its largest step, or a negative number where there was none: nothing has moved then.
 double iterate(Frame& frame, ZoneGroup& group) {
   group.has_sensitivities = false;
   if (!linearise(frame, group)) return -1;
-  const uint32_t load = group.size - 1 - group.unknowns;
+  const uint32_t load = load_row(group) - group.unknowns;
   double largest = 0;
   for (uint32_t row = 0; row <= load; ++row) {
     for (uint32_t i = 0; i < group.unknowns; ++i) {
@@ -307,6 +389,27 @@ void count_failure(const Frame& frame, ZoneGroup& group) {
   if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
 }
 
+// What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
+// forces t, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
+double exterior_energy(const Frame& frame, const ZoneGroup& group) {
+  const double* t = frame.set.traction + size_t{3} * boundary_place(group, 0);
+  double energy = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    const uint32_t contact = group.contacts[slot];
+    double weights[pack::kZoneColumns];
+    weigh_exterior(frame.pack, frame.set, contact, weights);
+    const double* fields =
+        group.exterior_fields + size_t{contact} * pack::kZoneColumns * group.boundary_stride;
+    for (uint32_t j = 0; j < pack::kZoneColumns; ++j) {
+      double work = 0;
+      for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+        work += t[i] * fields[size_t{j} * group.boundary_stride + i];
+      energy += (j < pack::num_monomials(2) ? 2.0 / 3 - 0.5 : 3.0 / 4 - 0.5) * weights[j] * work;
+    }
+  }
+  return energy;
+}
+
 double energy_of(Frame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
@@ -320,13 +423,9 @@ double energy_of(Frame& frame, const ZoneGroup& group) {
       energy -= set.rest_force[at] * (set.displacement[at] - rest[axis]);
     }
   }
-  gather_boundary(frame, group, state.boundary);
-  double* pulled = state.vector;
-  for (uint32_t i = 0; i < group.boundary_stride; ++i) pulled[i] = -state.pull[i];
-  state.kernel.add_product(group.exterior, group.boundary_stride, group.boundary_stride, state.boundary,
-                           pulled);
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += 0.5 * state.boundary[i] * pulled[i];
-  return energy;
+  const double* outside = find_outside_force(frame, group);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += 0.5 * state.boundary[i] * outside[i];
+  return energy + exterior_energy(frame, group);
 }
 
 }  // namespace
@@ -391,6 +490,15 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   const ZoneSet& set = state.answering;
   field.num_held = 0;
   field.num_own = 0;
+  field.num_exterior = set.num_groups > 0 ? set.num_contacts : 0;
+  field.exterior_rings = state.rings;
+  for (uint32_t c = 0; c < field.num_exterior; ++c) {
+    double weights[pack::kZoneColumns];
+    weigh_exterior(pack, set, c, weights);
+    field.exterior_sites[c] = set.sites[c];
+    for (uint32_t j = 0; j < pack::kZoneColumns; ++j)
+      field.exterior_weights[c * pack::kZoneColumns + j] = static_cast<pal_real>(weights[j] * pack.metres);
+  }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {

@@ -5,21 +5,27 @@
 // t the forces on the linear organ at B, b how far the other groups' t move B:
 //
 //   P(w) - P(0) + [S w_B - T b]_B = f_c          f_c zero but at contacted nodes
-//   t = T (w_B - b),   b = sum over other groups of C_BB' t'          outside of V: u = sum over groups of C_OB t
+//   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(f)
+//   outside of V: u = sum over groups of C_OB t + sum over contacts of q(f)
 //
-// Under gravity the elements' weight and P(0) cancel. It is exact for an organ that is linear outside of the zone: for
-// small displacements, and where the zone is the whole organ.
+// q(f): what the organ outside adds to its linear answer, of second and third order in a contact's net force
+// (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and where
+// the zone is the whole organ.
 //
 // A patch moves as one, so contacts are three unknowns each, last in the matrix of a Newton iteration, behind which the
-// residual stands as one more row:
+// residual stands as one more row, and three rows for each contact, -G^T, G = T dq/df:
 //
-//   [ K_uu   .    . ]        [ L   .             .   ]
-//   [ K_cu  K_cc  . ]  ->    [ X   K_cc - X X^T  .   ]    after elimination of the unknowns u
-//   [ r_u   r_c   0 ]        [ y   r_c - X y     -|y|^2 ]
+//   [ K_uu   .    .   . ]        [ L    .             .      . ]
+//   [ K_cu  K_cc  .   . ]  ->    [ X   K_cc - X X^T   .      . ]    after elimination of the unknowns u
+//   [ r_u   r_c   0   . ]        [ y   r_c - X y   -|y|^2    . ]
+//   [ -G^T   0    0   0 ]        [ Z   -Z X^T      -Z y^T    . ]
 //
-// K_cc - X X^T is the stiffness that a tool feels, r_c - X y its force once u is set right to first order, |y|^2 twice the
-// energy that doing so sets free, -y L^-1 the Newton step and -X L^-1 how u follows the contacts, which is where the next
-// frame starts from.
+// At given q, A = K_cc - X X^T is the stiffness that a tool feels, r_c - X y its force once u is set right to first order,
+// -y L^-1 the Newton step and -X L^-1 how u follows the contacts, which is where the next frame starts from. But q goes
+// with the forces, H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1.
+//
+// The force is the gradient of the stored energy but for what q leaves out, orders beyond the third: (1 - H)^-1 A is
+// symmetric to about 1e-4 of it, and is made so.
 #pragma once
 
 #include <palpate/palpate.h>

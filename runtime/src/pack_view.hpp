@@ -86,6 +86,9 @@ struct pal_pack {
   const palpate::pack::ZoneMaterial* zone_materials;
   const double* zone_compliance;  // rows from num_contact_nodes on
   const pal_real* zone_field_compliance;
+  uint32_t num_row_panels;         // of zone_exterior: of packed nodes, then of inner ones
+  const double* zone_force_scale;  // [num_sites]
+  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][kZoneColumns][96]
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;

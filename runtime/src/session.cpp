@@ -20,6 +20,7 @@
 #include "runtime/src/rising_search.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/sized_struct.hpp"
+#include "runtime/src/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -54,16 +55,20 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_held ? at_point : linear.max_held;
   uint32_t most_own = 0;
+  uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
     most_held = arrays.zone.max_boundary > most_held ? arrays.zone.max_boundary : most_held;
     most_own = arrays.zone.max_nodes;
+    most_exterior = arrays.zone.max_contacts;
   }
   for (FieldState& slot : arrays.snapshots.slots) {
     slot.own_nodes = arena.take<uint32_t>(most_own);
     slot.own = arena.take<pal_real>(size_t{3} * most_own);
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
+    slot.exterior_sites = arena.take<uint32_t>(most_exterior);
+    slot.exterior_weights = arena.take<pal_real>(size_t{pack::kZoneColumns} * most_exterior);
   }
   reset_snapshots(arrays.snapshots);
   carve_tools(config, arena, arrays.tools);
@@ -156,6 +161,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
   const bool onto = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
     fill_compliance_field(*session.pack, field, first, count, session.kernel.add_columns, onto, sum);
+    if (field.model == PAL_MODEL_ZONE)
+      add_exterior_field(*session.pack, field, first, count, session.kernel.add_columns, sum);
   } else if (field.model == PAL_MODEL_POLYNOMIAL) {
     for (uint32_t i = 0; i < field.num_corners; ++i)
       fill_polynomial_field(shown.corners[i], first, count, session.kernel, onto || i > 0, sum);
@@ -166,8 +173,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
 
 // Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
 bool writes_once(const pal_session& session, const FieldState& field) {
-  return !session.pack->has_gravity &&
-         ((field.model != PAL_MODEL_LINEAR && field.model != PAL_MODEL_ZONE) || field.num_held <= 1) &&
+  return !session.pack->has_gravity && field.model != PAL_MODEL_ZONE &&
+         (field.model != PAL_MODEL_LINEAR || field.num_held <= 1) &&
          (field.model != PAL_MODEL_POLYNOMIAL || field.num_corners == 1);
 }
 

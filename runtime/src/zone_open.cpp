@@ -26,6 +26,8 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
                      : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
          node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
+         (node.free_axes == 0 ? node.row == pack::kNoNode
+                              : node.row < pack.num_row_panels * pack::kPanelNodes) &&
          node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
 }
@@ -109,9 +111,25 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
   pack.zone_field_compliance =
       array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
-  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
-      pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr)
+  // As many panels of inner nodes as the array has.
+  const uint64_t of_panel =
+      uint64_t{pack.zone_rings} * pack.num_sites * pack::kZoneColumns * pack::kPanelRows;
+  const uint64_t num_numbers = zone.exterior() != nullptr ? zone.exterior()->bytes() / sizeof(pal_real) : 0;
+  if (of_panel == 0 || num_numbers % of_panel != 0 ||
+      num_numbers / of_panel > kMostNodes / pack::kPanelNodes ||
+      num_numbers / of_panel < pack::num_panels(pack.num_nodes))
     return false;
+  pack.num_row_panels = static_cast<uint32_t>(num_numbers / of_panel);
+  pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
+  pack.zone_exterior = array_of<pal_real>(pack, zone.exterior(), first_offset, num_numbers);
+  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
+      pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
+      pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
+    return false;
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    const double scale = pack.zone_force_scale[site];
+    if (!(scale >= 1 / kLargestEnergy && scale <= kLargestEnergy)) return false;
+  }
   uint64_t first_element = 0;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
     if (nodes[i].first_element != first_element || !is_node(pack, nodes[i], i, num_entries)) return false;
@@ -133,7 +151,10 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   }
   pack.zone_nodes = nodes;
   if (trusted) return true;
-  if (!is_compliance(pack)) return false;
+  if (!is_compliance(pack) ||
+      !all_within(pack.zone_exterior, num_numbers,
+                  static_cast<pal_real>(kLargestAmplification * pack.max_displacement)))
+    return false;
   for (uint64_t node = 0; node < others; ++node) {
     const uint64_t at = node + pack.num_contact_nodes;
     const double* block =

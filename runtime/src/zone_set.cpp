@@ -4,255 +4,43 @@
 
 #include "runtime/src/contact_place.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_members.hpp"
 
 namespace palpate {
 namespace {
 
-uint32_t patch_begin(const pal_pack& pack, uint32_t site) {
-  return pack.patch_starts[site];
-}
-uint32_t patch_end(const pal_pack& pack, uint32_t site) {
-  return pack.patch_starts[site + 1];
-}
-
-bool is_fixed(const pal_pack& pack, uint32_t node) {
-  return pack.zone_nodes[node].free_axes == 0;
-}
-
-// Marks what the zone of a contact holds, ring by ring. False where it is more than a pack may hold.
-bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState& state) {
-  const uint64_t bit = uint64_t{1} << contact;
-  uint32_t num_queued = 0;
-  const auto add_node = [&](uint32_t node) {
-    uint64_t& contacts = state.node_contacts[node];
-    if ((contacts & bit) != 0) return true;
-    if (num_queued == state.max_nodes) return false;
-    if (contacts == 0) {
-      if (state.num_found_nodes == state.max_nodes) return false;
-      state.found_nodes[state.num_found_nodes++] = node;
-    }
-    contacts |= bit;
-    state.queue[num_queued++] = node;
-    return true;
-  };
-  for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
-    if (!add_node(pack.patch_nodes[p])) return false;
-  }
-  uint32_t ring_begin = 0;
-  for (uint32_t ring = 0; ring < state.rings; ++ring) {
-    const uint32_t ring_end = num_queued;
-    for (uint32_t q = ring_begin; q < ring_end; ++q) {
-      const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
-      for (uint32_t e = 0; e < node.num_elements; ++e) {
-        const uint32_t index = pack.zone_node_elements[node.first_element + e];
-        uint64_t& contacts = state.element_contacts[index];
-        if ((contacts & bit) != 0) continue;
-        if (contacts == 0) {
-          if (state.num_found_elements == state.max_elements) return false;
-          state.found_elements[state.num_found_elements++] = index;
-        }
-        contacts |= bit;
-        const pack::ZoneElement& element = pack.zone_elements[index];
-        for (uint32_t a = 0; a < element.num_nodes; ++a) {
-          if (!add_node(element.nodes[a])) return false;
-        }
-      }
-    }
-    ring_begin = ring_end;
-  }
-  return true;
-}
-
-void forget_marks(ZoneState& state) {
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) state.node_contacts[state.found_nodes[i]] = 0;
-  for (uint32_t i = 0; i < state.num_found_elements; ++i) state.element_contacts[state.found_elements[i]] = 0;
-  state.num_found_nodes = 0;
-  state.num_found_elements = 0;
-}
-
-// The contacts that share nodes, directly or through others, as bits: of each contact its group's.
-void find_groups(const ZoneState& state, uint32_t count, uint64_t groups[kMostZoneContacts]) {
-  for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-    const uint64_t contacts = state.node_contacts[state.found_nodes[i]];
-    uint64_t joined = 0;
-    for (uint32_t c = 0; c < count; ++c) {
-      if ((contacts >> c & 1) != 0) joined |= groups[c];
-    }
-    for (uint32_t c = 0; c < count; ++c) {
-      if ((joined >> c & 1) != 0) groups[c] = joined;
-    }
-  }
-}
-
-// Of the elements at a node, those in the zone.
-uint32_t num_inside(const pal_pack& pack, const ZoneState& state, uint32_t node, uint64_t group) {
-  const pack::ZoneNode& entry = pack.zone_nodes[node];
-  uint32_t count = 0;
-  for (uint32_t e = 0; e < entry.num_elements; ++e) {
-    const uint32_t index = pack.zone_node_elements[entry.first_element + e];
-    count += (state.element_contacts[index] & group) != 0 ? 1 : 0;
-  }
-  return count;
-}
-
-// The contacts that hold a node, as masters of it; how many. `num_masters` counts them on.
-uint32_t list_masters(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t node,
-                      uint32_t& num_masters) {
-  uint32_t count = 0;
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    const uint32_t site = set.sites[group.contacts[slot]];
-    for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
-      if (pack.patch_nodes[p] != node) continue;
-      set.masters[num_masters + count++] = {slot, 0.0};
-    }
-  }
-  for (uint32_t m = 0; m < count; ++m) set.masters[num_masters + m].share = 1.0 / count;
-  num_masters += count;
-  return count;
-}
-
-enum class Role : uint32_t { interior, boundary, held, fixed };
-
-// The group's nodes, role by role.
-void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uint32_t& num_masters,
-                ZoneSet& set, ZoneGroup& group) {
-  const auto role_of = [&](uint32_t node) {
-    if (is_fixed(pack, node)) return Role::fixed;
-    for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-      const uint32_t site = set.sites[group.contacts[slot]];
-      for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
-        if (pack.patch_nodes[p] == node) return Role::held;
-      }
-    }
-    const pack::ZoneNode& entry = pack.zone_nodes[node];
-    return entry.num_outside > 0 || num_inside(pack, state, node, mask) < entry.num_elements ? Role::boundary
-                                                                                             : Role::interior;
-  };
-  group.first_node = set.num_nodes;
-  for (const Role role : {Role::interior, Role::boundary, Role::held, Role::fixed}) {
-    const uint32_t before = set.num_nodes;
-    for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-      const uint32_t node = state.found_nodes[i];
-      if ((state.node_contacts[node] & mask) == 0 || role_of(node) != role) continue;
-      const uint32_t place = set.num_nodes++;
-      set.nodes[place] = node;
-      set.first_master[place] = num_masters;
-      const uint32_t own = 3 * (place - group.first_node);
-      set.unknown_of[place] = role == Role::fixed ? kNoUnknown : role == Role::held ? kHeldUnknown : own;
-      if (role == Role::held && list_masters(pack, set, group, node, num_masters) > 1)
-        set.flags |= PAL_FLAG_OVERLAPPING;
-      set.first_master[place + 1] = num_masters;
-    }
-    const uint32_t count = set.num_nodes - before;
-    if (role == Role::interior) group.num_interior = count;
-    if (role == Role::boundary) group.num_boundary = count;
-    if (role == Role::held) group.num_held = count;
-  }
-  group.num_nodes = set.num_nodes - group.first_node;
-  group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
-  group.size = group.unknowns + 3 * group.num_contacts + 1;
-  group.stride = elimination_stride(group.size);
-  group.boundary_stride = elimination_stride(3 * group.num_boundary);
-  for (uint32_t i = 0; i < group.num_held; ++i) {
-    const uint32_t place = group.first_node + group.num_interior + group.num_boundary + i;
-    for (uint32_t m = set.first_master[place]; m < set.first_master[place + 1]; ++m)
-      set.masters[m].unknown = group.unknowns + 3 * set.masters[m].unknown;
-  }
-}
-
-template <int kNodes>
-bool append_element(const pal_pack& pack, const pack::ZoneElement& element, const uint32_t* place_of,
-                    uint32_t count, ZoneBatch<kNodes>* batches) {
-  ZoneBatch<kNodes>& batch = batches[count / kLanes];
-  int nodes[kNodes];
-  for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(place_of[element.nodes[a]] - 1);
-  const int first = static_cast<int>(count % kLanes);
-  batch.count = first + 1;
-  for (int lane = first; lane < kLanes; ++lane) {
-    if (!set_zone_element<kNodes>(pack, element, nodes, lane, batch)) return false;
-  }
-  return true;
-}
-
-// The group's elements, in lanes.
-bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32_t& first_linear,
-                   uint32_t& first_quadratic, ZoneGroup& group) {
-  ZoneSet& set = state.next;
-  for (uint32_t i = 0; i < group.num_nodes; ++i)
-    state.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
-  group.batches.linear = set.linear + first_linear;
-  group.batches.quadratic = set.quadratic + first_quadratic;
-  uint32_t num_linear = 0;
-  uint32_t num_quadratic = 0;
-  bool sound = true;
-  for (uint32_t i = 0; i < state.num_found_elements && sound; ++i) {
-    const uint32_t index = state.found_elements[i];
-    if ((state.element_contacts[index] & mask) == 0) continue;
-    const pack::ZoneElement& element = pack.zone_elements[index];
-    if (element.num_nodes == 4) {
-      sound = append_element(pack, element, state.place_of, num_linear++, group.batches.linear);
-    } else if (num_quadratic < state.max_quadratic) {
-      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches.quadratic);
-    } else {
-      sound = false;
-    }
-  }
-  for (uint32_t i = 0; i < group.num_nodes; ++i) state.place_of[set.nodes[group.first_node + i]] = 0;
-  group.batches.num_linear = (num_linear + kLanes - 1) / kLanes;
-  group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
-  first_linear += group.batches.num_linear;
-  first_quadratic += group.batches.num_quadratic;
-  return sound;
-}
-
-// Room for S, T and the sensitivities.
+// Room for S, T, the exterior and the sensitivities.
 bool take_matrices(ZoneState& state, ZoneGroup& group) {
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
+  const size_t fields = size_t{set.num_contacts} * pack::kZoneColumns * group.boundary_stride;
   const size_t rows = (size_t{3} * group.num_contacts + 1) * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
-  if (state.matrices_used + 2 * square > state.max_matrices || state.rows_used + rows > state.max_rows ||
+  const size_t matrices = 2 * (square + fields);
+  if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       size_t{round_to_columns(group.size)} * group.stride > state.max_frame ||
       preparation > state.max_preparation)
     return false;
   group.exterior = set.matrices + state.matrices_used;
   group.whole = group.exterior + square;
+  group.exterior_fields = group.whole + square;
+  group.exterior_pulls = group.exterior_fields + fields;
   group.sensitivities = set.rows + state.rows_used;
-  state.matrices_used += 2 * square;
+  state.matrices_used += matrices;
   state.rows_used += rows;
   return true;
 }
 
-// Which nodes and elements, and who shares a zone.
+// Which nodes and elements, who shares a zone, and room for all of it.
 bool collect(const pal_pack& pack, ZoneState& state) {
-  ZoneSet& set = state.next;
-  uint64_t groups[kMostZoneContacts];
-  bool sound = true;
-  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
-  if (sound) find_groups(state, set.num_contacts, groups);
-  uint32_t num_masters = 0;
-  uint32_t first_linear = 0;
-  uint32_t first_quadratic = 0;
-  uint32_t num_boundary = 0;
-  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) {
-    if ((groups[c] & (uint64_t{1} << c)) == 0 || (groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
-    ZoneGroup& group = set.groups[set.num_groups++];
-    group = {};
-    for (uint32_t other = c; other < set.num_contacts; ++other) {
-      if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
-    }
-    list_nodes(pack, state, groups[c], num_masters, set, group);
-    num_boundary += group.num_boundary;
-    sound = num_boundary <= state.max_boundary &&
-            list_elements(pack, state, groups[c], first_linear, first_quadratic, group) &&
-            take_matrices(state, group);
-  }
-  forget_marks(state);
+  bool sound = find_zone_members(pack, state);
+  for (uint32_t g = 0; g < state.next.num_groups && sound; ++g)
+    sound = take_matrices(state, state.next.groups[g]);
   return sound;
 }
 
@@ -316,13 +104,6 @@ void list_own_unknowns(const ZoneGroup& group, uint32_t eliminated, uint32_t* ba
       own = i < free + group.num_held ? 3 * (i - group.num_boundary) : kNoUnknown;
     }
   }
-}
-
-// An axis along which the model holds a node takes no part.
-void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix) {
-  for (uint32_t column = 0; column < unknown; ++column) matrix[size_t{column} * stride + unknown] = 0;
-  for (uint32_t row = unknown; row < size; ++row) matrix[size_t{unknown} * stride + row] = 0;
-  matrix[size_t{unknown} * stride + unknown] = 1;
 }
 
 // K_V at rest, and the nodal forces there.
@@ -389,7 +170,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     const uint32_t node = set.nodes[i];
     double* to = set.displacement + size_t{3} * i;
     memcpy(to, pack.zone_nodes[node].displacement, 3 * sizeof *to);
-    if (!before.ready || is_fixed(pack, node)) continue;
+    if (!before.ready || pack.zone_nodes[node].free_axes == 0) continue;
     if (const uint32_t place = state.place_of[node]; place != 0) {
       memcpy(to, before.displacement + size_t{3} * (place - 1), 3 * sizeof *to);
     } else {
@@ -399,7 +180,15 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     }
   }
   for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = 0;
+  // The exterior answers to the forces that were: those of contacts that stay.
   memset(set.force, 0, size_t{3} * set.num_contacts * sizeof *set.force);
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    for (uint32_t old = 0; old < before.num_contacts && before.ready; ++old) {
+      if (before.sites[old] != set.sites[c]) continue;
+      memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
+      break;
+    }
+  }
   memset(set.stiffness, 0, size_t{3} * set.num_contacts * sizeof *set.stiffness);
   memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
   // A patch moves as one: as the mean of its nodes.
@@ -445,11 +234,11 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
-  state.max_matrices = 2 * squares * squares;
+  state.max_matrices = 2 * squares * (squares + state.max_contacts * pack::kZoneColumns);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows =
       (size_t{3} * state.max_contacts + 1) * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + 3 * state.max_contacts + 1;
+  const uint32_t size = unknowns + 6 * state.max_contacts + 1;
   state.max_frame = size_t{round_to_columns(size)} * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
@@ -521,8 +310,10 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
     memset(set.traction + size_t{3} * i, 0, 3 * sizeof(double));
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     memset(set.followed + 3 * group.contacts[slot], 0, 3 * sizeof(double));
+    memset(set.force + 3 * group.contacts[slot], 0, 3 * sizeof(double));
+  }
   group.has_sensitivities = false;
   group.failures = 0;
 }
@@ -580,8 +371,10 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
       case Phase::inverse:
         if (!go_on(order, 2 * order)) return false;
         take_whole(pack, set, state.preparation, group);
+        gather_exterior(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
-        spent += assembled(group);
+        spent += assembled(group) + uint64_t{set.num_contacts} * pack::kZoneColumns * group.boundary_stride *
+                                        group.boundary_stride;
         state.phase = Phase::own;
         state.column = 0;
         break;

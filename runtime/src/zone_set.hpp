@@ -7,11 +7,12 @@
 //
 //   T = C_BB^-1                                   the whole organ, condensed onto B
 //   S_int = K_BB - K_BI K_II^-1 K_IB              the zone's own part of that (elimination.hpp)
-//   S = T - S_int                                 the rest of the organ
+//   S = T - S_int                                 the rest of the organ, to first order
 //
 // which is where C_VV^-1 - K_V differs from zero. In float64: what is left of two stiffnesses that nearly cancel.
 //
-// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through C (nonlinear_zone.hpp).
+// The rest of the organ adds to that what zone_exterior.hpp says. Contacts whose zones share a node share a zone, a
+// *group*. Groups act on each other through C (nonlinear_zone.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -33,15 +34,19 @@ struct ZoneGroup {
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  // Of the matrix of a frame: unknowns of interior and boundary, three for each contact, and a row for the load.
+  // Of the matrix of a frame: unknowns of interior and boundary, three for each contact, a row for the load, and three for
+  // what the exterior of each contact brings back.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
   uint32_t boundary_stride;
   double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
   double* whole;     // T
-  double*
-      sensitivities;  // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step
+  // [set.num_contacts][kZoneColumns][boundary_stride] of each contact the fields q_j on this boundary, and T q_j
+  double* exterior_fields;
+  double* exterior_pulls;
+  // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step
+  double* sensitivities;
   bool has_sensitivities;
   uint32_t failures;  // frames in a row in which there was no way on
 };
@@ -67,7 +72,7 @@ struct ZoneSet {
   double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] the same; zero between groups
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
-  double* matrices;  // [max_matrices] S and T of the groups
+  double* matrices;  // [max_matrices] S, T and exterior of the groups
   double* rows;      // [max_rows] their sensitivities
 };
 

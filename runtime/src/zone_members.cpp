@@ -1,0 +1,245 @@
+#include "runtime/src/zone_members.hpp"
+
+#include "runtime/src/pack_view.hpp"
+
+namespace palpate {
+namespace {
+
+uint32_t patch_begin(const pal_pack& pack, uint32_t site) {
+  return pack.patch_starts[site];
+}
+uint32_t patch_end(const pal_pack& pack, uint32_t site) {
+  return pack.patch_starts[site + 1];
+}
+
+bool holds(const pal_pack& pack, uint32_t site, uint32_t node) {
+  for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
+    if (pack.patch_nodes[p] == node) return true;
+  }
+  return false;
+}
+
+// Marks what the zone of a contact holds, ring by ring. False where it is more than a pack may hold.
+bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState& state) {
+  const uint64_t bit = uint64_t{1} << contact;
+  uint32_t num_queued = 0;
+  const auto add_node = [&](uint32_t node) {
+    uint64_t& contacts = state.node_contacts[node];
+    if ((contacts & bit) != 0) return true;
+    if (num_queued == state.max_nodes) return false;
+    if (contacts == 0) {
+      if (state.num_found_nodes == state.max_nodes) return false;
+      state.found_nodes[state.num_found_nodes++] = node;
+    }
+    contacts |= bit;
+    state.queue[num_queued++] = node;
+    return true;
+  };
+  for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
+    if (!add_node(pack.patch_nodes[p])) return false;
+  }
+  uint32_t ring_begin = 0;
+  for (uint32_t ring = 0; ring < state.rings; ++ring) {
+    const uint32_t ring_end = num_queued;
+    for (uint32_t q = ring_begin; q < ring_end; ++q) {
+      const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
+      for (uint32_t e = 0; e < node.num_elements; ++e) {
+        const uint32_t index = pack.zone_node_elements[node.first_element + e];
+        uint64_t& contacts = state.element_contacts[index];
+        if ((contacts & bit) != 0) continue;
+        if (contacts == 0) {
+          if (state.num_found_elements == state.max_elements) return false;
+          state.found_elements[state.num_found_elements++] = index;
+        }
+        contacts |= bit;
+        const pack::ZoneElement& element = pack.zone_elements[index];
+        for (uint32_t a = 0; a < element.num_nodes; ++a) {
+          if (!add_node(element.nodes[a])) return false;
+        }
+      }
+    }
+    ring_begin = ring_end;
+  }
+  return true;
+}
+
+void forget_marks(ZoneState& state) {
+  for (uint32_t i = 0; i < state.num_found_nodes; ++i) state.node_contacts[state.found_nodes[i]] = 0;
+  for (uint32_t i = 0; i < state.num_found_elements; ++i) state.element_contacts[state.found_elements[i]] = 0;
+  state.num_found_nodes = 0;
+  state.num_found_elements = 0;
+}
+
+// The contacts that share nodes, directly or through others, as bits: of each contact its group's.
+void find_groups(const ZoneState& state, uint32_t count, uint64_t groups[kMostZoneContacts]) {
+  for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
+  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
+    const uint64_t contacts = state.node_contacts[state.found_nodes[i]];
+    uint64_t joined = 0;
+    for (uint32_t c = 0; c < count; ++c) {
+      if ((contacts >> c & 1) != 0) joined |= groups[c];
+    }
+    for (uint32_t c = 0; c < count; ++c) {
+      if ((joined >> c & 1) != 0) groups[c] = joined;
+    }
+  }
+}
+
+// Of the elements at a node, those in the zone.
+uint32_t num_inside(const pal_pack& pack, const ZoneState& state, uint32_t node, uint64_t group) {
+  const pack::ZoneNode& entry = pack.zone_nodes[node];
+  uint32_t count = 0;
+  for (uint32_t e = 0; e < entry.num_elements; ++e) {
+    const uint32_t index = pack.zone_node_elements[entry.first_element + e];
+    count += (state.element_contacts[index] & group) != 0 ? 1 : 0;
+  }
+  return count;
+}
+
+// The contacts that hold a node, as masters of it; how many. `num_masters` counts them on.
+uint32_t list_masters(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t node,
+                      uint32_t& num_masters) {
+  uint32_t count = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    if (holds(pack, set.sites[group.contacts[slot]], node))
+      set.masters[num_masters + count++] = {group.unknowns + 3 * slot, 0.0};
+  }
+  for (uint32_t m = 0; m < count; ++m) set.masters[num_masters + m].share = 1.0 / count;
+  num_masters += count;
+  return count;
+}
+
+enum Role : uint32_t { kInterior, kBoundary, kHeld, kFixed };
+constexpr uint32_t kRoles = 4;
+
+Role role_of(const pal_pack& pack, const ZoneState& state, const ZoneGroup& group, uint64_t mask,
+             uint32_t node) {
+  const pack::ZoneNode& entry = pack.zone_nodes[node];
+  if (entry.free_axes == 0) return kFixed;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    if (holds(pack, state.next.sites[group.contacts[slot]], node)) return kHeld;
+  }
+  return entry.num_outside > 0 || num_inside(pack, state, node, mask) < entry.num_elements ? kBoundary
+                                                                                           : kInterior;
+}
+
+// The group's nodes, role by role.
+void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uint32_t& num_masters,
+                ZoneSet& set, ZoneGroup& group) {
+  const auto is_in_group = [&](uint32_t i) {
+    return (state.node_contacts[state.found_nodes[i]] & mask) != 0;
+  };
+  uint32_t* roles = state.queue;
+  uint32_t counts[kRoles] = {};
+  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
+    if (is_in_group(i)) ++counts[roles[i] = role_of(pack, state, group, mask, state.found_nodes[i])];
+  }
+  group.first_node = set.num_nodes;
+  group.num_interior = counts[kInterior];
+  group.num_boundary = counts[kBoundary];
+  group.num_held = counts[kHeld];
+  uint32_t places[kRoles];
+  for (uint32_t role = 0; role < kRoles; ++role) {
+    places[role] = set.num_nodes;
+    set.num_nodes += counts[role];
+  }
+  group.num_nodes = set.num_nodes - group.first_node;
+  group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
+  group.size = group.unknowns + 6 * group.num_contacts + 1;
+  group.stride = elimination_stride(group.size);
+  group.boundary_stride = elimination_stride(3 * group.num_boundary);
+  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
+    if (!is_in_group(i)) continue;
+    const uint32_t node = state.found_nodes[i];
+    const uint32_t place = places[roles[i]]++;
+    set.nodes[place] = node;
+    switch (roles[i]) {
+      case kHeld:
+        set.unknown_of[place] = kHeldUnknown;
+        set.first_master[place] = num_masters;
+        if (list_masters(pack, set, group, node, num_masters) > 1) set.flags |= PAL_FLAG_OVERLAPPING;
+        set.first_master[place + 1] = num_masters;
+        break;
+      case kFixed:
+        set.unknown_of[place] = kNoUnknown;
+        break;
+      default:
+        set.unknown_of[place] = 3 * (place - group.first_node);
+    }
+  }
+}
+
+template <int kNodes>
+bool append_element(const pal_pack& pack, const pack::ZoneElement& element, const uint32_t* place_of,
+                    uint32_t count, ZoneBatch<kNodes>* batches) {
+  ZoneBatch<kNodes>& batch = batches[count / kLanes];
+  int nodes[kNodes];
+  for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(place_of[element.nodes[a]] - 1);
+  const int first = static_cast<int>(count % kLanes);
+  batch.count = first + 1;
+  for (int lane = first; lane < kLanes; ++lane) {
+    if (!set_zone_element<kNodes>(pack, element, nodes, lane, batch)) return false;
+  }
+  return true;
+}
+
+// The group's elements, in lanes.
+bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32_t& first_linear,
+                   uint32_t& first_quadratic, ZoneGroup& group) {
+  ZoneSet& set = state.next;
+  for (uint32_t i = 0; i < group.num_nodes; ++i)
+    state.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
+  group.batches.linear = set.linear + first_linear;
+  group.batches.quadratic = set.quadratic + first_quadratic;
+  uint32_t num_linear = 0;
+  uint32_t num_quadratic = 0;
+  bool sound = true;
+  for (uint32_t i = 0; i < state.num_found_elements && sound; ++i) {
+    const uint32_t index = state.found_elements[i];
+    if ((state.element_contacts[index] & mask) == 0) continue;
+    const pack::ZoneElement& element = pack.zone_elements[index];
+    if (element.num_nodes == 4) {
+      sound = append_element(pack, element, state.place_of, num_linear++, group.batches.linear);
+    } else if (num_quadratic < state.max_quadratic) {
+      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches.quadratic);
+    } else {
+      sound = false;
+    }
+  }
+  for (uint32_t i = 0; i < group.num_nodes; ++i) state.place_of[set.nodes[group.first_node + i]] = 0;
+  group.batches.num_linear = (num_linear + kLanes - 1) / kLanes;
+  group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
+  first_linear += group.batches.num_linear;
+  first_quadratic += group.batches.num_quadratic;
+  return sound;
+}
+
+}  // namespace
+
+bool find_zone_members(const pal_pack& pack, ZoneState& state) {
+  ZoneSet& set = state.next;
+  uint64_t groups[kMostZoneContacts];
+  bool sound = true;
+  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
+  if (sound) find_groups(state, set.num_contacts, groups);
+  uint32_t num_masters = 0;
+  uint32_t first_linear = 0;
+  uint32_t first_quadratic = 0;
+  uint32_t num_boundary = 0;
+  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) {
+    if ((groups[c] & (uint64_t{1} << c)) == 0 || (groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
+    ZoneGroup& group = set.groups[set.num_groups++];
+    group = {};
+    for (uint32_t other = c; other < set.num_contacts; ++other) {
+      if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
+    }
+    list_nodes(pack, state, groups[c], num_masters, set, group);
+    num_boundary += group.num_boundary;
+    sound = num_boundary <= state.max_boundary &&
+            list_elements(pack, state, groups[c], first_linear, first_quadratic, group);
+  }
+  forget_marks(state);
+  return sound;
+}
+
+}  // namespace palpate
