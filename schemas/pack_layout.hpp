@@ -134,6 +134,11 @@ static_assert(sizeof(ZoneMaterial) == 56);
 inline constexpr uint32_t kZoneDegree = 3;
 inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
 
+inline constexpr uint32_t kMostMutualSites =
+    128;  // what pairs of them add grows with their square; more have none
+inline constexpr uint32_t kPairColumns = 9 + 2 * num_monomials(2);
+inline constexpr uint32_t kMostMutual = 64;  // fields in the basis of what pairs of contacts add
+
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session
 

@@ -20,6 +20,7 @@
 #include "offline/cli/runtime_survey.hpp"
 #include "offline/output/finished_file.hpp"
 #include "offline/precompute/zone_exterior.hpp"
+#include "offline/precompute/zone_mutual.hpp"
 
 namespace palpate {
 namespace {
@@ -71,6 +72,12 @@ ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const Cont
   ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
   compute_zone_exterior(
       assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
+  if (scene.max_contacts > 1) {
+    constexpr int kSteps = 1000;
+    ProgressBar pairs("pairs of contacts", kSteps);
+    compute_zone_mutual(
+        assembly, sites, rest, jobs, [&](double part) { pairs.show(static_cast<int>(part * kSteps)); }, zone);
+  }
   return zone;
 }
 

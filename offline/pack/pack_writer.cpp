@@ -69,7 +69,7 @@ struct SurfaceSegments {
 
 struct ZoneSegments {
   pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
-      exterior;
+      exterior, mutual_basis, mutual;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -253,13 +253,14 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
   return nodes;
 }
 
-// Panels of packed nodes, then of inner ones, for each ring and site.
-std::vector<pack::Real> exterior_panels(const PackContent& content) {
-  const ZoneTables& zone = *content.zone;
+// Panels of packed nodes, then of inner ones, of one matrix after the other.
+std::vector<pack::Real> exterior_panels(
+    const PackContent& content,
+    const std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>>& all) {
   const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
-  const auto num_inner = static_cast<Eigen::Index>(zone.inner_nodes.size());
+  const auto num_inner = static_cast<Eigen::Index>(content.zone->inner_nodes.size());
   std::vector<pack::Real> numbers;
-  for (const auto& fields : zone.exterior) {
+  for (const auto& fields : all) {
     for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
       for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
         append_panel(rows, panel, numbers);
@@ -292,7 +293,14 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   segments.compliance = store.add(blocks);
   segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
   segments.force_scale = store.add(zone.force_scale);
-  segments.exterior = store.add(exterior_panels(content));
+  segments.exterior = store.add(exterior_panels(content, zone.exterior));
+  if (zone.mutual_basis.cols() > 0) {
+    segments.mutual_basis = store.add(exterior_panels(content, {zone.mutual_basis}));
+    std::vector<float> weights;
+    for (const Eigen::MatrixXf& of_pair : zone.mutual)
+      weights.insert(weights.end(), of_pair.data(), of_pair.data() + of_pair.size());
+    segments.mutual = store.add(weights);
+  }
   return segments;
 }
 
@@ -517,6 +525,9 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment field_compliance = at(zone.field_compliance);
       const pack::Segment force_scale = at(zone.force_scale);
       const pack::Segment exterior = at(zone.exterior);
+      const auto num_mutual = static_cast<uint32_t>(content.zone->mutual_basis.cols());
+      const pack::Segment mutual_basis = num_mutual > 0 ? at(zone.mutual_basis) : pack::Segment();
+      const pack::Segment mutual = num_mutual > 0 ? at(zone.mutual) : pack::Segment();
       zone_table = pack::CreateNonlinearZone(
           builder, static_cast<uint32_t>(content.zone->rings),
           static_cast<uint32_t>(content.zone->nodes.size()), static_cast<uint32_t>(content.zone->num_free),
@@ -524,7 +535,8 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
           static_cast<uint32_t>(content.zone->most_nodes),
           static_cast<uint32_t>(content.zone->most_boundary_nodes),
-          static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior);
+          static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_mutual,
+          num_mutual > 0 ? &mutual_basis : nullptr, num_mutual > 0 ? &mutual : nullptr);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

@@ -1,6 +1,5 @@
 #include "offline/precompute/linear_dd.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <stdexcept>
 
@@ -47,7 +46,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
   return linear;
 }
 
-Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
+Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance) {
   constexpr double kSingular = 1e-14;
   constexpr double kSpring = 1e-9;  // of a node's own compliance, as the runtime's
   Eigen::LLT<Eigen::MatrixXd> factor(compliance);
@@ -56,7 +55,11 @@ Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
     with_springs.diagonal() *= 1 + kSpring;
     factor.compute(with_springs);
   }
-  return factor.solve(Eigen::Matrix3d::Identity().replicate(compliance.rows() / 3, 1));
+  return factor;
+}
+
+Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
+  return factor_patch(compliance).solve(Eigen::Matrix3d::Identity().replicate(compliance.rows() / 3, 1));
 }
 
 std::vector<Eigen::Index> patch_dofs(const ContactSite& site) {

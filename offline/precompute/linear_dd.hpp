@@ -5,6 +5,7 @@
 // one sparse factor, and of those only the rows of packed nodes are kept.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <functional>
 #include <vector>
@@ -32,8 +33,10 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
 // The rows of a site's patch in a contact compliance.
 std::vector<Eigen::Index> patch_dofs(const ContactSite& site);
 
-// X = A^-1 E: nodal forces on a patch of which A is the compliance, for unit displacements of all its nodes together; 3
-// patch nodes x 3. Nodes so close that A is singular to rounding share their force.
+// A patch's compliance A factored. Nodes so close that A is singular to rounding get springs and share their force.
+Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance);
+
+// X = A^-1 E: nodal forces on a patch for unit displacements of all its nodes together; 3 patch nodes x 3.
 Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance);
 
 // The exact linear answer of one site: field 3 packed nodes x 3 and stiffness 3 x 3 per unit tool

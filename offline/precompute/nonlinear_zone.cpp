@@ -133,6 +133,16 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
   own = 0.5 * (own + own.transpose()).eval();
 }
 
+std::vector<Eigen::Index> exterior_dofs(const ContactSites& sites, const ZoneTables& zone) {
+  std::vector<Eigen::Index> dofs;
+  for (const std::vector<int>* nodes : {&sites.packed_nodes, &zone.inner_nodes}) {
+    for (const int node : *nodes) {
+      for (int axis = 0; axis < 3; ++axis) dofs.push_back(3 * node + axis);
+    }
+  }
+  return dofs;
+}
+
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {
   const auto contacts = static_cast<double>(sites.contact_nodes.size());
   const double free = zone.num_free;

@@ -1,6 +1,5 @@
 #include "offline/precompute/zone_exterior.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -9,6 +8,7 @@
 
 #include "offline/fem/parallel_for.hpp"
 #include "offline/precompute/linear_dd.hpp"
+#include "offline/precompute/tied_patch.hpp"
 #include "schemas/monomials.hpp"
 
 namespace palpate {
@@ -100,68 +100,15 @@ class ForceSeries {
   double step_;
 };
 
-void back_solve(StaticSolver& solver, Eigen::MatrixXd& columns) {
-  if (!solver.back_solve(columns)) throw std::logic_error("a Cholesky factor always solves");
-}
-
-// How the linear organ answers forces at a patch that moves as one.
-class TiedPatch {
- public:
-  TiedPatch(StaticSolver& solver, const ContactSite& site) {
-    for (const int node : site.patch_nodes) {
-      for (int axis = 0; axis < 3; ++axis) dofs_.push_back(3 * node + axis);
-    }
-    columns_ = Eigen::MatrixXd::Zero(solver.assembly().num_dofs(), static_cast<Eigen::Index>(dofs_.size()));
-    for (size_t j = 0; j < dofs_.size(); ++j) columns_(dofs_[j], static_cast<Eigen::Index>(j)) = 1;
-    back_solve(solver, columns_);
-    const Eigen::MatrixXd compliance = columns_(dofs_, Eigen::all);
-    factor_.compute(0.5 * (compliance + compliance.transpose()));
-    forces_ = patch_forces(0.5 * (compliance + compliance.transpose()));
-    stiffness_ = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < forces_.rows(); i += 3) stiffness_ += forces_.middleRows<3>(i);
-    stiffness_ = 0.5 * (stiffness_ + stiffness_.transpose()).eval();
-  }
-
-  const Eigen::Matrix3d& stiffness() const { return stiffness_; }
-
-  // Displacements of all dofs per unit force along each axis.
-  Eigen::MatrixXd per_force() const { return columns_ * (forces_ * stiffness_.inverse()); }
-
-  // What `loaded`, the answer to nodal loads with the patch's nodes let go, becomes where they are tied.
-  Eigen::MatrixXd tied(const Eigen::MatrixXd& loaded) const {
-    const Eigen::MatrixXd let_go = loaded(dofs_, Eigen::all);
-    const Eigen::MatrixXd together = stiffness_.inverse() * (forces_.transpose() * let_go);
-    return loaded + columns_ * (forces_ * together - factor_.solve(let_go));
-  }
-
- private:
-  std::vector<Eigen::Index> dofs_;
-  Eigen::MatrixXd columns_;
-  Eigen::LDLT<Eigen::MatrixXd> factor_;
-  Eigen::MatrixXd forces_;
-  Eigen::Matrix3d stiffness_;
-};
-
-std::vector<Eigen::Index> shown_dofs(const ContactSites& sites, const ZoneTables& zone) {
-  std::vector<Eigen::Index> dofs;
-  for (const std::vector<int>* nodes : {&sites.packed_nodes, &zone.inner_nodes}) {
-    for (const int node : *nodes) {
-      for (int axis = 0; axis < 3; ++axis) dofs.push_back(3 * node + axis);
-    }
-  }
-  return dofs;
-}
-
 }  // namespace
 
 void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                            double max_displacement, int threads, const std::function<void(int)>& progress,
                            ZoneTables& zone) {
-  constexpr double kStep = 3e-4;  // of the patch, in mean edges: differences are then good to about 1e-7
   const Model& model = assembly.model();
   const Eigen::VectorXd at_rest = rest.displacement_of(model);
   const ZoneFinder finder(model);
-  const std::vector<Eigen::Index> shown = shown_dofs(sites, zone);
+  const std::vector<Eigen::Index> shown = exterior_dofs(sites, zone);
   const size_t num_sites = sites.sites.size();
   zone.force_scale.assign(num_sites, 0);
   zone.exterior.assign(static_cast<size_t>(zone.rings) * num_sites, {});
@@ -177,14 +124,13 @@ void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, 
     const ContactSite& site = sites.sites[s];
     StaticSolver& solver = *solvers[static_cast<size_t>(worker)];
     const TiedPatch patch(solver, site);
-    const Eigen::Matrix3d compliance = patch.stiffness().inverse();
     zone.force_scale[s] = max_displacement * patch.stiffness().norm();
     const Eigen::MatrixXd first = zone.force_scale[s] * patch.per_force();
-    const double step = kStep * sites.mean_surface_edge / (zone.force_scale[s] * compliance.norm());
+    const double step = difference_step(patch, zone.force_scale[s], sites.mean_surface_edge);
     const ForceSeries all(assembly, at_rest, step);
     Eigen::MatrixXd of_all = all.of_first_order(first);
     Eigen::MatrixXd loaded = -of_all.leftCols(kQuadratic);
-    back_solve(solver, loaded);
+    solve_at_rest(solver, loaded);
     const Eigen::MatrixXd second = patch.tied(loaded);
     all.add_mixed(first, second, of_all);
     for (int ring = 1; ring <= zone.rings; ++ring) {
@@ -197,7 +143,7 @@ void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, 
       Eigen::MatrixXd of_inside = zone_series.of_first_order(first);
       zone_series.add_mixed(first, second, of_inside);
       Eigen::MatrixXd fields = of_inside - of_all;
-      back_solve(solver, fields);
+      solve_at_rest(solver, fields);
       zone.exterior[static_cast<size_t>(ring - 1) * num_sites + s] =
           fields(shown, Eigen::all).cast<pack::Real>();
     }

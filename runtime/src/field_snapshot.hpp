@@ -32,7 +32,7 @@ struct FieldState {
   uint32_t num_exterior;  // nonlinear_zone: contacts whose exterior fields take part
   uint32_t exterior_rings;
   uint32_t* exterior_sites;
-  pal_real* exterior_weights;  // [num_exterior][kZoneColumns]
+  pal_real* exterior_weights;  // of their columns (zone_exterior.hpp)
   bool gravity_turned;
   pal_real gravity_turn[3];
 };

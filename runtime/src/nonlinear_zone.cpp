@@ -46,13 +46,11 @@ void gather_boundary(const Frame& frame, const ZoneGroup& group, double* out) {
 // Adds T q of what the organ outside adds to its linear answer.
 void add_exterior_pull(const Frame& frame, const ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  for (uint32_t c = 0; c < frame.set.num_contacts; ++c) {
-    double weights[pack::kZoneColumns];
-    weigh_exterior(frame.pack, frame.set, c, weights);
-    const double* pulls = group.exterior_pulls + size_t{c} * pack::kZoneColumns * stride;
-    for (uint32_t j = 0; j < pack::kZoneColumns; ++j) {
-      for (size_t i = 0; i < stride; ++i) frame.state.pull[i] += weights[j] * pulls[j * stride + i];
-    }
+  double weights[kMostExteriorColumns];
+  weigh_exterior(frame.pack, frame.set, frame.state.rings, weights);
+  for (uint32_t j = 0; j < num_exterior_columns(frame.pack, frame.set.num_contacts); ++j) {
+    const double* pull = group.exterior_pulls + j * stride;
+    for (size_t i = 0; i < stride; ++i) frame.state.pull[i] += weights[j] * pull[i];
   }
 }
 
@@ -210,17 +208,16 @@ uint32_t load_row(const ZoneGroup& group) {
 
 // -T dq/df of a contact of the group, as its three rows.
 void add_exterior_rows(const Frame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
-  const uint32_t contact = group.contacts[slot];
-  double derivatives[3][pack::kZoneColumns];
-  differentiate_exterior(frame.pack, frame.set, contact, derivatives);
-  const double* pulls = group.exterior_pulls + size_t{contact} * pack::kZoneColumns * group.boundary_stride;
-  double* rows = matrix + load_row(group) + 1 + 3 * slot;
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
+  double derivatives[3][kMostExteriorColumns];
+  differentiate_exterior(frame.pack, frame.set, frame.state.rings, group.contacts[slot], derivatives);
+  double* rows = matrix + load_row(group) + 1 + 3 * slot + size_t{3} * group.num_interior * group.stride;
+  for (uint32_t j = 0; j < num_exterior_columns(frame.pack, frame.set.num_contacts); ++j) {
+    const double* pull = group.exterior_pulls + size_t{j} * group.boundary_stride;
     for (uint32_t axis = 0; axis < 3; ++axis) {
-      double sum = 0;
-      for (uint32_t j = 0; j < pack::kZoneColumns; ++j)
-        sum += derivatives[axis][j] * pulls[size_t{j} * group.boundary_stride + i];
-      rows[size_t{3 * group.num_interior + i} * group.stride + axis] = -sum;
+      const double derivative = derivatives[axis][j];
+      if (derivative == 0) continue;
+      for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+        rows[size_t{i} * group.stride + axis] -= derivative * pull[i];
     }
   }
 }
@@ -390,22 +387,18 @@ void count_failure(const Frame& frame, ZoneGroup& group) {
 }
 
 // What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
-// forces t, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
+// forces, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
 double exterior_energy(const Frame& frame, const ZoneGroup& group) {
   const double* t = frame.set.traction + size_t{3} * boundary_place(group, 0);
+  double weights[kMostExteriorColumns];
+  weigh_exterior(frame.pack, frame.set, frame.state.rings, weights);
   double energy = 0;
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    const uint32_t contact = group.contacts[slot];
-    double weights[pack::kZoneColumns];
-    weigh_exterior(frame.pack, frame.set, contact, weights);
-    const double* fields =
-        group.exterior_fields + size_t{contact} * pack::kZoneColumns * group.boundary_stride;
-    for (uint32_t j = 0; j < pack::kZoneColumns; ++j) {
-      double work = 0;
-      for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
-        work += t[i] * fields[size_t{j} * group.boundary_stride + i];
-      energy += (j < pack::num_monomials(2) ? 2.0 / 3 - 0.5 : 3.0 / 4 - 0.5) * weights[j] * work;
-    }
+  for (uint32_t j = 0; j < num_exterior_columns(frame.pack, frame.set.num_contacts); ++j) {
+    const double* field = group.exterior_fields + size_t{j} * group.boundary_stride;
+    double work = 0;
+    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) work += t[i] * field[i];
+    const double degree = exterior_degree(frame.set, j);
+    energy += (degree / (degree + 1) - 0.5) * weights[j] * work;
   }
   return energy;
 }
@@ -490,15 +483,7 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   const ZoneSet& set = state.answering;
   field.num_held = 0;
   field.num_own = 0;
-  field.num_exterior = set.num_groups > 0 ? set.num_contacts : 0;
-  field.exterior_rings = state.rings;
-  for (uint32_t c = 0; c < field.num_exterior; ++c) {
-    double weights[pack::kZoneColumns];
-    weigh_exterior(pack, set, c, weights);
-    field.exterior_sites[c] = set.sites[c];
-    for (uint32_t j = 0; j < pack::kZoneColumns; ++j)
-      field.exterior_weights[c * pack::kZoneColumns + j] = static_cast<pal_real>(weights[j] * pack.metres);
-  }
+  fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {

@@ -68,7 +68,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
     slot.exterior_sites = arena.take<uint32_t>(most_exterior);
-    slot.exterior_weights = arena.take<pal_real>(size_t{pack::kZoneColumns} * most_exterior);
+    slot.exterior_weights = arena.take<pal_real>(num_exterior_columns(pack, most_exterior));
   }
   reset_snapshots(arrays.snapshots);
   carve_tools(config, arena, arrays.tools);

@@ -8,87 +8,205 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kPanelNumbers = size_t{pack::kZoneColumns} * pack::kPanelRows;
-
-// The panels of a site outside of so many rings.
-const pal_real* panels_of(const pal_pack& pack, uint32_t rings, uint32_t site) {
-  return pack.zone_exterior +
-         (uint64_t{rings - 1} * pack.num_sites + site) * pack.num_row_panels * kPanelNumbers;
-}
-
 constexpr uint32_t kFirst = pack::monomial_start(2);
 
-// Monomials of degrees 0 to 3 at a contact's force. Whether it has been shortened.
-bool monomials_at(const pal_pack& pack, const ZoneSet& set, uint32_t contact,
-                  double monomials[kFirst + pack::kZoneColumns]) {
+// Columns of the exterior by panels: of a site outside of so many rings, or of the basis.
+struct Panels {
+  const pal_real* numbers;
+  uint32_t num_columns;
+};
+
+Panels panels_of_site(const pal_pack& pack, uint32_t rings, uint32_t site) {
+  const uint64_t index = uint64_t{rings - 1} * pack.num_sites + site;
+  return {pack.zone_exterior + index * pack.num_row_panels * pack::kZoneColumns * pack::kPanelRows,
+          pack::kZoneColumns};
+}
+
+Panels panels_of_basis(const pal_pack& pack) {
+  return {pack.mutual_basis, pack.num_mutual};
+}
+
+struct Force {
+  double x[3];
+  double per_force;  // dx / df; 0 where x has been shortened
+};
+
+Force force_of(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
   constexpr double kFarthest = 2;  // in x; within the scene's largest displacement it stays about 1
-  const double* force = set.force + size_t{3} * contact;
+  const double* f = set.force + size_t{3} * contact;
   const double per_force = 1 / pack.zone_force_scale[set.sites[contact]];
-  double x[3] = {force[0] * per_force, force[1] * per_force, force[2] * per_force};
+  Force force = {{f[0] * per_force, f[1] * per_force, f[2] * per_force}, per_force};
+  double* x = force.x;
   const double length = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  for (double& component : x) component *= length > kFarthest ? kFarthest / length : 1.0;
-  pack::evaluate_monomials(x, pack::kZoneDegree, monomials);
-  return length > kFarthest;
+  if (length > kFarthest) {
+    for (int axis = 0; axis < 3; ++axis) x[axis] *= kFarthest / length;
+    force.per_force = 0;
+  }
+  return force;
+}
+
+// The quadratic monomials of two forces x and y.
+struct PairProducts {
+  double of_both[9];  // x_a y_b
+  double of_x[pack::num_monomials(2)];
+  double of_y[pack::num_monomials(2)];
+};
+
+PairProducts products_of(const double x[3], const double y[3]) {
+  PairProducts products;
+  uint32_t j = 0;
+  for (uint32_t a = 0; a < 3; ++a) {
+    for (uint32_t b = 0; b < 3; ++b) products.of_both[3 * a + b] = x[a] * y[b];
+    for (uint32_t b = a; b < 3; ++b, ++j) {
+      products.of_x[j] = x[a] * x[b];
+      products.of_y[j] = y[a] * y[b];
+    }
+  }
+  return products;
+}
+
+// Their derivatives by x_axis, times a scale.
+PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis, double scale) {
+  PairProducts products = {};
+  uint32_t j = 0;
+  for (uint32_t a = 0; a < 3; ++a) {
+    for (uint32_t b = 0; b < 3 && a == axis; ++b) products.of_both[3 * a + b] = scale * y[b];
+    for (uint32_t b = a; b < 3; ++b, ++j)
+      products.of_x[j] = scale * ((a == axis ? x[b] : 0.0) + (b == axis ? x[a] : 0.0));
+  }
+  return products;
+}
+
+// Adds what two contacts weigh the basis with: `products` of the forces x of `contact` and y of `other`.
+void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact, uint32_t other,
+              const PairProducts& products, double* weights) {
+  const uint32_t site = set.sites[contact];
+  const uint32_t site_of_other = set.sites[other];
+  if (site == site_of_other) return;
+  const bool is_first = site > site_of_other;
+  const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
+  const uint64_t pair =
+      is_first ? pack::lower_block(site - 1, site_of_other) : pack::lower_block(site_of_other - 1, site);
+  const float* of_pair =
+      pack.mutual + (uint64_t{rings - 1} * pairs + pair) * pack::kPairColumns * pack.num_mutual;
+  for (uint32_t i = 0; i < pack::kPairColumns; ++i, of_pair += pack.num_mutual) {
+    double product = 0;
+    if (i < 9) {
+      product = products.of_both[is_first ? i : 3 * (i % 3) + i / 3];
+    } else {
+      const uint32_t j = (i - 9) % pack::num_monomials(2);
+      product = (i < 9 + pack::num_monomials(2)) == is_first ? products.of_x[j] : products.of_y[j];
+    }
+    for (uint32_t k = 0; k < pack.num_mutual; ++k) weights[k] += product * static_cast<double>(of_pair[k]);
+  }
 }
 
 }  // namespace
 
-void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t contact,
-                    double weights[pack::kZoneColumns]) {
-  double monomials[kFirst + pack::kZoneColumns];
-  monomials_at(pack, set, contact, monomials);
-  memcpy(weights, monomials + kFirst, pack::kZoneColumns * sizeof *weights);
+uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
+  return num_contacts * pack::kZoneColumns + (num_contacts > 1 ? pack.num_mutual : 0);
 }
 
-void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t contact,
-                            double derivatives[3][pack::kZoneColumns]) {
+uint32_t exterior_degree(const ZoneSet& set, uint32_t column) {
+  const bool is_own = column < set.num_contacts * pack::kZoneColumns;
+  return is_own && column % pack::kZoneColumns >= pack::num_monomials(2) ? 3 : 2;
+}
+
+void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings,
+                    double weights[kMostExteriorColumns]) {
+  Force forces[kMostZoneContacts];
+  double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
+  memset(mutual, 0, pack.num_mutual * sizeof *mutual);
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    forces[c] = force_of(pack, set, c);
+    double monomials[kFirst + pack::kZoneColumns];
+    pack::evaluate_monomials(forces[c].x, pack::kZoneDegree, monomials);
+    memcpy(weights + size_t{c} * pack::kZoneColumns, monomials + kFirst,
+           pack::kZoneColumns * sizeof *weights);
+    for (uint32_t other = 0; other < c && pack.num_mutual > 0; ++other)
+      add_pair(pack, set, rings, c, other, products_of(forces[c].x, forces[other].x), mutual);
+  }
+}
+
+void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
+                            double derivatives[3][kMostExteriorColumns]) {
+  const Force force = force_of(pack, set, contact);
   double monomials[kFirst + pack::kZoneColumns];
-  const double per_force =
-      monomials_at(pack, set, contact, monomials) ? 0.0 : 1 / pack.zone_force_scale[set.sites[contact]];
-  pack::for_each_monomial(pack::kZoneDegree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
-    if (index < kFirst) return;
-    const uint32_t j = index - kFirst;
-    derivatives[0][j] = a == 0 ? 0.0 : per_force * a * monomials[pack::monomial_index(a - 1, b, c)];
-    derivatives[1][j] = b == 0 ? 0.0 : per_force * b * monomials[pack::monomial_index(a, b - 1, c)];
-    derivatives[2][j] = c == 0 ? 0.0 : per_force * c * monomials[pack::monomial_index(a, b, c - 1)];
-  });
+  pack::evaluate_monomials(force.x, pack::kZoneDegree, monomials);
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    double* by_axis = derivatives[axis];
+    memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
+    double* own = by_axis + size_t{contact} * pack::kZoneColumns;
+    pack::for_each_monomial(pack::kZoneDegree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
+      uint32_t powers[3] = {a, b, c};
+      if (index < kFirst || powers[axis] == 0) return;
+      const double power = powers[axis]--;
+      own[index - kFirst] =
+          force.per_force * power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
+    });
+    for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
+      if (other == contact) continue;
+      const Force of_other = force_of(pack, set, other);
+      add_pair(pack, set, rings, contact, other, derivatives_of(force.x, of_other.x, axis, force.per_force),
+               by_axis + size_t{set.num_contacts} * pack::kZoneColumns);
+    }
+  }
 }
 
 void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  const uint32_t columns = set.num_contacts * pack::kZoneColumns;
-  double* pulls = group.exterior_pulls;
+  const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
   memset(group.exterior_fields, 0, columns * stride * sizeof(double));
-  memset(pulls, 0, columns * stride * sizeof(double));
-  for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    const pal_real* panels = panels_of(pack, state.rings, set.sites[c]);
+  memset(group.exterior_pulls, 0, columns * stride * sizeof(double));
+  for (uint32_t first = 0; first < columns;) {
+    const uint32_t contact = first / pack::kZoneColumns;
+    const Panels panels = contact < set.num_contacts ? panels_of_site(pack, state.rings, set.sites[contact])
+                                                     : panels_of_basis(pack);
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t row = pack.zone_nodes[set.nodes[group.first_node + group.num_interior + b]].row;
-      const pal_real* from =
-          panels + row / pack::kPanelNodes * kPanelNumbers + size_t{3} * (row % pack::kPanelNodes);
-      for (uint32_t j = 0; j < pack::kZoneColumns; ++j) {
-        double* to = group.exterior_fields + (c * pack::kZoneColumns + j) * stride + size_t{3} * b;
+      const pal_real* from = panels.numbers +
+                             uint64_t{row / pack::kPanelNodes} * panels.num_columns * pack::kPanelRows +
+                             size_t{3} * (row % pack::kPanelNodes);
+      for (uint32_t j = 0; j < panels.num_columns; ++j) {
+        double* to = group.exterior_fields + (first + j) * stride + size_t{3} * b;
         for (uint32_t axis = 0; axis < 3; ++axis)
-          to[axis] = static_cast<double>(from[j * pack::kPanelRows + axis]);
+          to[axis] = static_cast<double>(from[size_t{j} * pack::kPanelRows + axis]);
       }
     }
+    first += panels.num_columns;
   }
-  for (uint32_t j = 0; j < columns; ++j)
+  for (uint32_t j = 0; j < columns; ++j) {
     state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride,
-                             group.exterior_fields + j * stride, pulls + j * stride);
+                             group.exterior_fields + j * stride, group.exterior_pulls + j * stride);
+  }
+}
+
+void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field) {
+  const ZoneSet& set = state.answering;
+  field.num_exterior = set.num_groups > 0 ? set.num_contacts : 0;
+  field.exterior_rings = state.rings;
+  if (field.num_exterior == 0) return;
+  double weights[kMostExteriorColumns];
+  weigh_exterior(pack, set, state.rings, weights);
+  for (uint32_t c = 0; c < set.num_contacts; ++c) field.exterior_sites[c] = set.sites[c];
+  for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j)
+    field.exterior_weights[j] = static_cast<pal_real>(weights[j] * pack.metres);
 }
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                         AddColumns add_columns, pal_real* sum) {
-  for (uint32_t c = 0; c < field.num_exterior; ++c) {
-    const pal_real* panels =
-        panels_of(pack, field.exterior_rings, field.exterior_sites[c]) + first * kPanelNumbers;
+  const pal_real* weights = field.exterior_weights;
+  const auto add = [&](const Panels& panels) {
+    const size_t numbers = size_t{panels.num_columns} * pack::kPanelRows;
     for (uint32_t panel = 0; panel < count; ++panel) {
-      add_columns(panels + panel * kPanelNumbers, pack::kPanelRows,
-                  field.exterior_weights + size_t{pack::kZoneColumns} * c, pack::kZoneColumns, true,
-                  sum + size_t{panel} * pack::kPanelRows);
+      add_columns(panels.numbers + (size_t{first} + panel) * numbers, pack::kPanelRows, weights,
+                  panels.num_columns, true, sum + size_t{panel} * pack::kPanelRows);
     }
-  }
+    weights += panels.num_columns;
+  };
+  for (uint32_t c = 0; c < field.num_exterior; ++c)
+    add(panels_of_site(pack, field.exterior_rings, field.exterior_sites[c]));
+  if (field.num_exterior > 1 && pack.num_mutual > 0) add(panels_of_basis(pack));
 }
 
 }  // namespace palpate

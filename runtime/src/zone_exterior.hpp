@@ -1,10 +1,11 @@
-// What the organ outside of a zone adds to its linear answer: displacements q of second and third order in the net force f
-// of each contact, which a pack carries as fields (offline/precompute/zone_exterior.hpp has the equations).
+// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the net forces f of
+// the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have the equations).
 //
-//   q(f) = sum over monomials m_j of degrees 2 and 3 of m_j(x) q_j,   x = f / force_scale of the contact's site
+//   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj           x_c = f_c / force_scale
+//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k w_cdjk p_k   p a basis
 //
-// Contacts add up, each with the fields of its own zone: what their fields do to each other is left out, as is that
-// elements outside of one's zone may be inside another's.
+// which is a sum of columns, 16 for each contact and those of p, times weights that the forces give. Left out is what
+// contacts add to each other in the third order.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -15,18 +16,29 @@
 
 namespace palpate {
 
-// The monomials at a contact's force in the set, which is shortened to what the series is good for.
-void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t contact,
-                    double weights[pack::kZoneColumns]);
+inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * pack::kZoneColumns + pack::kMostMutual;
 
-// Of those monomials by the contact's force; zero where that has been shortened.
-void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t contact,
-                            double derivatives[3][pack::kZoneColumns]);
+// Of so many contacts.
+uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// q_j of every contact on the boundary of a group, and T q_j, to which ZoneGroup::exterior_fields points.
+// Their weights at the forces of the set, which are shortened to what the series is good for.
+void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings,
+                    double weights[kMostExteriorColumns]);
+
+// Of those weights by the force of one contact; zero where that has been shortened.
+void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
+                            double derivatives[3][kMostExteriorColumns]);
+
+// 2 or 3, of a column's weight in the forces.
+uint32_t exterior_degree(const ZoneSet& set, uint32_t column);
+
+// The columns q on the boundary of a group, and T q, to which ZoneGroup::exterior_fields and exterior_pulls point.
 void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
-// Adds q of the contacts of a frame to the panels first .. first + count - 1 of its field.
+// The state of that part of a field.
+void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field);
+
+// Adds it to the panels first .. first + count - 1 of the field.
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                         AddColumns add_columns, pal_real* sum);
 

@@ -11,10 +11,10 @@ namespace palpate {
 namespace {
 
 // Room for S, T, the exterior and the sensitivities.
-bool take_matrices(ZoneState& state, ZoneGroup& group) {
+bool take_matrices(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
-  const size_t fields = size_t{set.num_contacts} * pack::kZoneColumns * group.boundary_stride;
+  const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
   const size_t rows = (size_t{3} * group.num_contacts + 1) * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
@@ -40,7 +40,7 @@ bool take_matrices(ZoneState& state, ZoneGroup& group) {
 bool collect(const pal_pack& pack, ZoneState& state) {
   bool sound = find_zone_members(pack, state);
   for (uint32_t g = 0; g < state.next.num_groups && sound; ++g)
-    sound = take_matrices(state, state.next.groups[g]);
+    sound = take_matrices(pack, state, state.next.groups[g]);
   return sound;
 }
 
@@ -234,7 +234,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
-  state.max_matrices = 2 * squares * (squares + state.max_contacts * pack::kZoneColumns);
+  state.max_matrices = 2 * squares * (squares + num_exterior_columns(pack, state.max_contacts));
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows =
       (size_t{3} * state.max_contacts + 1) * (unknowns + kEliminationColumns * state.max_contacts);
@@ -373,8 +373,8 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         take_whole(pack, set, state.preparation, group);
         gather_exterior(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
-        spent += assembled(group) + uint64_t{set.num_contacts} * pack::kZoneColumns * group.boundary_stride *
-                                        group.boundary_stride;
+        spent += assembled(group) + uint64_t{num_exterior_columns(pack, set.num_contacts)} *
+                                        group.boundary_stride * group.boundary_stride;
         state.phase = Phase::own;
         state.column = 0;
         break;

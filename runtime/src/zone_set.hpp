@@ -42,7 +42,7 @@ struct ZoneGroup {
   uint32_t boundary_stride;
   double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
   double* whole;     // T
-  // [set.num_contacts][kZoneColumns][boundary_stride] of each contact the fields q_j on this boundary, and T q_j
+  // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
   double* exterior_fields;
   double* exterior_pulls;
   // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step

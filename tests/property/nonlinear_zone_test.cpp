@@ -10,6 +10,7 @@
 
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/zone_exterior.hpp"
+#include "offline/precompute/zone_mutual.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/touched_block.hpp"
@@ -22,11 +23,13 @@ constexpr double kFieldTolerance = field_tolerance(2e-6);
 // A block whose nodes are all shown, with a zone of so many rings; eight hold the whole of it.
 struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
-            const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26)
+            const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
+            bool pairs = false)
       : block(made_of(law, quadratic, gravity, cells, tip_radius)) {
     zone = find_zones(block.model, block.sites, rings);
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
+    if (pairs) compute_zone_mutual(assembly, block.sites, rest, 2, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));
@@ -286,6 +289,26 @@ TEST(NonlinearZone, ErrorsAreOfFourthOrder) {
     EXPECT_LE(field, 3e-3);
     EXPECT_LE(field_of_half, field / 6);
     EXPECT_LE(force_of_half, force / 6);
+  }
+}
+
+// What two contacts add to each other is most of what each by itself leaves; what is left of it is what the basis leaves.
+TEST(NonlinearZone, PairsAddToEachOther) {
+  for (const auto& [first, second] : {std::pair{6u, 18u}, {6u, 7u}}) {
+    SCOPED_TRACE(second);
+    const auto error_of = [&](bool pairs) {
+      const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
+      const double size = 0.3 * organ.block.sites.mean_surface_edge;
+      const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
+                                                 {second, {0, 0.3 * size, -size}, 0, {}, {}, {}}};
+      const ZoneBlock::Truth truth = organ.solve(contacts);
+      OwnedSession session(organ.pack->get(), organ.config(2));
+      settle(session, contacts);
+      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
+    };
+    const double error = error_of(true);
+    EXPECT_LE(error, 6e-3);
+    EXPECT_LE(error, 0.5 * error_of(false));
   }
 }
 

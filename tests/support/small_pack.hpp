@@ -13,6 +13,7 @@
 #include "offline/precompute/scene.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "offline/precompute/zone_exterior.hpp"
+#include "offline/precompute/zone_mutual.hpp"
 #include "tests/support/block_mesh.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -44,6 +45,7 @@ class SmallPack {
     zone = find_zones(model, sites, 1);
     compute_zone_compliance(assembly, sites, {}, {}, zone);
     compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, zone);
+    compute_zone_mutual(assembly, sites, {}, 2, {}, zone);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;

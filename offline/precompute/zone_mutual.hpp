@@ -1,0 +1,26 @@
+// What two contacts add to each other outside of their zones, to second order: by themselves each has the fields of
+// zone_exterior.hpp, but n2(u, u) of u = u_i + u_j holds 2 n2(u_i, u_j), too, and far away, where their fields have become
+// one, that is as much.
+//
+//   q_ij(f_i, f_j) = -K^-1 { n2_X(U1_i f_i, U1_j f_j)                                 X outside of both zones
+//                          - n2_j(U1_i f_i, U1_i f_i) / 2 - n2_i(U1_j f_j, U1_j f_j) / 2 }
+//
+// n2_j: of the elements in the zone of j alone, which are nonlinear in full there, while the fields of i count them as
+// outside of its own. Twenty-one fields for each pair of sites are too many to carry, but they are smooth and much alike: a basis of some tens of
+// fields, from the singular vectors of some of them, holds all.
+#pragma once
+
+#include <functional>
+
+#include "offline/precompute/nonlinear_zone.hpp"
+
+namespace palpate {
+
+// Fills ZoneTables::mutual_basis and mutual, on so many threads; force_scale is there. Leaves them empty for more than
+// pack::kMostMutualSites. `progress` gets the part of the
+// work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21 back-solves and
+// nine products K(u) v with all elements.
+void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
+                         int threads, const std::function<void(double)>& progress, ZoneTables& zone);
+
+}  // namespace palpate
