@@ -72,11 +72,12 @@ ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const Cont
   ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
   compute_zone_exterior(
       assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
-  if (scene.max_contacts > 1) {
+  if (num_zone_pairs(sites, scene.max_contacts) > 0) {
     constexpr int kSteps = 1000;
     ProgressBar pairs("pairs of contacts", kSteps);
     compute_zone_mutual(
-        assembly, sites, rest, jobs, [&](double part) { pairs.show(static_cast<int>(part * kSteps)); }, zone);
+        assembly, sites, rest, scene.max_contacts, jobs,
+        [&](double part) { pairs.show(static_cast<int>(part * kSteps)); }, zone);
   }
   return zone;
 }

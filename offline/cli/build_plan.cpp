@@ -59,7 +59,8 @@ ZoneTables plan_zone(const Model& model, const Scene& scene, const ContactSites&
   if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
   int rings = kUsualRings;
   ZoneTables zone = find_zones(model, sites, rings);
-  while (rings > 1 && zone_bytes(zone, sites) > kMostZoneBytes) zone = find_zones(model, sites, --rings);
+  while (rings > 1 && zone_bytes(zone, sites, scene.max_contacts) > kMostZoneBytes)
+    zone = find_zones(model, sites, --rings);
   return zone;
 }
 
@@ -147,6 +148,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
+  double factors = kFactorsPerSolve * solves;
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
   constexpr PolynomialSize kUsual = {5, 20};
   double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? kUsual : PolynomialSize(),
@@ -168,14 +170,21 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   }
   if (scene.zone) {
     const ZoneTables zone = plan_zone(model, scene, sites);
-    bytes += zone_bytes(zone, sites);
+    const double of_zones = zone_bytes(zone, sites, scene.max_contacts);
+    bytes += of_zones;
+    // Of derivatives, back-solves and the assembly of zones.
+    constexpr double kFactorsPerSite = 3;
+    constexpr double kFactorsPerPair = 0.5;
+    factors +=
+        zone.rings * (kFactorsPerSite * static_cast<double>(sites.sites.size()) +
+                      kFactorsPerPair * static_cast<double>(num_zone_pairs(sites, scene.max_contacts)));
     fmt::print(
         "zones      {} rings: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements\n",
-        zone.rings, zone.nodes.size(), zone.elements.size(), zone_bytes(zone, sites) / 1e6, zone.most_nodes,
+        zone.rings, zone.nodes.size(), zone.elements.size(), of_zones / 1e6, zone.most_nodes,
         zone.most_elements);
   }
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
-             solves, std::max(1.0, kFactorsPerSolve * solves * factor_seconds / jobs), jobs, bytes / 1e6);
+             solves, std::max(1.0, factors * factor_seconds / jobs), jobs, bytes / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
   std::fflush(stdout);  // also into a file: it is for before the wait

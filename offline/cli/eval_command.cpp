@@ -154,13 +154,15 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
   for (size_t c = 0; c < answer.results.size(); ++c) {
     const pal_contact_result& result = answer.results[c];
     const Eigen::Vector3d force(result.force);
-    fmt::print(
-        "contact {}{}: model {}, force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; estimated error: "
-        "displacement "
-        "{:.3g} %, force {:.3g} %",
-        answer.places[c].is_site ? "" : "at ", answer.places[c].name, model_name(result.model), force[0],
-        force[1], force[2], force_unit, force.norm(), 100 * result.displacement_error,
-        100 * result.force_error);
+    fmt::print("contact {}{}: model {}, force ({:.6g}, {:.6g}, {:.6g}){}, size {:.6g}; ",
+               answer.places[c].is_site ? "" : "at ", answer.places[c].name, model_name(result.model),
+               force[0], force[1], force[2], force_unit, force.norm());
+    if (result.displacement_error < 1) {
+      fmt::print("estimated error: displacement {:.3g} %, force {:.3g} %", 100 * result.displacement_error,
+                 100 * result.force_error);
+    } else {
+      fmt::print("its error is not known: the survey has nothing like it");
+    }
     if (const auto pressure = mean_pressure(opened, answer.places[c], result.force)) {
       const std::string unit = length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
       fmt::print("; mean pressure {:.4g}{}", *pressure, unit);

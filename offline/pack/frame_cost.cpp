@@ -71,8 +71,10 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.zone != nullptr) {
-    // As many Newton iterations as a session takes at most by default (runtime/src/nonlinear_zone.hpp), m their unknowns: the elimination, a solve for the contact's three
-    // rows and the load, the product with the exterior stiffness; an element's stiffness takes some 15 multiply-adds an entry.
+    // As many Newton iterations as a session takes at most by default (runtime/src/nonlinear_zone.hpp), m their
+    // unknowns: the elimination, a solve for the contact's three rows and the load, the product with the exterior
+    // stiffness, the exterior's columns and their derivatives; an element's stiffness takes some 15 multiply-adds
+    // an entry.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
@@ -83,11 +85,12 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
-                                           elements * 15 * dofs * (dofs + 1) / 2);
+    cost.force_operations =
+        kIterations * (m * m * m / 6 + 2 * m * m + boundary * (boundary + 4 * pack::kZoneColumns) +
+                       elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
-    cost.field_operations = rows * boundary;
-    cost.field_bytes = rows * boundary * sizeof(pack::Real);
+    cost.field_operations = rows * (boundary + pack::kZoneColumns);
+    cost.field_bytes = cost.field_operations * sizeof(pack::Real);
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {

@@ -143,15 +143,24 @@ std::vector<Eigen::Index> exterior_dofs(const ContactSites& sites, const ZoneTab
   return dofs;
 }
 
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {
+std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts) {
+  const size_t count = sites.sites.size();
+  return max_contacts > 1 && count <= pack::kMostMutualSites ? count * (count - 1) / 2 : 0;
+}
+
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts) {
+  const auto pairs = static_cast<double>(num_zone_pairs(sites, max_contacts));
   const auto contacts = static_cast<double>(sites.contact_nodes.size());
   const double free = zone.num_free;
   const double panels = pack::num_panels(static_cast<std::uint32_t>(sites.packed_nodes.size()));
   const double all_panels = panels + pack::num_panels(static_cast<std::uint32_t>(zone.inner_nodes.size()));
+  const double columns =
+      (free - contacts) * panels * 3 +
+      zone.rings * static_cast<double>(sites.sites.size()) * all_panels * pack::kZoneColumns +
+      (pairs > 0 ? all_panels * pack::kMostMutual : 0);
   return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) +
-         ((free - contacts) * panels * 3 +
-          zone.rings * static_cast<double>(sites.sites.size()) * all_panels * pack::kZoneColumns) *
-             pack::kPanelRows * sizeof(pack::Real);
+         columns * pack::kPanelRows * sizeof(pack::Real) +
+         zone.rings * pairs * pack::kPairColumns * pack::kMostMutual * sizeof(float);
 }
 
 }  // namespace palpate

@@ -73,7 +73,10 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings);
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                              const std::function<void(int, int)>& progress, ZoneTables& zone);
 
-// Bytes of a pack that the compliance and the exterior take.
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites);
+// Pairs of sites whose exterior a pack carries: none where one contact at a time is all there is, or of too many sites.
+std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts);
+
+// Bytes of a pack that the compliance and the exterior take, at most.
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts);
 
 }  // namespace palpate

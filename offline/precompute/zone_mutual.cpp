@@ -142,10 +142,11 @@ Eigen::MatrixXd basis_of(const Eigen::MatrixXd& fields) {
 }  // namespace
 
 void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                         int threads, const std::function<void(double)>& progress, ZoneTables& zone) {
+                         int max_contacts, int threads, const std::function<void(double)>& progress,
+                         ZoneTables& zone) {
   const size_t num_sites = sites.sites.size();
-  const size_t num_pairs = num_sites * (num_sites - 1) / 2;
-  if (num_pairs == 0 || num_sites > pack::kMostMutualSites) return;
+  const size_t num_pairs = num_zone_pairs(sites, max_contacts);
+  if (num_pairs == 0) return;
   PairFields pairs(assembly, sites, rest, zone, threads);
   std::mutex mutex;
   size_t done = 0;

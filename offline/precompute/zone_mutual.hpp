@@ -16,11 +16,11 @@
 
 namespace palpate {
 
-// Fills ZoneTables::mutual_basis and mutual, on so many threads; force_scale is there. Leaves them empty for more than
-// pack::kMostMutualSites. `progress` gets the part of the
-// work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21 back-solves and
-// nine products K(u) v with all elements.
+// Fills ZoneTables::mutual_basis and mutual for the pairs of num_zone_pairs(), on so many threads; force_scale is there.
+// `progress` gets the part of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21
+// back-solves and nine products K(u) v with all elements.
 void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                         int threads, const std::function<void(double)>& progress, ZoneTables& zone);
+                         int max_contacts, int threads, const std::function<void(double)>& progress,
+                         ZoneTables& zone);
 
 }  // namespace palpate

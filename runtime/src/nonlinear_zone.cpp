@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 // Of what the contacts are moved by at most: a Newton step below it ends the iterations, and the next would be its square.
-constexpr double kConverged = 1e-4;
+constexpr double kConverged = 2e-3;
 constexpr uint32_t kMostCuts = 6;
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow

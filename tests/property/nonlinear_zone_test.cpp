@@ -29,7 +29,7 @@ struct ZoneBlock {
     zone = find_zones(block.model, block.sites, rings);
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
-    if (pairs) compute_zone_mutual(assembly, block.sites, rest, 2, {}, zone);
+    compute_zone_mutual(assembly, block.sites, rest, pairs ? 2 : 1, 2, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));

@@ -118,7 +118,8 @@ typedef enum pal_model {
   PAL_MODEL_LINEAR = 1,     /* linear_dd: any contacts, nodes fixed while running */
   PAL_MODEL_POLYNOMIAL = 2, /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
   /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned
-   * gravity. Its answer depends on the frames before: each goes on from the last. */
+   * gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
+   * stored energy but for some 1e-4 of it, and its stiffness symmetric. */
   PAL_MODEL_ZONE = 3
 } pal_model;
 
