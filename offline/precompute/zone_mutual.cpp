@@ -25,7 +25,6 @@ class PairFields {
              const ZoneTables& zone, int threads)
       : assembly_(&assembly),
         sites_(&sites),
-        zone_(&zone),
         at_rest_(rest.displacement_of(assembly.model())),
         finder_(assembly.model()),
         shown_(exterior_dofs(sites, zone)),
@@ -117,7 +116,6 @@ class PairFields {
 
   const Assembly* assembly_;
   const ContactSites* sites_;
-  const ZoneTables* zone_;
   Eigen::VectorXd at_rest_;
   ZoneFinder finder_;
   std::vector<Eigen::Index> shown_;
@@ -182,6 +180,7 @@ void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, co
   Eigen::MatrixXd fields(static_cast<Eigen::Index>(exterior_dofs(sites, zone).size()), columns);
   columns = 0;
   for (Eigen::MatrixXd& of_site : chosen) {
+    if (of_site.size() == 0) continue;
     fields.middleCols(columns, of_site.cols()) = of_site;
     columns += of_site.cols();
     of_site.resize(0, 0);
