@@ -21,10 +21,10 @@ class TiedPatch {
   // Net force per displacement of the patch.
   const Eigen::Matrix3d& stiffness() const { return stiffness_; }
 
-  // Displacements of all dofs per unit force along each axis.
+  // Displacements per unit force along each axis, num_dofs x 3.
   Eigen::MatrixXd per_force() const;
 
-  // What `loaded`, the answer to nodal loads with the nodes of the patch let go, becomes where they are tied to one another.
+  // What `loaded` (num_dofs x any), the answer to nodal loads with the nodes of the patch let go, becomes where they are tied to one another.
   Eigen::MatrixXd tied(const Eigen::MatrixXd& loaded) const;
 
  private:

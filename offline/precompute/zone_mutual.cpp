@@ -25,6 +25,7 @@ class PairFields {
              const ZoneTables& zone, int threads)
       : assembly_(&assembly),
         sites_(&sites),
+        zone_(&zone),
         at_rest_(rest.displacement_of(assembly.model())),
         finder_(assembly.model()),
         shown_(exterior_dofs(sites, zone)),
@@ -50,9 +51,17 @@ class PairFields {
     });
   }
 
-  // Rows of the exterior; kPairColumns for each of `others`.
-  Eigen::MatrixXd of(size_t site, const std::vector<size_t>& others, int rings, StaticSolver& solver) const {
+  // Calls use(ring, fields) for each ring: rows of the exterior, kPairColumns for each of `others`.
+  template <typename Use>
+  void for_each_ring(size_t site, const std::vector<size_t>& others, StaticSolver& solver, Use&& use) const {
     const Eigen::MatrixXd all = products(*assembly_, site, others);
+    for (int ring = 1; ring <= zone_->rings; ++ring) use(ring, outside_of(ring, site, others, all, solver));
+  }
+
+ private:
+  // `all`: products() of all elements.
+  Eigen::MatrixXd outside_of(int rings, size_t site, const std::vector<size_t>& others,
+                             const Eigen::MatrixXd& all, StaticSolver& solver) const {
     Eigen::MatrixXd fields(all.rows(), kPairColumns * static_cast<Eigen::Index>(others.size()));
     const std::vector<int> about_site = finder_.elements_about(sites_->sites[site], rings);
     for (size_t k = 0; k < others.size(); ++k) {
@@ -72,7 +81,6 @@ class PairFields {
     return fields(shown_, Eigen::all);
   }
 
- private:
   // n2(first of site, first of other) of the assembly's elements, nine columns for each of `others`.
   Eigen::MatrixXd products(const Assembly& assembly, size_t site, const std::vector<size_t>& others) const {
     Eigen::MatrixXd vectors(at_rest_.size(), 3 * static_cast<Eigen::Index>(others.size()));
@@ -116,6 +124,7 @@ class PairFields {
 
   const Assembly* assembly_;
   const ContactSites* sites_;
+  const ZoneTables* zone_;
   Eigen::VectorXd at_rest_;
   ZoneFinder finder_;
   std::vector<Eigen::Index> shown_;
@@ -168,11 +177,10 @@ void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, co
     }
     if (others.empty()) return;
     const auto width = kPairColumns * static_cast<Eigen::Index>(others.size());
-    for (int ring = 1; ring <= zone.rings; ++ring) {
-      const Eigen::MatrixXd fields = pairs.of(site, others, ring, solver);
-      chosen[site].conservativeResize(fields.rows(), width * ring);
-      chosen[site].rightCols(width) = fields;
-    }
+    pairs.for_each_ring(site, others, solver, [&](int ring, const Eigen::MatrixXd& of_ring) {
+      chosen[site].conservativeResize(of_ring.rows(), width * ring);
+      chosen[site].rightCols(width) = of_ring;
+    });
     advance(static_cast<size_t>(zone.rings) * others.size());
   });
   Eigen::Index columns = 0;
@@ -196,14 +204,15 @@ void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, co
   pairs.for_each_site([&](size_t site, StaticSolver& solver) {
     std::vector<size_t> others;
     for (size_t other = 0; other < site; ++other) others.push_back(other);
-    for (int ring = 1; ring <= zone.rings && site > 0; ++ring) {
-      const Eigen::MatrixXd coefficients = basis.transpose() * pairs.of(site, others, ring, solver);
+    if (others.empty()) return;
+    pairs.for_each_ring(site, others, solver, [&](int ring, const Eigen::MatrixXd& of_ring) {
+      const Eigen::MatrixXd coefficients = basis.transpose() * of_ring;
       for (const size_t other : others) {
         zone.mutual[static_cast<size_t>(ring - 1) * num_pairs + pack::lower_block(site - 1, other)] =
             coefficients.middleCols<kPairColumns>(kPairColumns * static_cast<Eigen::Index>(other))
                 .cast<float>();
       }
-    }
+    });
     advance(static_cast<size_t>(zone.rings) * others.size());
   });
 }

@@ -18,7 +18,8 @@ namespace palpate {
 
 // Fills ZoneTables::mutual_basis and mutual for the pairs of num_zone_pairs(), on so many threads; force_scale is there.
 // `progress` gets the part of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21
-// back-solves and nine products K(u) v with all elements.
+// back-solves a ring, and nine products K(u) v with all elements. Throws std::runtime_error when the stiffness at rest is not
+// positive definite.
 void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                          int max_contacts, int threads, const std::function<void(double)>& progress,
                          ZoneTables& zone);

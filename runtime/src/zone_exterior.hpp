@@ -5,7 +5,7 @@
 //     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k w_cdjk p_k   p a basis
 //
 // which is a sum of columns, 16 for each contact and those of p, times weights that the forces give. Left out is what
-// contacts add to each other in the third order.
+// contacts add to each other in the third order. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>

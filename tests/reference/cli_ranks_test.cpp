@@ -52,9 +52,9 @@ TEST_F(RankBuild, GoesOnWhereACrashLeftIt) {
   ASSERT_EQ(files.build().exit_code, 0);
   // Killed as soon as something has been kept: a sample of these is some 20 KB.
   const std::string samples = shell_word(shared(files).string() + ".samples");
-  run_command(
-      mpirun(3) + build(files) + " & started=$!; while [ -z \"$(find " + samples +
-      " -name '*.samples' -size +32k 2>/dev/null)\" ]; do sleep 0.01; done; kill -KILL $started; wait");
+  run_command(mpirun(3) + build(files) + " & started=$!; while [ -z \"$(find " + samples +
+              " -name '*.samples' -size +32k 2>/dev/null)\" ] && kill -0 $started 2>/dev/null; do sleep "
+              "0.01; done; kill -KILL $started; wait");
   // The ranks of an mpirun that was killed notice in their own time; on a busy machine some end their build first.
   CommandResult again;
   for (int tries = 0; tries < 60 && again.exit_code != 0; ++tries) {
