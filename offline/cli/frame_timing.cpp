@@ -65,6 +65,16 @@ pal_contact on_path(const OpenedPack& opened, std::uint32_t site, int frame) {
   return contact;
 }
 
+// As many contacts as the scene may have, each on that path, at sites far from one another in the scene's list.
+std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
+  const pal_pack_info info = opened.info();
+  const std::uint32_t count = std::min(info.max_contacts, info.num_sites);
+  std::vector<pal_contact> contacts;
+  for (std::uint32_t c = 0; c < count; ++c)
+    contacts.push_back(on_path(opened, c * (info.num_sites / count), frame));
+  return contacts;
+}
+
 // Places an edge and less around sites, one after the other: metres, organ frame.
 std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
@@ -193,6 +203,12 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
     timings.push_back(time_frames(model,
                                   fmt::format("field of shown nodes, {} ring{}", rings, rings > 1 ? "s" : ""),
                                   frames, [&](int) { session.visual(field.data()); }));
+    const auto count = static_cast<std::uint32_t>(all_on_paths(opened, 0).size());
+    if (count == 1) continue;
+    TimedSession several(opened, PAL_MODEL_ZONE, count, rings);
+    timings.push_back(time_frames(model,
+                                  fmt::format("{} contacts, {} ring{}", count, rings, rings > 1 ? "s" : ""),
+                                  frames, [&](int frame) { several.haptic(all_on_paths(opened, frame)); }));
   }
   TimedSession session(opened, PAL_MODEL_ZONE, 1);
   const int few = std::max(100, frames / 100);
@@ -244,12 +260,7 @@ Timing time_scene(const OpenedPack& opened, int frames) {
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
   if (info.zone_rings > 0 && count > 1) {
-    return time_frames("", "scene", frames, [&](int frame) {
-      std::vector<pal_contact> contacts;
-      for (std::uint32_t c = 0; c < count; ++c)
-        contacts.push_back(on_path(opened, c * (info.num_sites / count), frame));
-      session.haptic(contacts);
-    });
+    return time_frames("", "scene", frames, [&](int frame) { session.haptic(all_on_paths(opened, frame)); });
   }
   // One set of different sites after the other, in any order, so that none is known from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);

@@ -179,7 +179,9 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
       if ((results.front().flags & PAL_FLAG_UNCONVERGED) == 0) break;
     }
   }
-  return contact_frame(contacts);  // and once more, for the last digits
+  // And held there, until the stiffness is that of this place and no digit changes.
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = contact_frame(contacts);
+  return results;
 }
 
 Eigen::VectorXd ModelUnitSession::visual_frame() {

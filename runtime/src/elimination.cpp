@@ -102,10 +102,30 @@ void back_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size
   }
 }
 
-void add_product_scalar(const double* matrix, uint32_t stride, uint32_t size, const double* x, double* y) {
-  for (uint32_t j = 0; j < size; ++j) {
+// Of four columns: the triangle on the diagonal.
+void solve_triangle(const double* block, uint32_t stride, double* vector) {
+  for (uint32_t c = 0; c < kColumns; ++c) {
+    vector[c] /= block[c * stride + c];
+    for (uint32_t r = c + 1; r < kColumns; ++r) vector[r] -= block[c * stride + r] * vector[c];
+  }
+}
+
+void forward_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size, double* vector) {
+  for (uint32_t first = 0; first < size; first += kColumns) {
+    const double* columns = matrix + size_t{first} * stride;
+    solve_triangle(columns + first, stride, vector + first);
+    for (uint32_t c = 0; c < kColumns; ++c) {
+      for (uint32_t i = first + kColumns; i < size; ++i)
+        vector[i] -= columns[c * stride + i] * vector[first + c];
+    }
+  }
+}
+
+void add_product_scalar(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+                        const double* x, double* y) {
+  for (uint32_t j = 0; j < columns; ++j) {
     const double* column = matrix + size_t{j} * stride;
-    for (uint32_t i = 0; i < size; ++i) y[i] += column[i] * x[j];
+    for (uint32_t i = 0; i < rows; ++i) y[i] += column[i] * x[j];
   }
 }
 
@@ -221,12 +241,46 @@ void back_substitute_avx2(const double* matrix, uint32_t stride, uint32_t size, 
     back_substitute_few<1>(matrix, stride, size, rows, row_stride);
 }
 
-PALPATE_AVX2 void add_product_avx2(const double* matrix, uint32_t stride, uint32_t size, const double* x,
-                                   double* y) {
-  for (uint32_t i = 0; i < size; i += 4) {
+PALPATE_AVX2 void forward_substitute_avx2(const double* matrix, uint32_t stride, uint32_t size,
+                                          double* vector) {
+  for (uint32_t first = 0; first < size; first += kColumns) {
+    const double* columns = matrix + size_t{first} * stride;
+    solve_triangle(columns + first, stride, vector + first);
+    __m256d factors[kColumns];
+    PALPATE_UNROLL
+    for (uint32_t c = 0; c < kColumns; ++c) factors[c] = _mm256_broadcast_sd(vector + first + c);
+    for (uint32_t i = first + kColumns; i < size; i += 4) {
+      __m256d sum = _mm256_load_pd(vector + i);
+      PALPATE_UNROLL
+      for (uint32_t c = 0; c < kColumns; ++c)
+        sum = _mm256_fnmadd_pd(_mm256_load_pd(columns + c * stride + i), factors[c], sum);
+      _mm256_store_pd(vector + i, sum);
+    }
+  }
+}
+
+// Sixteen rows at a time, so that no sum waits for the one before it.
+PALPATE_AVX2 void add_product_avx2(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+                                   const double* x, double* y) {
+  uint32_t i = 0;
+  for (; i + 16 <= rows; i += 16) {
+    __m256d sums[4];
+    PALPATE_UNROLL
+    for (uint32_t k = 0; k < 4; ++k) sums[k] = _mm256_load_pd(y + i + 4 * k);
+    const double* entries = matrix + i;
+    for (uint32_t j = 0; j < columns; ++j, entries += stride) {
+      const __m256d factor = _mm256_broadcast_sd(x + j);
+      PALPATE_UNROLL
+      for (uint32_t k = 0; k < 4; ++k)
+        sums[k] = _mm256_fmadd_pd(_mm256_load_pd(entries + 4 * k), factor, sums[k]);
+    }
+    PALPATE_UNROLL
+    for (uint32_t k = 0; k < 4; ++k) _mm256_store_pd(y + i + 4 * k, sums[k]);
+  }
+  for (; i < rows; i += 4) {
     __m256d sum = _mm256_load_pd(y + i);
     const double* entries = matrix + i;
-    for (uint32_t j = 0; j < size; ++j, entries += stride)
+    for (uint32_t j = 0; j < columns; ++j, entries += stride)
       sum = _mm256_fmadd_pd(_mm256_load_pd(entries), _mm256_broadcast_sd(x + j), sum);
     _mm256_store_pd(y + i, sum);
   }
@@ -238,11 +292,13 @@ PALPATE_AVX2 void add_product_avx2(const double* matrix, uint32_t stride, uint32
 
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {"scalar", eliminate_columns_scalar, back_substitute_scalar, add_product_scalar};
+  kernels[count++] = {"scalar", eliminate_columns_scalar, back_substitute_scalar, forward_substitute_scalar,
+                      add_product_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels[count++] = {"avx2", eliminate_columns_avx2, back_substitute_avx2, add_product_avx2};
+    kernels[count++] = {"avx2", eliminate_columns_avx2, back_substitute_avx2, forward_substitute_avx2,
+                        add_product_avx2};
 #endif
   return count;
 }

@@ -36,8 +36,11 @@ struct EliminationKernel {
   // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above.
   void (*back_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count);
-  // y := y + A x of a full symmetric matrix, column-major; size rounded up to four are read and written.
-  void (*add_product)(const double* matrix, uint32_t stride, uint32_t size, const double* x, double* y);
+  // vector := L^-1 vector; `size` is a multiple of kEliminationColumns.
+  void (*forward_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* vector);
+  // y := y + A x, A full and column-major; `rows` rounded up to four are read and written.
+  void (*add_product)(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
+                      double* y);
 };
 
 inline constexpr uint32_t kMostEliminationKernels = 2;

@@ -12,20 +12,7 @@
 // (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and where
 // the zone is the whole organ.
 //
-// A patch moves as one, so contacts are three unknowns each, last in the matrix of a Newton iteration, behind which the
-// residual stands as one more row, and three rows for each contact, -G^T, G = T dq/df:
-//
-//   [ K_uu   .    .   . ]        [ L    .             .      . ]
-//   [ K_cu  K_cc  .   . ]  ->    [ X   K_cc - X X^T   .      . ]    after elimination of the unknowns u
-//   [ r_u   r_c   0   . ]        [ y   r_c - X y   -|y|^2    . ]
-//   [ -G^T   0    0   0 ]        [ Z   -Z X^T      -Z y^T    . ]
-//
-// At given q, A = K_cc - X X^T is the stiffness that a tool feels, r_c - X y its force once u is set right to first order,
-// -y L^-1 the Newton step and -X L^-1 how u follows the contacts, which is where the next frame starts from. But q goes
-// with the forces, H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1.
-//
-// The force is the gradient of the stored energy but for what q leaves out, orders beyond the third: (1 - H)^-1 A is
-// symmetric to about 1e-4 of it, and is made so.
+// It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -41,9 +28,10 @@ struct ZoneAnswer {
 };
 
 // Moves the contacts of the set that answers to these displacements [contacts][3] from rest and solves, model units; at
-// most so many Newton iterations, and one more for contacts that are new. No element is ever accepted inverted: where the way there would do so, the contacts follow
-// as far as they can, and go on in the next frame. Cost of an iteration, for each group: m^3 / 6 multiply-adds, m = 3 x its
-// nodes. Leaves displacements, forces and stiffness of the contacts in the set.
+// most so many Newton iterations. No element is ever accepted inverted: where the way there would do so, the contacts follow
+// as far as they can, and go on in the next frame. Cost of an iteration, for each group: m^2 multiply-adds and twice the
+// forces of its elements, m = 3 x its nodes; m^3 / 6 / kTangentFrames a frame for the next tangent, m^3 / 6 where it cannot
+// wait. Leaves displacements, forces and stiffness of the contacts in the set.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state);
 

@@ -196,28 +196,9 @@ void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint3
 }
 
 template <int kNodes>
-double smallest_jacobian_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement) {
+void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
+                   ZoneStrain& strain, double* forces) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
-  double smallest = double{INFINITY};
-  for (uint32_t n = 0; n < count; ++n) {
-    const NodalLanes<kNodes> nodal = gather(batches[n].elements, displacement);
-    for (const auto& point : batches[n].elements.points) {
-      KinematicsLanes kinematics;
-      kernels.deform(point, nodal, kinematics);
-      for (int lane = 0; lane < batches[n].count; ++lane) {
-        const double J = kinematics.J[lane];
-        if (!(J >= smallest)) smallest = isfinite(J) ? J : -double{INFINITY};
-      }
-    }
-  }
-  return smallest;
-}
-
-template <int kNodes>
-double add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
-                     double* forces) {
-  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
-  double energy = 0;
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
     const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
@@ -226,13 +207,14 @@ double add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const dou
       KinematicsLanes kinematics;
       kernels.deform(point, nodal, kinematics);
       kernels.add_force(point, kinematics, terms_of(batch, kinematics), sums);
-      for (int lane = 0; lane < batch.count; ++lane)
-        energy +=
-            point.volume[lane] * energy_of(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]);
+      for (int lane = 0; lane < batch.count; ++lane) {
+        const double J = kinematics.J[lane];
+        if (!(J >= strain.smallest_jacobian)) strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
+        strain.energy += point.volume[lane] * energy_of(*batch.materials[lane], kinematics.I1[lane], J);
+      }
     }
     scatter_forces<kNodes>(batch, sums, forces);
   }
-  return energy;
 }
 
 template <int kNodes>
@@ -298,15 +280,11 @@ template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, con
 template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], int,
                                    ZoneBatch<10>&);
 
-double smallest_jacobian(const ZoneBatches& batches, const double* displacement) {
-  const double linear = smallest_jacobian_of(batches.linear, batches.num_linear, displacement);
-  const double quadratic = smallest_jacobian_of(batches.quadratic, batches.num_quadratic, displacement);
-  return linear < quadratic ? linear : quadratic;
-}
-
-double add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
-  return add_forces_of(batches.linear, batches.num_linear, displacement, forces) +
-         add_forces_of(batches.quadratic, batches.num_quadratic, displacement, forces);
+ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
+  ZoneStrain strain = {0, double{INFINITY}};
+  add_forces_of(batches.linear, batches.num_linear, displacement, strain, forces);
+  add_forces_of(batches.quadratic, batches.num_quadratic, displacement, strain, forces);
+  return strain;
 }
 
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,

@@ -44,11 +44,13 @@ struct ZoneUnknowns {
   const ZoneMaster* masters;
 };
 
-// Smallest det F at these displacements from the mesh, [nodes][3].
-double smallest_jacobian(const ZoneBatches& batches, const double* displacement);
+struct ZoneStrain {
+  double energy;
+  double smallest_jacobian;  // det F; where it is not positive, energy and forces mean nothing
+};
 
-// Adds the nodal forces of all elements to forces[nodes][3]; returns their energy. det F > 0 in all.
-double add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
+// Adds the nodal forces of all elements to forces[nodes][3], at these displacements from the mesh, [nodes][3].
+ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
 
 // Adds forces as well as the tangent stiffness, to the lower triangle of a column-major matrix.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,

@@ -176,7 +176,7 @@ void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet
     first += panels.num_columns;
   }
   for (uint32_t j = 0; j < columns; ++j) {
-    state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride,
+    state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
                              group.exterior_fields + j * stride, group.exterior_pulls + j * stride);
   }
 }

@@ -145,7 +145,7 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
   }
   group.num_nodes = set.num_nodes - group.first_node;
   group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
-  group.size = group.unknowns + 6 * group.num_contacts + 1;
+  group.size = group.unknowns + 6 * group.num_contacts;
   group.stride = elimination_stride(group.size);
   group.boundary_stride = elimination_stride(3 * group.num_boundary);
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {

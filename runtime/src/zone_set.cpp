@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-// Room for S, T, the exterior and the sensitivities.
-bool take_matrices(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
+// Room for S, T, the exterior, the couplings, the tangents and their sensitivities.
+bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
@@ -21,16 +21,21 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
-  const size_t matrices = 2 * (square + fields);
+  const size_t couplings = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
+  const size_t matrices = 2 * (square + fields) + couplings;
+  const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
-      size_t{round_to_columns(group.size)} * group.stride > state.max_frame ||
-      preparation > state.max_preparation)
+      state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
     return false;
   group.exterior = set.matrices + state.matrices_used;
   group.whole = group.exterior + square;
   group.exterior_fields = group.whole + square;
   group.exterior_pulls = group.exterior_fields + fields;
+  group.couplings = group.exterior_pulls + fields;
+  group.factor = state.tangents + state.tangents_used;
+  group.spare = group.factor + tangent;
   group.sensitivities = set.rows + state.rows_used;
+  state.tangents_used += 2 * tangent;
   state.matrices_used += matrices;
   state.rows_used += rows;
   return true;
@@ -39,8 +44,10 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
 // Which nodes and elements, who shares a zone, and room for all of it.
 bool collect(const pal_pack& pack, ZoneState& state) {
   bool sound = find_zone_members(pack, state);
+  uint32_t num_boundary = 0;
+  for (uint32_t g = 0; g < state.next.num_groups; ++g) num_boundary += state.next.groups[g].num_boundary;
   for (uint32_t g = 0; g < state.next.num_groups && sound; ++g)
-    sound = take_matrices(pack, state, state.next.groups[g]);
+    sound = take_matrices(pack, state, num_boundary, state.next.groups[g]);
   return sound;
 }
 
@@ -146,6 +153,39 @@ void take_exterior(const double* matrix, ZoneGroup& group) {
   }
 }
 
+// C between the boundary of a group and a node of another's, three columns.
+void fill_coupling(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t node,
+                   double* columns) {
+  memset(columns, 0, size_t{3} * group.boundary_stride * sizeof *columns);
+  const uint32_t* nodes = set.nodes + first_boundary(group);
+  for (uint32_t i = 0; i < group.num_boundary; ++i) {
+    double block[9];
+    zone_compliance(pack, nodes[i], node, block);
+    for (uint32_t entry = 0; entry < 9; ++entry)
+      columns[entry % 3 * size_t{group.boundary_stride} + 3 * i + entry / 3] = block[entry];
+  }
+}
+
+// Some nodes of the boundaries of other groups, from state.column on: their couplings. True when it has ended.
+bool couple_groups(const pal_pack& pack, uint64_t operations, ZoneState& state, const ZoneGroup& group,
+                   uint64_t& spent) {
+  const ZoneSet& set = state.next;
+  uint32_t index = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& other = set.groups[g];
+    if (&other == &group) continue;
+    for (uint32_t b = 0; b < other.num_boundary; ++b, ++index) {
+      if (index < state.column) continue;
+      if (spent >= operations) return false;
+      fill_coupling(pack, set, group, set.nodes[first_boundary(other) + b],
+                    group.couplings + size_t{3} * index * group.boundary_stride);
+      spent += uint64_t{36} * group.num_boundary;
+      ++state.column;
+    }
+  }
+  return true;
+}
+
 // Where the linear organ has moved a node to under the tractions of a set, from rest.
 void linear_displacement(const pal_pack& pack, const ZoneSet& from, uint32_t node, double out[3]) {
   for (int i = 0; i < 3; ++i) out[i] = 0;
@@ -190,6 +230,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     }
   }
   memset(set.stiffness, 0, size_t{3} * set.num_contacts * sizeof *set.stiffness);
+  memset(set.brought, 0, size_t{3} * set.num_contacts * sizeof *set.brought);
   memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
   // A patch moves as one: as the mean of its nodes.
   memset(set.followed, 0, size_t{3} * set.num_contacts * sizeof *set.followed);
@@ -213,8 +254,8 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   }
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    if (!(smallest_jacobian(set.groups[g].batches, set.displacement) > kLeastJacobian))
-      rest_group(pack, set, set.groups[g]);
+    const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
+    if (!(strain.smallest_jacobian > kLeastJacobian)) rest_group(pack, set, set.groups[g]);
   }
 }
 
@@ -234,12 +275,14 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
-  state.max_matrices = 2 * squares * (squares + num_exterior_columns(pack, state.max_contacts));
+  const size_t couplings = state.max_contacts > 1 ? squares : 0;
+  state.max_matrices =
+      squares * (2 * squares + couplings + 2 * num_exterior_columns(pack, state.max_contacts));
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows =
       (size_t{3} * state.max_contacts + 1) * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + 6 * state.max_contacts + 1;
-  state.max_frame = size_t{round_to_columns(size)} * elimination_stride(size);
+  const uint32_t size = unknowns + (6 + kEliminationRows) * state.max_contacts;
+  state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
   const uint32_t largest = own > twice ? own : twice;
@@ -251,6 +294,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
     set->followed = arena.take<double>(size_t{3} * state.max_contacts);
     set->force = arena.take<double>(size_t{3} * state.max_contacts);
     set->stiffness = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
+    set->brought = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
     set->nodes = arena.take<uint32_t>(state.max_nodes);
     set->unknown_of = arena.take<uint32_t>(state.max_nodes);
     set->first_master = arena.take<uint32_t>(size_t{state.max_nodes} + 1);
@@ -272,13 +316,12 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
-  state.frame = arena.take<double>(state.max_frame);
+  state.tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
   const size_t vector = size_t{3} * state.max_nodes + 3 * kMostZoneContacts + 2 * kEliminationRows;
-  state.vector = arena.take<double>(vector);
-  state.boundary = arena.take<double>(vector);
-  state.pull = arena.take<double>(vector);
+  for (double** of_group : {&state.residual, &state.boundary, &state.outside, &state.pull, &state.vector})
+    *of_group = arena.take<double>(vector);
 }
 
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count) {
@@ -303,6 +346,7 @@ void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state) {
   state.column = 0;
   state.matrices_used = 0;
   state.rows_used = 0;
+  state.tangents_used = 0;
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
@@ -314,7 +358,8 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     memset(set.followed + 3 * group.contacts[slot], 0, 3 * sizeof(double));
     memset(set.force + 3 * group.contacts[slot], 0, 3 * sizeof(double));
   }
-  group.has_sensitivities = false;
+  group.has_tangent = false;
+  group.is_making = false;
   group.failures = 0;
 }
 
@@ -381,6 +426,11 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
       case Phase::own:
         if (!go_on(inner, inner + 3 * group.num_boundary)) return false;
         take_exterior(state.preparation, group);
+        state.phase = Phase::couple;
+        state.column = 0;
+        break;
+      case Phase::couple:
+        if (!couple_groups(pack, operations, state, group, spent)) return false;
         state.column = 0;
         if (++state.group < set.num_groups) {
           fill_compliance(pack, set, set.groups[state.group], state.preparation);

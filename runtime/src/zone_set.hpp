@@ -34,8 +34,8 @@ struct ZoneGroup {
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  // Of the matrix of a frame: unknowns of interior and boundary, three for each contact, a row for the load, and three for
-  // what the exterior of each contact brings back.
+  // Of the matrix of a tangent: unknowns of interior and boundary, three for each contact, and three for what the exterior of
+  // each contact brings back.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
@@ -45,11 +45,32 @@ struct ZoneGroup {
   // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
   double* exterior_fields;
   double* exterior_pulls;
-  // [3 num_contacts + 1][unknowns] d unknown / d contact, negative; and the last Newton step
-  double* sensitivities;
-  bool has_sensitivities;
-  uint32_t failures;  // frames in a row in which there was no way on
+  double*
+      couplings;  // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
+  // The tangent (zone_tangent.hpp)
+  double* factor;  // [size rounded to columns][stride], eliminated
+  double*
+      sensitivities;  // [3 num_contacts][unknowns] d unknown / d contact, negative; and the last Newton step
+  bool has_tangent;
+  bool is_shifted;     // the stiffness was made positive definite
+  double moved;        // how far contacts and nodes have moved since it was begun
+  double* spare;       // the next one, as `factor`
+  bool is_making;      // it is not eliminated yet:
+  uint32_t shift;      // attempts before
+  uint32_t column;     // eliminated before
+  double moved_since;  // it was begun
+  double energy;       // of the elements, at the displacements that were evaluated last
+  uint32_t failures;   // frames in a row in which there was no way on
 };
+
+inline uint32_t first_boundary(const ZoneGroup& group) {
+  return group.first_node + group.num_interior;
+}
+
+// Of an axis of a group's contacts, three each: which of those of the set.
+inline uint32_t contact_axis(const ZoneGroup& group, uint32_t i) {
+  return 3 * group.contacts[i / 3] + i % 3;
+}
 
 struct ZoneSet {
   bool ready;
@@ -68,11 +89,12 @@ struct ZoneSet {
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
   double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
   double* followed;  // [max_contacts][3] displacement of the contacts' patches, from rest
-  double* force;     // [max_contacts][3] of the last linearisation
-  double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] the same; zero between groups
+  double* force;     // [max_contacts][3]
+  double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] of the tangents; zero between groups
+  double (*brought)[3 * kMostZoneContacts];    // [3 max_contacts] (1 - H)^-1, as the stiffness
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
-  double* matrices;  // [max_matrices] S, T and exterior of the groups
+  double* matrices;  // [max_matrices] S, T, exterior and couplings of the groups
   double* rows;      // [max_rows] their sensitivities
 };
 
@@ -91,13 +113,13 @@ struct ZoneState {
   uint32_t max_masters;
   size_t max_matrices;
   size_t max_rows;
-  size_t max_frame;        // of a frame's matrix
+  size_t max_tangents;     // numbers of the matrices of tangents
   size_t max_preparation;  // of the matrices of making ready
   EliminationKernel kernel;
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, own, done } phase;
+  enum class Phase : uint32_t { collect, inverse, own, couple, done } phase;
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
@@ -112,14 +134,18 @@ struct ZoneState {
   double* preparation;
   size_t matrices_used;
   size_t rows_used;
+  size_t tangents_used;
   // A frame
   bool strained;     // the set that answers has been solved since it was at rest
-  double* frame;     // the matrix
-  double* forces;    // [max_nodes][3]
+  double* tangents;  // [max_tangents] of the set that answers
+  double* forces;    // [max_nodes][3] of the elements, beyond those at rest
   double* saved;     // [max_nodes][3]
-  double* vector;    // [frame rows] of one group
-  double* boundary;  // [frame rows]
-  double* pull;      // [frame rows] T b of the group at hand
+  // Of the group at hand (zone_balance.hpp)
+  double* residual;
+  double* boundary;
+  double* outside;
+  double* pull;
+  double* vector;
 };
 
 // Takes the arrays of a state for so many contacts, at most kMostZoneContacts.

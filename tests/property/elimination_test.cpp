@@ -90,19 +90,37 @@ TEST(Elimination, BackSubstitutesRows) {
   }
 }
 
-TEST(Elimination, AddsProducts) {
+TEST(Elimination, SubstitutesForward) {
   for (const EliminationKernel& kernel : kernels()) {
     SCOPED_TRACE(kernel.name);
-    constexpr Eigen::Index kSize = 40;
-    OnCacheLines matrix(kSize, kSize);
-    OnCacheLines x(kSize, 1);
-    OnCacheLines y(kSize, 1);
-    matrix.numbers = positive_definite(kSize);
-    x.numbers.setRandom();
-    y.numbers.setRandom();
-    const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
-    kernel.add_product(matrix.numbers.data(), kSize, kSize, x.numbers.data(), y.numbers.data());
-    EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+    constexpr uint32_t kSize = 60;
+    Stored stored(positive_definite(kSize));
+    ASSERT_TRUE(eliminate(kernel, stored.numbers.data(), stored.stride, kSize, kSize));
+    const Eigen::MatrixXd L = stored.numbers.topLeftCorner(kSize, kSize).triangularView<Eigen::Lower>();
+    OnCacheLines found(kSize, 1);
+    found.numbers.setRandom();
+    const Eigen::MatrixXd given = found.numbers;
+    kernel.forward_substitute(stored.numbers.data(), stored.stride, kSize, found.numbers.data());
+    EXPECT_LE((L * found.numbers - given).norm(), 1e-12 * given.norm());
+  }
+}
+
+TEST(Elimination, AddsProducts) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const Eigen::Index rows : {8, 16, 40, 72}) {
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
+      constexpr Eigen::Index kColumns = 27;
+      OnCacheLines matrix(rows, kColumns);
+      OnCacheLines x(kColumns, 1);
+      OnCacheLines y(rows, 1);
+      matrix.numbers.setRandom();
+      x.numbers.setRandom();
+      y.numbers.setRandom();
+      const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
+      const auto count = static_cast<uint32_t>(rows);
+      kernel.add_product(matrix.numbers.data(), count, count, kColumns, x.numbers.data(), y.numbers.data());
+      EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+    }
   }
 }
 

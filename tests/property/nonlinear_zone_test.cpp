@@ -115,7 +115,7 @@ std::vector<pal_contact_result> settle(OwnedSession& session, const std::vector<
     }
     results = session.touch(on_the_way);
   }
-  for (int frame = 0; frame < 4; ++frame) results = session.touch(contacts);
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
   return results;
 }
 

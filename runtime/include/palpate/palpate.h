@@ -174,7 +174,11 @@ enum {
 
 typedef struct pal_pack pal_pack; /* opaque; lives in storage of the caller */
 
-enum { PAL_PACK_STORAGE_BYTES = 1024 };
+enum {
+  PAL_PACK_STORAGE_BYTES = 1024,
+  /* nonlinear_zone: its stiffness is that of at most so many frames ago, unless the contacts jump */
+  PAL_ZONE_STIFFNESS_FRAMES = 24
+};
 
 typedef enum pal_verify {
   /* Everything: header, FlatBuffer verifier, every index and every number within bounds, checksum over the
@@ -392,9 +396,10 @@ typedef struct pal_contact_result {
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd
  * alone. At a point between sites: that of its corners, of linear_dd 9 for each node of their patches.
- * nonlinear_zone: for each Newton iteration some m^3 / 6 a zone, m = 3 x its nodes, and 9 for each pair of nodes
- * on the boundaries of two zones; 7 / 6 b^3 + m^3 / 6 more where it is new, b = 3 x its boundary nodes. Real-time
- * safe: yes, for the n that the budget allows. */
+ * nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
+ * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
+ * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes. Real-time safe: yes,
+ * for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 

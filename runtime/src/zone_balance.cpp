@@ -1,0 +1,155 @@
+#include "runtime/src/zone_balance.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_exterior.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
+
+const double* at_rest(const ZoneFrame& frame, uint32_t place) {
+  return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
+}
+
+// What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
+// forces, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
+double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
+  const double* t = frame.set.traction + size_t{3} * first_boundary(group);
+  double weights[kMostExteriorColumns];
+  weigh_exterior(frame.pack, frame.set, frame.state.rings, weights);
+  double energy = 0;
+  for (uint32_t j = 0; j < num_exterior_columns(frame.pack, frame.set.num_contacts); ++j) {
+    const double* field = group.exterior_fields + size_t{j} * group.boundary_stride;
+    double work = 0;
+    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) work += t[i] * field[i];
+    const double degree = exterior_degree(frame.set, j);
+    energy += (degree / (degree + 1) - 0.5) * weights[j] * work;
+  }
+  return energy;
+}
+
+}  // namespace
+
+bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const double* u = frame.set.displacement;
+  const double limit = kFarthest * frame.pack.max_displacement;
+  const uint32_t end = group.first_node + group.num_nodes;
+  for (uint32_t place = group.first_node; place < end; ++place) {
+    const double* rest = at_rest(frame, place);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const uint32_t i = 3 * place + axis;
+      if (!(fabs(u[i] - rest[axis]) <= limit)) return false;
+      state.forces[i] = -frame.set.rest_force[i];
+    }
+  }
+  const ZoneStrain strain = add_zone_forces(group.batches, u, state.forces);
+  group.energy = strain.energy;
+  return strain.smallest_jacobian > kLeastJacobian;
+}
+
+void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  const uint32_t stride = group.boundary_stride;
+  memset(state.pull, 0, stride * sizeof *state.pull);
+  double weights[kMostExteriorColumns];
+  weigh_exterior(frame.pack, set, state.rings, weights);
+  state.kernel.add_product(group.exterior_pulls, stride, stride,
+                           num_exterior_columns(frame.pack, set.num_contacts), weights, state.pull);
+  if (set.num_groups == 1) return;
+  double* moved = state.boundary;
+  memset(moved, 0, stride * sizeof *moved);
+  const double* coupling = group.couplings;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& other = set.groups[g];
+    if (&other == &group) continue;
+    state.kernel.add_product(coupling, stride, stride, 3 * other.num_boundary,
+                             set.traction + size_t{3} * first_boundary(other), moved);
+    coupling += size_t{stride} * 3 * other.num_boundary;
+  }
+  state.kernel.add_product(group.whole, stride, stride, stride, moved, state.pull);
+}
+
+void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  const uint32_t stride = group.boundary_stride;
+  const uint32_t boundary = first_boundary(group);
+  memset(state.boundary, 0, stride * sizeof *state.boundary);
+  for (uint32_t b = 0; b < group.num_boundary; ++b) {
+    const double* rest = at_rest(frame, boundary + b);
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      state.boundary[3 * b + axis] = set.displacement[3 * (boundary + b) + axis] - rest[axis];
+  }
+  for (uint32_t i = 0; i < stride; ++i) state.outside[i] = -state.pull[i];
+  state.kernel.add_product(group.exterior, stride, stride, stride, state.boundary, state.outside);
+
+  double* residual = state.residual;
+  const uint32_t free = group.num_interior + group.num_boundary;
+  const double* forces = state.forces + size_t{3} * group.first_node;
+  memcpy(residual, forces, size_t{3} * free * sizeof *residual);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+    residual[3 * group.num_interior + i] += state.outside[i];
+  for (uint32_t i = 0; i < free; ++i) {
+    const uint32_t axes = frame.pack.zone_nodes[set.nodes[group.first_node + i]].free_axes;
+    for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
+      if ((axes >> axis & 1) == 0) residual[3 * i + axis] = 0;
+    }
+  }
+  const uint32_t end = group.unknowns + 3 * group.num_contacts;
+  memset(residual + size_t{3} * free, 0, (end - 3 * free) * sizeof *residual);
+  for (uint32_t i = free; i < free + group.num_held; ++i) {
+    const uint32_t place = group.first_node + i;
+    for (uint32_t m = set.first_master[place]; m < set.first_master[place + 1]; ++m) {
+      const ZoneMaster& master = set.masters[m];
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        residual[master.unknown + axis] += master.share * forces[3 * i + axis];
+    }
+  }
+}
+
+// Forces that no tissue takes, as of a compliance that is positive definite in each group and not as a whole, are none.
+void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
+  constexpr double kMostMoved =
+      1e4;  // in units of what moves this node alone by the scene's largest displacement
+  ZoneState& state = frame.state;
+  const uint32_t stride = group.boundary_stride;
+  double* t = state.vector;
+  for (uint32_t i = 0; i < stride; ++i) t[i] = -state.pull[i];
+  state.kernel.add_product(group.whole, stride, stride, stride, state.boundary, t);
+  bool sound = true;
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
+    const double own = group.whole[size_t{i} * stride + i];
+    sound = sound && fabs(t[i]) <= kMostMoved * frame.pack.max_displacement * own;
+  }
+  double* to = frame.set.traction + size_t{3} * first_boundary(group);
+  const size_t bytes = size_t{3} * group.num_boundary * sizeof *t;
+  if (sound) {
+    memcpy(to, t, bytes);
+  } else {
+    memset(to, 0, bytes);
+    frame.flags |= PAL_FLAG_NOT_FINITE;
+  }
+}
+
+double stored_energy(const ZoneFrame& frame, const ZoneGroup& group) {
+  const ZoneSet& set = frame.set;
+  double energy = group.energy + exterior_energy(frame, group);
+  for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
+    const double* rest = at_rest(frame, place);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const uint32_t i = 3 * place + axis;
+      energy -= set.rest_force[i] * (set.displacement[i] - rest[axis]);
+    }
+  }
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+    energy += 0.5 * frame.state.boundary[i] * frame.state.outside[i];
+  return energy;
+}
+
+}  // namespace palpate

@@ -1,0 +1,49 @@
+// The linearisation of a group: its stiffness factored, and what it says of the contacts.
+//
+// A patch moves as one, so contacts are three unknowns each, behind which stand three rows for each contact, -G^T,
+// G = T dq/df:
+//
+//   [ K_uu   .    . ]        [ L    .            . ]
+//   [ K_cu  K_cc  . ]  ->    [ X   K_cc - X X^T  . ]    after elimination of the unknowns u
+//   [ -G^T   0    0 ]        [ Z   -Z X^T        . ]
+//
+// At given q, A = K_cc - X X^T is the stiffness that a tool feels and -X L^-1 how u follows the contacts, which is where
+// the next frame starts from; r_c - X L^-1 r_u is the force once u is set right to first order. But q goes with the forces,
+// H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1.
+//
+// A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which the
+// stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next one is
+// factored in slices, kTangentFrames of them at most, so that no frame pays for all of it; in one go where there is none, or
+// where that part is too large.
+//
+// The force is the gradient of the stored energy but for what q leaves out, orders beyond the third: (1 - H)^-1 A is
+// symmetric to about 1e-4 of it, and is made so.
+#pragma once
+
+#include "runtime/src/zone_balance.hpp"
+
+namespace palpate {
+
+inline constexpr uint32_t kTangentFrames =
+    PAL_ZONE_STIFFNESS_FRAMES / 2;  // one is used while the next is made
+
+// At the displacements that the group has. False where the stiffness is not positive definite even
+// when it is made stiffer: the group then has none. Cost: m^3 / 6 multiply-adds, m = 3 x nodes.
+bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
+
+// Goes on with the next one, if anything has moved since this one was begun.
+void advance_tangent(ZoneFrame& frame, ZoneGroup& group);
+
+// Of an error, the part that a step of it leaves: what it expects, 0 .. 1.
+double contraction(const ZoneFrame& frame, const ZoneGroup& group);
+
+// Newton's step K_uu^-1 r_u, [unknowns], of find_residual() before.
+const double* find_step(ZoneFrame& frame, const ZoneGroup& group);
+
+// d unknown / d contact, negative: [unknowns], of the axis `index` % 3 of the group's contact `index` / 3.
+const double* sensitivity(const ZoneGroup& group, uint32_t index);
+
+// Forces of the contacts of find_residual() before, into the set. They stay as they were where they would not be finite.
+void find_forces(ZoneFrame& frame, const ZoneGroup& group);
+
+}  // namespace palpate
