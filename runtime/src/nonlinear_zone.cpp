@@ -12,6 +12,10 @@ namespace {
 
 // What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
 constexpr double kConverged = 1e-4;
+// As kConverged, of what other groups have moved the boundary by in this frame; felt there is of a move, where no node is
+// shared, some part.
+constexpr double kMostUncoupled = 5e-4;
+constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr uint32_t kMostCuts = 6;
@@ -53,9 +57,12 @@ void restore(ZoneFrame& frame, const ZoneGroup& group) {
          size_t{3} * group.num_nodes * sizeof(double));
 }
 
-void count_move(ZoneGroup& group, double length) {
+void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
   group.moved += length;
   group.moved_since += length;
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
+  }
 }
 
 // Takes the contacts towards where they are to be, the rest along as it followed last. As far as all elements stay upright.
@@ -80,7 +87,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     }
     place_held(frame, group);
     if (evaluate_elements(frame, group)) {
-      count_move(group, part * longest);
+      count_move(frame, group, part * longest);
       if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
       return;
     }
@@ -107,7 +114,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     add_to_unknowns(frame, group, step, -part);
     if (evaluate_elements(frame, group)) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
-      count_move(group, part * longest);
+      count_move(frame, group, part * longest);
       return longest;
     }
     restore(frame, group);
@@ -138,13 +145,14 @@ void count_failure(const ZoneFrame& frame, ZoneGroup& group) {
   if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
 }
 
-// Forces and tractions of where the group has got to; what it stores.
-double conclude(ZoneFrame& frame, ZoneGroup& group) {
+// Forces and tractions of where the group has got to, and what it stores.
+void conclude(ZoneFrame& frame, ZoneGroup& group) {
   find_pull(frame, group);
   find_residual(frame, group);
   if (group.has_tangent) find_forces(frame, group);
+  weigh_exterior(frame.pack, frame.state.rings, frame.set);
   find_traction(frame, group);
-  return stored_energy(frame, group);
+  group.stored = stored_energy(frame, group);
 }
 
 }  // namespace
@@ -166,28 +174,31 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     }
     move_contacts(frame, group, displacements);
   }
+  weigh_exterior(pack, state.rings, set);
   bool converged = false;
   bool failed[kMostZoneContacts] = {};
+  const auto is_coupled = [&](const ZoneGroup& group) {
+    return kOfOthers * group.others_moved <= kMostUncoupled * size;
+  };
   for (uint32_t i = 0; i < iterations && !converged; ++i) {
     converged = set.num_groups > 0;
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
       if (failed[g]) continue;
+      if (i == 0 || !is_coupled(group)) find_coupling(frame, group);
       find_pull(frame, group);
       const double left = iterate(frame, group);
       failed[g] = left < 0;
       converged = converged && left >= 0 && left <= kConverged * size;
-      if (set.num_groups > 1) {
-        find_residual(frame, group);
-        find_traction(frame, group);
-      }
+      conclude(frame, group);
     }
+    for (uint32_t g = 0; g < set.num_groups; ++g) converged = converged && is_coupled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
   ZoneAnswer answer = {0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    answer.energy += conclude(frame, group);
+    answer.energy += group.stored;
     if (failed[g]) {
       count_failure(frame, group);
     } else {

@@ -18,17 +18,20 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
 // What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
 // forces, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
 double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
-  const double* t = frame.set.traction + size_t{3} * first_boundary(group);
-  double weights[kMostExteriorColumns];
-  weigh_exterior(frame.pack, frame.set, frame.state.rings, weights);
-  double energy = 0;
-  for (uint32_t j = 0; j < num_exterior_columns(frame.pack, frame.set.num_contacts); ++j) {
-    const double* field = group.exterior_fields + size_t{j} * group.boundary_stride;
-    double work = 0;
-    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) work += t[i] * field[i];
-    const double degree = exterior_degree(frame.set, j);
-    energy += (degree / (degree + 1) - 0.5) * weights[j] * work;
+  const ZoneSet& set = frame.set;
+  const uint32_t columns = num_exterior_columns(frame.pack, set.num_contacts);
+  double parts[kMostExteriorColumns];
+  for (uint32_t j = 0; j < columns; ++j) {
+    const double degree = exterior_degree(set, j);
+    parts[j] = (degree / (degree + 1) - 0.5) * set.weights[j];
   }
+  double* moved = frame.state.vector;
+  memset(moved, 0, group.boundary_stride * sizeof *moved);
+  frame.state.kernel.add_product(group.exterior_fields, group.boundary_stride, group.boundary_stride, columns,
+                                 parts, moved);
+  const double* t = set.traction + size_t{3} * first_boundary(group);
+  double energy = 0;
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += t[i] * moved[i];
   return energy;
 }
 
@@ -52,16 +55,10 @@ bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group) {
   return strain.smallest_jacobian > kLeastJacobian;
 }
 
-void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
+void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
-  memset(state.pull, 0, stride * sizeof *state.pull);
-  double weights[kMostExteriorColumns];
-  weigh_exterior(frame.pack, set, state.rings, weights);
-  state.kernel.add_product(group.exterior_pulls, stride, stride,
-                           num_exterior_columns(frame.pack, set.num_contacts), weights, state.pull);
-  if (set.num_groups == 1) return;
   double* moved = state.boundary;
   memset(moved, 0, stride * sizeof *moved);
   const double* coupling = group.couplings;
@@ -72,7 +69,18 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
                              set.traction + size_t{3} * first_boundary(other), moved);
     coupling += size_t{stride} * 3 * other.num_boundary;
   }
-  state.kernel.add_product(group.whole, stride, stride, stride, moved, state.pull);
+  memset(group.coupled, 0, stride * sizeof *group.coupled);
+  state.kernel.add_product(group.whole, stride, stride, stride, moved, group.coupled);
+  group.others_moved = 0;
+}
+
+void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
+  const ZoneSet& set = frame.set;
+  const uint32_t stride = group.boundary_stride;
+  memcpy(frame.state.pull, group.coupled, stride * sizeof *group.coupled);
+  frame.state.kernel.add_product(group.exterior_pulls, stride, stride,
+                                 num_exterior_columns(frame.pack, set.num_contacts), set.weights,
+                                 frame.state.pull);
 }
 
 void find_residual(ZoneFrame& frame, const ZoneGroup& group) {

@@ -19,7 +19,10 @@ struct ZoneFrame {
 // element is inverted or nearly so, or a node so far away that numbers lose their meaning.
 bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneState::pull := T b of the group, at the tractions of the others and the forces of all contacts.
+// ZoneGroup::coupled, at the tractions of the other groups.
+void find_coupling(ZoneFrame& frame, ZoneGroup& group);
+
+// ZoneState::pull := T b of the group, as it is coupled and at the forces of all contacts (ZoneSet::weights).
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three each. Of

@@ -112,8 +112,8 @@ uint32_t exterior_degree(const ZoneSet& set, uint32_t column) {
   return is_own && column % pack::kZoneColumns >= pack::num_monomials(2) ? 3 : 2;
 }
 
-void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings,
-                    double weights[kMostExteriorColumns]) {
+void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
+  double* weights = set.weights;
   Force forces[kMostZoneContacts];
   double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
   memset(mutual, 0, pack.num_mutual * sizeof *mutual);
@@ -186,11 +186,9 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
   field.num_exterior = set.num_groups > 0 ? set.num_contacts : 0;
   field.exterior_rings = state.rings;
   if (field.num_exterior == 0) return;
-  double weights[kMostExteriorColumns];
-  weigh_exterior(pack, set, state.rings, weights);
   for (uint32_t c = 0; c < set.num_contacts; ++c) field.exterior_sites[c] = set.sites[c];
   for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j)
-    field.exterior_weights[j] = static_cast<pal_real>(weights[j] * pack.metres);
+    field.exterior_weights[j] = static_cast<pal_real>(set.weights[j] * pack.metres);
 }
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,

@@ -21,9 +21,8 @@ inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * pack::kZone
 // Of so many contacts.
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// Their weights at the forces of the set, which are shortened to what the series is good for.
-void weigh_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings,
-                    double weights[kMostExteriorColumns]);
+// ZoneSet::weights := their weights at the forces of the set, which are shortened to what the series is good for.
+void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
 // Of those weights by the force of one contact; zero where that has been shortened.
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,

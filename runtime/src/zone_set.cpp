@@ -22,7 +22,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
   const size_t couplings = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
-  const size_t matrices = 2 * (square + fields) + couplings;
+  const size_t matrices = 2 * (square + fields) + couplings + group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
@@ -32,6 +32,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.exterior_fields = group.whole + square;
   group.exterior_pulls = group.exterior_fields + fields;
   group.couplings = group.exterior_pulls + fields;
+  group.coupled = group.couplings + couplings;
   group.factor = state.tangents + state.tangents_used;
   group.spare = group.factor + tangent;
   group.sensitivities = set.rows + state.rows_used;
@@ -277,7 +278,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
   state.max_matrices =
-      squares * (2 * squares + couplings + 2 * num_exterior_columns(pack, state.max_contacts));
+      squares * (2 * squares + couplings + 2 * num_exterior_columns(pack, state.max_contacts) + 1);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows =
       (size_t{3} * state.max_contacts + 1) * (unknowns + kEliminationColumns * state.max_contacts);
@@ -293,6 +294,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
     set->groups = arena.take<ZoneGroup>(state.max_contacts);
     set->followed = arena.take<double>(size_t{3} * state.max_contacts);
     set->force = arena.take<double>(size_t{3} * state.max_contacts);
+    set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
     set->brought = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
     set->nodes = arena.take<uint32_t>(state.max_nodes);

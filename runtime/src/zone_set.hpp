@@ -45,12 +45,14 @@ struct ZoneGroup {
   // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
   double* exterior_fields;
   double* exterior_pulls;
-  double*
-      couplings;  // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
+  // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
+  double* couplings;
+  double* coupled;  // [boundary_stride] T times how far their tractions moved this boundary when it was found
+  double others_moved;  // since then
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
-  double*
-      sensitivities;  // [3 num_contacts][unknowns] d unknown / d contact, negative; and the last Newton step
+  // [3 num_contacts][unknowns] d unknown / d contact, negative; and the last Newton step
+  double* sensitivities;
   bool has_tangent;
   bool is_shifted;     // the stiffness was made positive definite
   double moved;        // how far contacts and nodes have moved since it was begun
@@ -60,6 +62,7 @@ struct ZoneGroup {
   uint32_t column;     // eliminated before
   double moved_since;  // it was begun
   double energy;       // of the elements, at the displacements that were evaluated last
+  double stored;       // of the group and the organ outside, as it was concluded last
   uint32_t failures;   // frames in a row in which there was no way on
 };
 
@@ -90,6 +93,7 @@ struct ZoneSet {
   double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
   double* followed;  // [max_contacts][3] displacement of the contacts' patches, from rest
   double* force;     // [max_contacts][3]
+  double* weights;   // [columns] of the exterior at these forces (zone_exterior.hpp)
   double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] of the tangents; zero between groups
   double (*brought)[3 * kMostZoneContacts];    // [3 max_contacts] (1 - H)^-1, as the stiffness
   ZoneBatch<4>* linear;
