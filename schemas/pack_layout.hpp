@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 7;
+inline constexpr uint32_t kFormatVersion = 8;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -119,16 +119,23 @@ struct ZoneElement {
 };
 static_assert(sizeof(ZoneElement) == 48);
 
-// W as in dyadic_tangent.hpp.
-enum class ZoneLaw : uint32_t { compressible_neo_hookean = 0, yeoh = 1 };
-inline constexpr uint32_t kZoneLaws = 2;
+// W as in dyadic_tangent.hpp and isotropic_law.hpp.
+enum class ZoneLaw : uint32_t {
+  compressible_neo_hookean = 0,  // mu, lambda
+  yeoh = 1,                      // C10, C20, C30, 1 / D1, 1 / D2, 1 / D3
+  ogden = 2,                     // mu of three terms (0: none), alpha of them, 1 / D1, 1 / D2, 1 / D3
+  st_venant_kirchhoff = 3,       // mu, lambda
+  linear_elastic = 4             // mu, lambda
+};
+inline constexpr uint32_t kZoneLaws = 5;
+inline constexpr uint32_t kZoneConstants = 9;
 
 struct ZoneMaterial {
   ZoneLaw law;
   uint32_t reserved;
-  double constants[6];  // mu, lambda; or C10, C20, C30, 1 / D1, 1 / D2, 1 / D3
+  double constants[kZoneConstants];  // those beyond the law's are 0
 };
-static_assert(sizeof(ZoneMaterial) == 56);
+static_assert(sizeof(ZoneMaterial) == 80);
 
 // Of the fields outside of a zone: monomials of degrees 2 and 3 (monomials.hpp).
 inline constexpr uint32_t kZoneDegree = 3;

@@ -18,22 +18,6 @@ struct StressAndTangent {
   Matrix9d tangent;  // dP_iJ / dF_kL at (i + 3 J, k + 3 L)
 };
 
-// The value of a function of one variable with its first two derivatives.
-struct Derivatives {
-  double value = 0;
-  double first = 0;
-  double second = 0;
-};
-
-// U(J) = sum over i of (J - 1)^(2 i) / D_i.
-inline Derivatives volumetric_energy(const VolumetricEnergy& energy, double J) {
-  const double t = J - 1.0;
-  const double t2 = t * t;
-  const auto& [d1, d2, d3] = energy.inverse_d;
-  return {t2 * (d1 + t2 * (d2 + t2 * d3)), t * (2.0 * d1 + t2 * (4.0 * d2 + t2 * 6.0 * d3)),
-          2.0 * d1 + t2 * (12.0 * d2 + t2 * 30.0 * d3)};
-}
-
 // Adds scale * a b^T, both as columns of nine.
 inline void add_dyad(double scale, const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, Matrix9d& tangent) {
   tangent.noalias() += (scale * a.reshaped()) * b.reshaped().transpose();

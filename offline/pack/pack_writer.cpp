@@ -189,16 +189,31 @@ CompressedSegments add_compressed(const CompressedCompliance& compressed, Segmen
 
 pack::ZoneMaterial zone_material(const Law& law) {
   pack::ZoneMaterial material = {};
+  const auto set = [&](pack::ZoneLaw kind, std::initializer_list<double> constants) {
+    material.law = kind;
+    std::copy(constants.begin(), constants.end(), material.constants);
+  };
+  const auto set_ogden = [&](const Ogden& law_of_stretches) {
+    const auto& [mu, alpha, d] = ogden_law(law_of_stretches);
+    set(pack::ZoneLaw::ogden, {mu[0], mu[1], mu[2], alpha[0], alpha[1], alpha[2], d[0], d[1], d[2]});
+  };
   if (const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law)) {
-    material.law = pack::ZoneLaw::compressible_neo_hookean;
-    material.constants[0] = neo_hookean->mu;
-    material.constants[1] = neo_hookean->lambda;
+    set(pack::ZoneLaw::compressible_neo_hookean, {neo_hookean->mu, neo_hookean->lambda});
+  } else if (const auto* invariant = std::get_if<InvariantLaw>(&law)) {
+    if (invariant->c01 != 0) {
+      set_ogden(as_ogden(*invariant));
+    } else {
+      const YeohLaw yeoh = yeoh_part(*invariant);
+      const double* d = yeoh.inverse_d;
+      set(pack::ZoneLaw::yeoh, {yeoh.c10, yeoh.c20, yeoh.c30, d[0], d[1], d[2]});
+    }
+  } else if (const auto* ogden = std::get_if<Ogden>(&law)) {
+    set_ogden(*ogden);
+  } else if (const auto* hooke = std::get_if<StVenantKirchhoff>(&law)) {
+    set(pack::ZoneLaw::st_venant_kirchhoff, {hooke->mu, hooke->lambda});
   } else {
-    const YeohLaw yeoh = yeoh_part(std::get<InvariantLaw>(law));
-    material.law = pack::ZoneLaw::yeoh;
-    const double constants[] = {yeoh.c10,          yeoh.c20,          yeoh.c30,
-                                yeoh.inverse_d[0], yeoh.inverse_d[1], yeoh.inverse_d[2]};
-    std::copy(std::begin(constants), std::end(constants), material.constants);
+    const auto& linear = std::get<LinearElastic>(law);
+    set(pack::ZoneLaw::linear_elastic, {linear.mu, linear.lambda});
   }
   return material;
 }

@@ -4,7 +4,6 @@
 #include <map>
 #include <set>
 #include <stdexcept>
-#include <variant>
 
 #include "offline/precompute/linear_dd.hpp"
 
@@ -34,17 +33,6 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
     outermost = std::move(found);
   }
   return {elements.begin(), elements.end()};
-}
-
-std::string why_no_zone(const Model& model) {
-  for (const Material& material : model.materials) {
-    if (!has_dyadic_tangent(material.law)) {
-      return "material " + material.name +
-             " is of a law that nonlinear zones do not know: they take COMPRESSIBLE NEO HOOKE, NEO HOOKE and "
-             "YEOH";
-    }
-  }
-  return "";
 }
 
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) {

@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "offline/precompute/contact_sites.hpp"
@@ -62,9 +61,6 @@ class ZoneFinder {
   const Model* model_;
   std::vector<std::vector<int>> by_node_;
 };
-
-// Why no zone can be carried, naming the material; "" where one can.
-std::string why_no_zone(const Model& model);
 
 // Which nodes and elements; the compliance is left empty.
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings);

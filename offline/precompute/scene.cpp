@@ -1,7 +1,5 @@
 #include "offline/precompute/scene.hpp"
 
-#include "offline/precompute/nonlinear_zone.hpp"
-
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -282,8 +280,6 @@ LoadedScene read_scene(const std::filesystem::path& file) {
 
   loaded.model = read_model(top, scene);
   if (scene.gravity) check_densities(gravity, loaded.model);
-  if (const std::string why = why_no_zone(loaded.model); scene.zone && !why.empty())
-    top.table("models").fail("zone", why + "; remove models.zone = true");
   const Body body(loaded.model);
   scene.sites = read_sites(contact, body);
   scene.output_nodes = read_output_nodes(output, scene, body);

@@ -3,29 +3,50 @@
 #include <math.h>
 
 #include "runtime/kernels/dyadic_tangent.hpp"
+#include "runtime/kernels/isotropic_law.hpp"
 
 namespace palpate {
 namespace {
 
-DyadicTangent tangent_of(const pack::ZoneMaterial& material, double I1, double J) {
+bool is_dyadic(const pack::ZoneMaterial& material) {
+  return material.law == pack::ZoneLaw::compressible_neo_hookean || material.law == pack::ZoneLaw::yeoh;
+}
+
+DyadicTangent dyadic_tangent(const pack::ZoneMaterial& material, double I1, double J) {
   const double* c = material.constants;
   if (material.law == pack::ZoneLaw::compressible_neo_hookean)
     return compressible_neo_hookean_tangent(c[0], c[1], J);
   return yeoh_tangent({c[0], c[1], c[2], {c[3], c[4], c[5]}}, I1, J);
 }
 
-double energy_of(const pack::ZoneMaterial& material, double I1, double J) {
+double dyadic_energy(const pack::ZoneMaterial& material, double I1, double J) {
   const double* c = material.constants;
   if (material.law == pack::ZoneLaw::compressible_neo_hookean)
     return compressible_neo_hookean_energy(c[0], c[1], I1, J);
   return yeoh_energy({c[0], c[1], c[2], {c[3], c[4], c[5]}}, I1, J);
 }
 
+// Of a lane whose law is none of these.
+PrincipalTangent principal_tangent(const pack::ZoneMaterial& material, const KinematicsLanes& kinematics,
+                                   int lane) {
+  const double* c = material.constants;
+  double F[3][3];
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) F[i][j] = kinematics.F[i][j][lane];
+  }
+  if (material.law == pack::ZoneLaw::st_venant_kirchhoff) return st_venant_kirchhoff_tangent(c[0], c[1], F);
+  if (material.law == pack::ZoneLaw::linear_elastic) return linear_elastic_tangent(c[0], c[1], F);
+  return ogden_tangent({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}, F);
+}
+
 template <int kNodes>
 DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const KinematicsLanes& kinematics) {
   DyadicLanes terms;
-  for (int lane = 0; lane < kLanes; ++lane)
-    terms.set(lane, tangent_of(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]));
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const pack::ZoneMaterial& material = *batch.materials[lane];
+    terms.set(lane, is_dyadic(material) ? dyadic_tangent(material, kinematics.I1[lane], kinematics.J[lane])
+                                        : DyadicTangent());
+  }
   return terms;
 }
 
@@ -84,12 +105,15 @@ double global_gradients(const double positions[kNodes][3], int point, double out
   return determinant / (6.0 * ElementBatch<kNodes>::kPoints);
 }
 
+// V P g_a of a lane.
 template <int kNodes>
-void scatter_forces(const ZoneBatch<kNodes>& batch, const NodalLanes<kNodes>& forces, double* out) {
+void add_principal_force(const typename ElementBatch<kNodes>::Point& point, const PrincipalTangent& tangent,
+                         int lane, NodalLanes<kNodes>& forces) {
   for (size_t a = 0; a < kNodes; ++a) {
-    for (int lane = 0; lane < batch.count; ++lane) {
-      double* node = out + 3 * static_cast<size_t>(batch.elements.nodes[a][static_cast<size_t>(lane)]);
-      for (size_t i = 0; i < 3; ++i) node[i] += forces[a][i][lane];
+    for (size_t i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (size_t j = 0; j < 3; ++j) sum += tangent.first_piola_kirchhoff[i][j] * point.gradients[a][j][lane];
+      forces[a][i].add(lane, point.volume[lane] * sum);
     }
   }
 }
@@ -98,6 +122,48 @@ void scatter_forces(const ZoneBatch<kNodes>& batch, const NodalLanes<kNodes>& fo
 template <int kNodes>
 constexpr size_t lower_place(size_t row, size_t column) {
   return column * 3 * kNodes - column * (column - 1) / 2 - column + row;
+}
+
+// K_ab of a lane: with dF = n_r g_b^T, by isotropic_law.hpp, and turned back.
+template <int kNodes>
+void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
+                             const PrincipalTangent& tangent, int lane, StiffnessLanes<kNodes>& stiffness) {
+  double g[kNodes][3];  // in the frame of N
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (size_t p = 0; p < 3; ++p) {
+      g[a][p] = 0;
+      for (size_t j = 0; j < 3; ++j) g[a][p] += tangent.reference[p][j] * point.gradients[a][j][lane];
+    }
+  }
+  for (size_t b = 0; b < kNodes; ++b) {
+    for (size_t a = b; a < kNodes; ++a) {
+      double half[3][3] = {};  // [p][k]: turned back on the right
+      for (size_t p = 0; p < 3; ++p) {
+        for (size_t r = 0; r < 3; ++r) {
+          double entry = g[a][p] * g[b][r] * tangent.second[p][r] + g[a][r] * g[b][p] * tangent.crossed[p][r];
+          for (size_t q = 0; q < 3 && p == r; ++q) entry += g[a][q] * g[b][q] * tangent.direct[p][q];
+          for (size_t k = 0; k < 3; ++k) half[p][k] += entry * tangent.current[r][k];
+        }
+      }
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t k = 0; k < (a == b ? i + 1 : 3); ++k) {
+          double sum = 0;
+          for (size_t p = 0; p < 3; ++p) sum += tangent.current[p][i] * half[p][k];
+          stiffness[lower_place<kNodes>(3 * a + i, 3 * b + k)].add(lane, point.volume[lane] * sum);
+        }
+      }
+    }
+  }
+}
+
+template <int kNodes>
+void scatter_forces(const ZoneBatch<kNodes>& batch, const NodalLanes<kNodes>& forces, double* out) {
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (int lane = 0; lane < batch.count; ++lane) {
+      double* node = out + 3 * static_cast<size_t>(batch.elements.nodes[a][static_cast<size_t>(lane)]);
+      for (size_t i = 0; i < 3; ++i) node[i] += forces[a][i][lane];
+    }
+  }
 }
 
 // A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
@@ -210,7 +276,14 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const doubl
       for (int lane = 0; lane < batch.count; ++lane) {
         const double J = kinematics.J[lane];
         if (!(J >= strain.smallest_jacobian)) strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
-        strain.energy += point.volume[lane] * energy_of(*batch.materials[lane], kinematics.I1[lane], J);
+        const pack::ZoneMaterial& material = *batch.materials[lane];
+        if (is_dyadic(material)) {
+          strain.energy += point.volume[lane] * dyadic_energy(material, kinematics.I1[lane], J);
+        } else {
+          const PrincipalTangent tangent = principal_tangent(material, kinematics, lane);
+          strain.energy += point.volume[lane] * tangent.energy;
+          add_principal_force<kNodes>(point, tangent, lane, sums);
+        }
       }
     }
     scatter_forces<kNodes>(batch, sums, forces);
@@ -232,6 +305,12 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const do
       const DyadicLanes terms = terms_of(batch, kinematics);
       kernels.add_force(point, kinematics, terms, sums);
       kernels.add_stiffness(point, kinematics, terms, stiffness);
+      for (int lane = 0; lane < batch.count; ++lane) {
+        if (is_dyadic(*batch.materials[lane])) continue;
+        const PrincipalTangent tangent = principal_tangent(*batch.materials[lane], kinematics, lane);
+        add_principal_force<kNodes>(point, tangent, lane, sums);
+        add_principal_stiffness<kNodes>(point, tangent, lane, stiffness);
+      }
     }
     scatter_forces<kNodes>(batch, sums, forces);
     for (int lane = 0; lane < batch.count; ++lane) {

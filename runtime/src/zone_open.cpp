@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "runtime/kernels/isotropic_law.hpp"
 #include "runtime/src/number_checks.hpp"
 
 namespace palpate {
@@ -46,8 +47,15 @@ bool is_element(const pal_pack& pack, const pack::ZoneElement& element, uint32_t
 }
 
 bool is_material(const pack::ZoneMaterial& material) {
-  return static_cast<uint32_t>(material.law) < pack::kZoneLaws &&
-         all_within(material.constants, 6, kLargestScale);
+  if (static_cast<uint32_t>(material.law) >= pack::kZoneLaws ||
+      !all_within(material.constants, pack::kZoneConstants, kLargestScale))
+    return false;
+  const double* mu = material.constants;
+  const double* alpha = mu + kOgdenTerms;
+  bool sound = true;
+  for (int i = 0; i < kOgdenTerms && material.law == pack::ZoneLaw::ogden; ++i)
+    sound = sound && (mu[i] == 0 || alpha[i] != 0);
+  return sound;
 }
 
 // a_ij^2 <= a_ii a_jj, as of any compliance.

@@ -36,6 +36,7 @@ const std::set<std::string> kAllowed = {
     "fabs",
     "fmax",
     "fmin",
+    "exp",
     "log",
     "cbrt",  // libm
     "__cpu_features2",

@@ -330,6 +330,32 @@ TEST(OgdenLaw, TangentOfNearlyEqualStretchesIsThatOfEqualOnes) {
   }
 }
 
+// The principal forms that the runtime takes, beside the invariant and tensor forms.
+TEST(IsotropicLaws, PrincipalFormsAreTheSame) {
+  TestRandom random(16);
+  const auto expect_same = [](const PrincipalTangent& principal, const Law& law, const Eigen::Matrix3d& F) {
+    const StressAndTangent expected = stress_and_tangent(law, F);
+    const double scale = expected.tangent.norm();
+    EXPECT_NEAR(principal.energy, strain_energy_density(law, F), 1e-13 * scale);
+    EXPECT_LE((first_piola_kirchhoff(principal) - expected.first_piola_kirchhoff).norm(), 1e-12 * scale);
+    EXPECT_LE((full_tangent(principal) - expected.tangent).norm(), 1e-11 * scale);
+  };
+  const InvariantLaw mooney = mooney_rivlin(0.3, 0.2, 0.5);
+  for (const double size : {0.0, 1e-8, 1e-3, 0.2, 0.5}) {
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + size * random.matrix(3, 3);
+      if (F.determinant() < 0.1) continue;
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = F;
+      double entries[3][3];
+      std::copy_n(rows.data(), 9, entries[0]);
+      SCOPED_TRACE(size);
+      expect_same(principal_tangent(as_ogden(mooney), F), mooney, F);
+      expect_same(st_venant_kirchhoff_tangent(1.0, 2.0, entries), StVenantKirchhoff{1.0, 2.0}, F);
+      expect_same(linear_elastic_tangent(1.0, 2.0, entries), LinearElastic{1.0, 2.0}, F);
+    }
+  }
+}
+
 TEST(LinearElasticLaw, IsLinear) {
   TestRandom random(15);
   const LinearElastic law = {1.0, 2.0};
