@@ -59,10 +59,9 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
   return compliance;
 }
 
-// Nodes, elements, compliance and exterior of nonlinear zones.
-ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
-                        const RestState& rest, int jobs) {
-  ZoneTables zone = plan_zone(assembly.model(), scene, sites);
+// Compliance and exterior of planned zones.
+void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                  const RestState& rest, int jobs, ZoneTables& zone) {
   {
     ProgressBar bar("compliance of zones",
                     3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
@@ -79,7 +78,6 @@ ZoneTables compute_zone(const Assembly& assembly, const Scene& scene, const Cont
         assembly, sites, rest, scene.max_contacts, jobs,
         [&](double part) { pairs.show(static_cast<int>(part * kSteps)); }, zone);
   }
-  return zone;
 }
 
 // The errors of the real runtime on a pack that is complete but for them.
@@ -197,8 +195,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   if (ranks.count() == 1) counts = here;
   const double sampling_seconds = seconds_since(sampling_start);
 
-  std::optional<ZoneTables> zone;
-  if (scene.zone) zone = compute_zone(assembly, scene, sites, rest, plan.jobs);
+  std::optional<ZoneTables> zone = plan_zone(model, scene, sites);
+  if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
   content.rest = &rest;
   if (compliance.compressed) content.compressed = &*compliance.compressed;

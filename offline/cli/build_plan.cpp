@@ -1,11 +1,13 @@
 #include "offline/cli/build_plan.hpp"
 
 #include <fmt/core.h>
+#include <palpate/palpate.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <stdexcept>
+#include <variant>
 
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
@@ -38,6 +40,23 @@ size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
   return 0;
 }
 
+bool is_nonlinear(const Model& model) {
+  return std::any_of(model.materials.begin(), model.materials.end(), [](const Material& material) {
+    return !std::holds_alternative<LinearElastic>(material.law);
+  });
+}
+
+// Of contacts that move, each in a zone of its own: for each an iteration with its substitutions and products, two
+// evaluations of its elements, and its part of the next tangent (runtime/src/nonlinear_zone.hpp).
+double zone_frame_us(const ZoneTables& zone, int contacts) {
+  constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
+  constexpr double kPerElement = 1200;
+  const double m = 3.0 * zone.most_nodes;
+  const double of_one =
+      4 * m * m + m * m * m / (3.0 * int{PAL_ZONE_STIFFNESS_FRAMES}) + kPerElement * zone.most_elements;
+  return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
+}
+
 }  // namespace
 
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
@@ -49,19 +68,25 @@ bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
   return !is_to_be_compressed(scene, sites) && (scene.linear || dense_bytes(sites) <= kMostDenseBytes);
 }
 
-ZoneTables plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
-  if (is_to_be_compressed(scene, sites)) {
+std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
+  const bool is_compressed = is_to_be_compressed(scene, sites);
+  const bool is_wanted =
+      scene.zone.value_or(scene.max_contacts > 1 && scene.linear && !is_compressed && is_nonlinear(model));
+  if (!is_wanted) return std::nullopt;
+  if (is_compressed) {
     throw std::runtime_error(
         scene.file.string() +
         ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
         "fewer sites, or remove models.zone = true");
   }
   if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
-  int rings = kUsualRings;
-  ZoneTables zone = find_zones(model, sites, rings);
-  while (rings > 1 && zone_bytes(zone, sites, scene.max_contacts) > kMostZoneBytes)
-    zone = find_zones(model, sites, --rings);
-  return zone;
+  for (int rings = kUsualRings; rings > 0; --rings) {
+    ZoneTables zone = find_zones(model, sites, rings);
+    const bool is_affordable = zone_bytes(zone, sites, scene.max_contacts) <= kMostZoneBytes &&
+                               zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us;
+    if (is_affordable || (rings == 1 && scene.zone)) return zone;
+  }
+  return std::nullopt;
 }
 
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
@@ -168,20 +193,19 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       fmt::print("compliance dense, {:.1f} MB\n", dense);
     }
   }
-  if (scene.zone) {
-    const ZoneTables zone = plan_zone(model, scene, sites);
-    const double of_zones = zone_bytes(zone, sites, scene.max_contacts);
+  if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
+    const double of_zones = zone_bytes(*zone, sites, scene.max_contacts);
     bytes += of_zones;
     // Of derivatives, back-solves and the assembly of zones.
     constexpr double kFactorsPerSite = 3;
     constexpr double kFactorsPerPair = 0.5;
     factors +=
-        zone.rings * (kFactorsPerSite * static_cast<double>(sites.sites.size()) +
-                      kFactorsPerPair * static_cast<double>(num_zone_pairs(sites, scene.max_contacts)));
+        zone->rings * (kFactorsPerSite * static_cast<double>(sites.sites.size()) +
+                       kFactorsPerPair * static_cast<double>(num_zone_pairs(sites, scene.max_contacts)));
     fmt::print(
-        "zones      {} rings: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements\n",
-        zone.rings, zone.nodes.size(), zone.elements.size(), of_zones / 1e6, zone.most_nodes,
-        zone.most_elements);
+        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements\n",
+        zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,
+        zone->most_nodes, zone->most_elements);
   }
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
              solves, std::max(1.0, factors * factor_seconds / jobs), jobs, bytes / 1e6);

@@ -92,11 +92,12 @@ void read_models(const SceneTable& models, Scene& scene) {
   constexpr ComplianceForm kForms[] = {ComplianceForm::automatic, ComplianceForm::dense,
                                        ComplianceForm::compressed};
   scene.compliance = kForms[models.choice("compliance", {"auto", "dense", "compressed"}).value_or(0)];
-  scene.zone = models.boolean_or_auto("zone").value_or(false);
+  scene.zone = models.boolean_or_auto("zone");
   scene.zone_rings = models.integer("zone_rings", 1, static_cast<int>(pack::kMostZoneRings)).value_or(0);
-  if (models.has("zone_rings") && !scene.zone)
+  const bool is_asked_for = scene.zone.value_or(false);
+  if (models.has("zone_rings") && !is_asked_for)
     models.fail("zone_rings", "models.zone_rings is for models.zone = true; add it");
-  if (scene.zone && !scene.linear) {
+  if (is_asked_for && !scene.linear) {
     models.fail("zone", "a nonlinear zone needs the linear model; remove models.linear = false");
   }
   if (!scene.linear && !scene.polynomial) {

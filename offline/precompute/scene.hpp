@@ -46,7 +46,8 @@ struct Scene {
   bool polynomial = true;  // carry polynomial_dd
   PolynomialMethod polynomial_method = PolynomialMethod::hermite;
   FieldPrecision precision = FieldPrecision::automatic;
-  bool zone = false;   // carry nonlinear_zone
+  std::optional<bool>
+      zone;  // carry nonlinear_zone; unset: where several contacts are to be answered within the budget
   int zone_rings = 0;  // 0: chosen by what they take
 };
 
