@@ -347,6 +347,34 @@ TEST(NonlinearZone, GoesOnWhereItWas) {
             0.02 * before.lpNorm<Eigen::Infinity>());
 }
 
+// At a hundredth of an edge a frame, with the tangent of some frames before.
+TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
+  const ZoneBlock organ(2, kTissue);
+  for (const std::vector<pal_contact>& contacts : {kOne, kAdjacent, kApart}) {
+    SCOPED_TRACE(contacts.size());
+    OwnedSession moving(organ.pack->get(), organ.config(4));
+    OwnedSession held(organ.pack->get(), organ.config(4));
+    constexpr int kFrames = 60;
+    for (int frame = 0; frame <= kFrames; ++frame) {
+      std::vector<pal_contact> here = contacts;
+      const double t = 2 * std::numbers::pi * frame / kFrames;
+      for (pal_contact& contact : here) {
+        contact.displacement[0] = 0.03 * std::cos(t);
+        contact.displacement[1] = 0.03 * std::sin(t);
+      }
+      const auto found = frame == 0 ? settle(moving, here) : moving.touch(here);
+      if (frame % 20 != 7) continue;
+      const auto expected = settle(held, here);
+      for (size_t c = 0; c < contacts.size(); ++c) {
+        const Eigen::Vector3d force(expected[c].force);
+        EXPECT_EQ(found[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+        EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-3 * force.norm());
+      }
+      EXPECT_LE((as_vector(moving.field()) - as_vector(held.field())).lpNorm<Eigen::Infinity>(), 1e-3 * 0.1);
+    }
+  }
+}
+
 TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
   const ZoneBlock organ(2, kTissue);
   for (const double reach : {1.0, 3.0, 1e3, 1e200}) {
