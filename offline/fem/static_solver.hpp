@@ -79,7 +79,8 @@ enum class StopCause {
   no_descent,  // no part of Newton's step is better than none
   iterations,  // max_iterations
   not_finite,  // the forces overflow
-  increments   // max_increments
+  increments,  // max_increments
+  sharp_turn   // the path of ArcLength turns by more than it may over the smallest increment
 };
 
 struct SolveReport {
@@ -187,20 +188,6 @@ class StaticSolver {
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr);
   double stored_energy(const Eigen::VectorXd& displacement);
-  // f_ext(u), all dofs.
-  Eigen::VectorXd external_force(const LoadCase& load, const Eigen::VectorXd& displacement) const;
-  // Replaces b by x of (K - K_p) x = b, with the whole unsymmetric tangent K_p of the pressures, by GMRES
-  // with the factor at hand as preconditioner. False, b as it was, where that does not converge.
-  bool solve_with_pressures(const LoadCase& load, const Eigen::VectorXd& displacement,
-                            Eigen::MatrixXd& column);
-  // Sets what has no equation of its own, or is held, to 0.
-  void clear_held(const LoadCase& load, Eigen::VectorXd& vector) const;
-  // |P| over the held dofs plus |f_ext| over the free ones.
-  double force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
-                     const Eigen::VectorXd& external) const;
-  // f_ext - P over the free dofs, else 0.
-  Eigen::VectorXd residual(const LoadCase& load, const Eigen::VectorXd& internal,
-                           const Eigen::VectorXd& external) const;
 
   const Assembly* assembly_;
   Assembly::SparseLower stiffness_;
