@@ -36,23 +36,6 @@ void PathTable::add_row(const PathPoint& point, const Eigen::VectorXd& displacem
   rows_.push_back(std::move(row));
 }
 
-std::vector<double> PathTable::limit_load_factors() const {
-  std::vector<double> found;
-  for (size_t i = 2; i < rows_.size(); ++i) {
-    const PathPoint& a = rows_[i - 2].point;
-    const PathPoint& b = rows_[i - 1].point;
-    const PathPoint& c = rows_[i].point;
-    const double before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
-    const double behind = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
-    if ((before < 0) == (behind < 0)) continue;
-    // l(s) = l_b + slope (s - s_b) + curvature (s - s_b)^2
-    const double curvature = (behind - before) / (c.arc_length - a.arc_length);
-    const double slope = before + curvature * (b.arc_length - a.arc_length);
-    found.push_back(b.load_factor - slope * slope / (4 * curvature));
-  }
-  return found;
-}
-
 void PathTable::write(const std::filesystem::path& file) const {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);

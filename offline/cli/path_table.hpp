@@ -21,9 +21,6 @@ class PathTable {
   // The points in their order, the start first.
   void add(const PathPoint& point, const Eigen::VectorXd& displacement);
 
-  // The load factors where it stopped growing or falling: the tops of parabolas through three points.
-  std::vector<double> limit_load_factors() const;
-
   // CSV: increment,arc_length,load_factor,current_stiffness,negative_pivots,min_J, then ux_NODE,uy_NODE,uz_NODE
   // for each node by its label; 12 significant digits.
   void write(const std::filesystem::path& file) const;

@@ -144,6 +144,7 @@ class StepSolver {
     settings.first_increment = step.first_increment;
     settings.smallest_increment = step.smallest_increment;
     settings.largest_increment = step.largest_increment;
+    settings.keep_to_path = true;
     StepResult result;
     result.report = solver_.follow(
         from_, [&](double time) { return loads.at(time); }, displacement_, settings, progress);
@@ -170,20 +171,21 @@ class StepSolver {
       settings.end_displacement = {dof, *step.riks->end_displacement};
     }
     PathTable path(model_, *step.riks);
-    int negative_pivots = 0;
+    std::vector<PathPoint> points;
     ArcLength solver(assembly_);
     StepResult result;
     result.report = solver.follow(
         from_, to, displacement_, settings,
         [&](const PathPoint& point, const Eigen::VectorXd& displacement) {
           path.add(point, displacement);
-          negative_pivots = point.negative_pivots;
+          points.push_back(point);
         },
         progress);
     path_seconds_ = solver.seconds();
     path.write(folder_ / "path.csv");
-    if (negative_pivots == 0 || to.pressures.empty()) result.stable = negative_pivots == 0;
-    result.limit_load_factors = path.limit_load_factors();
+    const bool positive_definite = !points.empty() && points.back().negative_pivots == 0;
+    if (positive_definite || to.pressures.empty()) result.stable = positive_definite;
+    result.limit_load_factors = limit_load_factors(points);
     return result;
   }
 

@@ -26,6 +26,11 @@ const char* text_of(StopCause cause) {
       return "the forces are no finite numbers; correct the loads or their units";
     case StopCause::increments:
       return "INC of *STEP is reached; raise it, or allow larger increments in *STATIC";
+    case StopCause::limit_point:
+      return "the load has come to a limit point: however little it grows, the next equilibrium is far away, "
+             "if there "
+             "is one; write *STATIC, RIKS, which follows the path past it, or move the body instead of "
+             "loading it";
     case StopCause::sharp_turn:
       return "the path turns sharply there; allow smaller arc increments in *STATIC, RIKS";
   }

@@ -290,6 +290,23 @@ class ArcLength::Path {
   double force_ = 0;          // the same, with the state that is tried
 };
 
+std::vector<double> limit_load_factors(const std::vector<PathPoint>& path) {
+  std::vector<double> found;
+  for (size_t i = 2; i < path.size(); ++i) {
+    const PathPoint& a = path[i - 2];
+    const PathPoint& b = path[i - 1];
+    const PathPoint& c = path[i];
+    const double before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
+    const double behind = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
+    if ((before < 0) == (behind < 0)) continue;
+    // l = l_b + slope (s - s_b) + curvature (s - s_b)^2
+    const double curvature = (behind - before) / (c.arc_length - a.arc_length);
+    const double slope = before + curvature * (b.arc_length - a.arc_length);
+    found.push_back(b.load_factor - slope * slope / (4 * curvature));
+  }
+  return found;
+}
+
 ArcLength::ArcLength(const Assembly& assembly)
     : assembly_(&assembly), cholesky_(assembly.analysis(), assembly.threads()) {}
 
@@ -354,6 +371,7 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
       ended = true;
     }
     path.accept();
+    report.min_jacobian = next_point.min_jacobian;
     ++report.increments;
     next_point.increment = report.increments;
     next_point.arc_length = point.arc_length + path.product(tangent, along(next, -1, at));

@@ -24,6 +24,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "offline/fem/static_solver.hpp"
 
@@ -56,6 +57,10 @@ struct PathPoint {
   int negative_pivots = 0;  // of K, of its symmetric part under pressures; 0 = stable under given loads
   double min_jacobian = 1;
 };
+
+// The load factors at which it stopped growing or falling along the path: the tops of parabolas through three
+// points, so of third order in the increments.
+std::vector<double> limit_load_factors(const std::vector<PathPoint>& path);
 
 // Not thread-safe. Cost: a factor in double precision for each iteration and each point.
 class ArcLength {

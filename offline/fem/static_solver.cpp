@@ -25,6 +25,13 @@ constexpr double kStall = 0.3;
 constexpr int kEasyFactors = 7;
 // Whole steps that an increment may take against the merit.
 constexpr int kBoldSteps = 8;
+// The body may move so many times as far as the tangent at either end of an increment says: less far where the
+// load comes to its limit, as long as it does not pass it.
+constexpr double kFurthestWay = 1.5;
+// Where the tangent has become so many times as soft and no increment succeeds, it is the load that has come to
+// its limit.
+constexpr double kLimitPace = 30;
+constexpr double kNoPrediction = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -230,6 +237,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       if (!factor_and_solve(load, displacement, direction, projected, report))
         return give_up(StopCause::no_tangent);
     }
+    if (iteration == 1) predicted_way_ += projected ? kNoPrediction : direction.norm();
     // dPi/ds; above 0 where a true tangent with pressures leads uphill: the energy must then not rise.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
@@ -341,6 +349,7 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
                                   Eigen::VectorXd& displacement, double start_scale,
                                   const SolverSettings& settings, SolveReport& report,
                                   const std::function<void(const IterationRecord&)>& progress) {
+  predicted_way_ = 0;
   Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
@@ -353,8 +362,33 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
       return false;
     }
     displacement += (jump + follow).col(0);
+    predicted_way_ = projected ? kNoPrediction : (jump + follow).norm();
   }
   return newton(load, load_factor, increment, displacement, start_scale, settings, report, progress);
+}
+
+bool StaticSolver::stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
+                                 const Eigen::VectorXd& end, SolveReport& report) {
+  const Eigen::VectorXd move = end - start;
+  Eigen::VectorXd jump = move;
+  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
+    if (!load.held[static_cast<size_t>(dof)]) jump[dof] = 0;
+  }
+  if (jump.isZero(0.0)) {
+    constexpr double kRounding = 1e-9;
+    const double energy = stored_energy(end);
+    const double work =
+        before.force.dot(move) + pressure_work(assembly_->model(), before.pressures, start, move);
+    if (energy - stored_energy(start) < work - kRounding * (energy + std::abs(work))) return false;
+  }
+  const double way = move.norm();
+  if (way <= kFurthestWay * predicted_way_) return true;
+  Eigen::MatrixXd follow = external_force(assembly_->model(), load, end) -
+                           external_force(assembly_->model(), before, end) -
+                           assembly_->tangent_times(end, jump).col(0);
+  bool projected = false;
+  if (!factor_and_solve(load, end, follow, projected, report) || projected) return false;
+  return way <= kFurthestWay * (jump + follow.col(0)).norm();
 }
 
 SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
@@ -372,6 +406,8 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   const LoadPath path(from, loads, assembly_->model(), displacement, internal);
 
   double reached = 0;
+  double limit = std::numeric_limits<double>::infinity();  // an increment to this time left the path
+  double first_pace = 0;                                   // of the tangent, per time
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) {
@@ -385,11 +421,19 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 
     Eigen::VectorXd trial;
     int factors_before = 0;
-    const bool converged = in_either_precision(report, [&] {
+    bool converged = in_either_precision(report, [&] {
       trial = displacement;
       factors_before = report.factorizations;
       return take_increment(load, target, attempt, trial, start_scale, settings, report, progress);
     });
+    const double pace = predicted_way_ / (target - reached);
+    if (first_pace == 0) first_pace = pace;
+    const bool easy = report.factorizations - factors_before <= kEasyFactors;
+    if (converged && settings.keep_to_path &&
+        !stays_on_path(path.at(reached), load, displacement, trial, report)) {
+      converged = false;
+      limit = target;
+    }
     if (converged) {
       displacement = trial;
       for (int dof = 0; dof < num_dofs; ++dof) {
@@ -399,12 +443,17 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       reached = target;
       report.increments = attempt;
       report.load_factor = reached;
-      if (report.factorizations - factors_before <= kEasyFactors) increment *= 1.5;
+      if (easy) increment *= 1.5;
       increment = std::min({increment, settings.largest_increment, 1.0 - reached});
     } else {
       ++report.cutbacks;
       increment = 0.5 * (target - reached);
-      if (increment < settings.smallest_increment) return report;
+      if (increment < settings.smallest_increment) {
+        const bool soft = pace > kLimitPace * first_pace;
+        if (settings.keep_to_path && (soft || (limit > reached && std::isfinite(limit))))
+          report.stopped = StopCause::limit_point;
+        return report;
+      }
     }
   }
   report.converged = true;

@@ -50,6 +50,10 @@ struct SolverSettings {
   // this fraction (modified Newton: such an iteration costs a third of one with a factor of its own). 0 =
   // factor in every iteration.
   double reuse_contraction = 0.2;
+  // Whether follow() stays on the path that it is on, and stops where a growing load has no equilibrium near:
+  // an increment that moves the body further than the tangents at its ends explain is cut. Else Newton may go
+  // over to another equilibrium, which bears the load too. Costs one factor for an increment that is suspect.
+  bool keep_to_path = false;
 };
 
 // One line of the residual table.
@@ -80,7 +84,8 @@ enum class StopCause {
   iterations,  // max_iterations
   not_finite,  // the forces overflow
   increments,  // max_increments
-  sharp_turn   // the path of ArcLength turns by more than it may over the smallest increment
+  limit_point,  // with keep_to_path: however small the increment, the next equilibrium is far, or there is none
+  sharp_turn    // the path of ArcLength turns by more than it may over the smallest increment
 };
 
 struct SolveReport {
@@ -164,6 +169,11 @@ class StaticSolver {
   bool take_increment(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
                       double start_scale, const SolverSettings& settings, SolveReport& report,
                       const std::function<void(const IterationRecord&)>& progress);
+  // Whether an increment from one equilibrium to another is a piece of one path. It is not where the body has
+  // less potential energy at its end under the loads of its start, into which it would have fallen, or where
+  // it moved further than the tangents at both ends explain.
+  bool stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
+                     const Eigen::VectorXd& end, SolveReport& report);
   // Tries with factors in single precision, where they serve, and if that fails in double: near an unstable
   // equilibrium the rounding of single grows where that of double does not yet.
   template <typename Attempt>
@@ -196,6 +206,7 @@ class StaticSolver {
   SolveSeconds seconds_;
   long num_factorizations_ = 0;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
+  double predicted_way_ = 0;  // of the last increment by its first tangent; infinite where that was projected
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;

@@ -161,9 +161,7 @@ struct Strip {
   double young = 1;
 
   // The unit in which the elastica counts forces.
-  double unit_force() const {
-    return young * width * std::pow(thickness, 3) / 12 / (length * length);
-  }
+  double unit_force() const { return young * width * std::pow(thickness, 3) / 12 / (length * length); }
 
   // At the factor 1 the force is `force` of these units.
   PathScene scene(double force, int cells_along = 20) const {
