@@ -1,10 +1,11 @@
 // A clamped circular arch as a rod that bends and stretches, pushed down at its crown, of any displacement and
 // rotation: Kirchhoff's rod in the plane, extensible.
 //
-// With theta(s) the angle of the tangent t, the strain e and the force F of the right part on the left one,
+// With theta(s) the angle of the tangent t, the stretch a and the force F of the right part on the left one,
 // which is the same everywhere, on the left half from the clamp (s = 0) to the crown (s = S):
-//   r' = (1 + e) t,   EA e = F . t,   EI (theta' - theta_rest') = M,   M' = - (r' x F)
-//   theta(0) = theta_rest(0),   theta(S) = 0,   r(S) as the crown is moved.
+//   r' = a t,   N(a) = F . t,   I dN/da (theta' - theta_rest') = A M,   M' = - (r' x F)
+//   theta(0) = theta_rest(0),   theta(S) = 0,   r(S) as the crown is moved,
+// where eq. (1) with nu = 0 makes N = EA / 2 (a - 1 / a), and dN/da is the tangent modulus of a fibre.
 //
 // Source: Antman, Nonlinear Problems of Elasticity, chapter IV; Reissner 1972 without shear. Solved from the
 // clamp for the three numbers F and M(0), by Newton, along a growing deflection of the crown.
@@ -48,9 +49,11 @@ class ArchRod {
     const auto slope = [&](const Eigen::Vector4d& state) {  // of theta, M, x, y
       const double c = std::cos(state[0]);
       const double s = std::sin(state[0]);
-      const double stretch = 1 + (unknown[0] * c + unknown[1] * s) / arch_.stretching_stiffness();
-      return Eigen::Vector4d(curvature + state[1] / arch_.bending_stiffness(),
-                             -stretch * (c * unknown[1] - s * unknown[0]), stretch * c, stretch * s);
+      const double pull = (unknown[0] * c + unknown[1] * s) / arch_.stretching_stiffness();
+      const double stretch = pull + std::sqrt(1 + pull * pull);
+      const double bending = 0.5 * (1 + 1 / (stretch * stretch)) * arch_.bending_stiffness();
+      return Eigen::Vector4d(curvature + state[1] / bending, -stretch * (c * unknown[1] - s * unknown[0]),
+                             stretch * c, stretch * s);
     };
     Eigen::Vector4d state(arch_.half_angle, unknown[2], 0, 0);
     const double h = arch_.length() / kSteps;
