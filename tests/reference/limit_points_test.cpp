@@ -139,6 +139,36 @@ TEST(LimitPoints, EveryPointIsThatOfASolveAtGivenDisplacement) {
   }
 }
 
+// Where the displacement under the load turns back, the load still falls: by the sign of the current stiffness
+// parameter it would be taken to grow, and the path would be walked back.
+TEST(LimitPoints, ThePathIsFollowedWhereItsDisplacementTurnsBack) {
+  const test::ColumnOnTruss body;
+  int apex = 0;
+  PathScene scene = body.scene(apex);
+  scene.load.force[scene.dof()] = -kTrussLoad;
+  ArcLengthSettings settings;
+  settings.first_increment = 0.03;
+  settings.largest_increment = 0.1;
+  settings.end_displacement = {3 * apex + 2, -2.1 * body.truss.rise};
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  const double most = truss_limits(body.truss).first;
+  int comes_back = 0;
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    const double w = -run.moved(i, 3 * apex + 2);
+    SCOPED_TRACE(testing::Message() << "w " << w);
+    EXPECT_NEAR(run.points[i].load_factor, body.truss.force(w) / kTrussLoad, kCaps * most);
+    EXPECT_GT(w, -run.moved(i - 1, 3 * apex + 2)) << "the apex goes on";
+    const bool falls = run.points[i].load_factor < run.points[i - 1].load_factor;
+    const bool back = run.moved(i, scene.dof()) > run.moved(i - 1, scene.dof());
+    if (!falls || !back || w < 0.6 * body.truss.rise || w > 1.4 * body.truss.rise) continue;
+    ++comes_back;
+    EXPECT_GT(run.points[i].current_stiffness, 0);
+    EXPECT_EQ(run.points[i].negative_pivots, 1);
+  }
+  EXPECT_GE(comes_back, 4) << "else this test shows nothing";
+}
+
 TEST(LimitPoints, WhatLoadedTheBodyBeforeStays) {
   const Truss truss;
   PathScene scene = truss_scene(truss);

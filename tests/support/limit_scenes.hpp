@@ -110,6 +110,52 @@ struct Truss {
   }
 };
 
+// The truss pushed down through a soft column of four-node elements on its apex, which moves up and down alone.
+// Softer than the truss falls, it makes the end of the column come back while the apex goes on.
+struct ColumnOnTruss {
+  Truss truss;
+  double height = 20;
+  double young = 6e-3;
+
+  // `apex`: the node at y = 0 where the column stands; the scene's is the one above it, which is pushed.
+  PathScene scene(int& apex) const {
+    PathScene scene = truss.scene();
+    Model& model = scene.model;
+    model.materials.push_back({"COLUMN", neo_hookean_of(young, 0)});
+    std::vector<int> corners;  // x fastest, then y, then z
+    for (const double z : {truss.rise, truss.rise + height}) {
+      for (const double y : {-0.5 * truss.side, 0.5 * truss.side}) {
+        for (const double x : {truss.span - 1, truss.span}) {
+          const Eigen::Vector3d at(x, y, z);
+          int node = 0;
+          while (node < model.num_nodes() &&
+                 (model.positions[static_cast<std::size_t>(node)] - at).norm() > 1e-9)
+            ++node;
+          corners.push_back(node);
+          if (node < model.num_nodes()) continue;
+          model.labels.push_back(model.labels.back() + 1);
+          model.label_index.emplace_back(model.labels.back(), node);
+          model.positions.push_back(at);
+          for (const int axis : {0, 1}) model.fixed.push_back({node, axis, 0.0});
+        }
+      }
+    }
+    constexpr std::array<std::array<std::size_t, 4>, 6> kAroundDiagonal = {
+        {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
+    for (const auto& element : kAroundDiagonal) {
+      Tetrahedron column;
+      column.label = model.elements.back().label + 1;
+      column.material = 2;
+      for (std::size_t a = 0; a < 4; ++a) column.node_array[a] = corners[element[a]];
+      model.elements.push_back(column);
+    }
+    apex = corners[1];
+    scene.node = corners[5];
+    scene.load = LoadCase::rest(model);
+    return scene;
+  }
+};
+
 // Half of a clamped circular arch of rectangular section, pushed down at its crown by a shear of the plane of
 // symmetry. No node leaves its plane y = const.
 struct Arch {
