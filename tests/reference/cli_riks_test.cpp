@@ -1,10 +1,12 @@
 // `palpate solve` of a model with *STATIC, RIKS as a user meets it: path.csv, its nodes, its ends.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
 
+#include "tests/support/arch_rod.hpp"
 #include "tests/support/nodal_csv.hpp"
 #include "tests/support/run_program.hpp"
 
@@ -158,6 +160,29 @@ TEST_F(SolveRiks, GoesOnFromAnEarlierStep) {
     EXPECT_NEAR(0.5 + 0.5 * row.at("load_factor"), factor_at(row.at("uz_44")), 1e-9);
   EXPECT_TRUE(std::filesystem::exists(folder() / "step1.csv"));
   EXPECT_TRUE(std::filesystem::exists(folder() / "step2.csv"));
+}
+
+// Young's modulus 1000, half the load 0.1 at the factor 1.
+TEST_F(SolveRiks, TheShippedArchSnapsAsARod) {
+  const Arch arch;
+  const double rise = arch.radius * (1 - std::cos(arch.half_angle));
+  ArchRod rod(arch);
+  std::vector<double> factors;
+  for (int i = 0; i <= 1500; ++i) factors.push_back(1000 / 0.1 * rod.force(1e-3 * i * rise));
+  const double upper = *std::max_element(factors.begin(), factors.begin() + 1000);
+  const double lower = *std::min_element(factors.begin() + 700, factors.end());
+  run_cleanly({"solve", PALPATE_SOURCE_DIR "/models/arch/arch_snap.inp", "-o", folder().string()});
+  ASSERT_EQ(step()["limit_load_factors"].size(), 2U);
+  EXPECT_NEAR(step()["limit_load_factors"][0].get<double>(), upper, 0.01 * upper);
+  EXPECT_NEAR(step()["limit_load_factors"][1].get<double>(), lower, 0.01 * upper);
+  const PathRows rows = path();
+  for (const auto& row : rows) {
+    const double w = -row.at("uz_362");
+    const double expected = factors[static_cast<size_t>(std::clamp(1000 * w / rise, 0.0, 1500.0))];
+    if (w > 1.3 * rise) break;  // stretched beyond what the rod knows
+    EXPECT_NEAR(row.at("load_factor"), expected, 0.01 * upper);
+  }
+  EXPECT_NEAR(rows.back().at("uz_362"), -1.6, 1e-12);
 }
 
 TEST_F(SolveRiks, ASolveAtGivenLoadsNamesTheWayOut) {
