@@ -119,6 +119,19 @@ TEST_F(SolveRiks, EndsAtTheLoadFactor) {
   EXPECT_EQ(path().size(), 4U);
 }
 
+// The first increment would press the corner through the face below it, into the mirror image of the element,
+// whose forces are as finite.
+TEST_F(SolveRiks, NoStateIsInverted) {
+  ASSERT_EQ(solve("*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , , 44, 3, -0.9\n*CLOAD\n44, 3, -1.0\n*END STEP\n")
+                .exit_code,
+            0);
+  EXPECT_GE(step()["cutbacks"].get<int>(), 1) << "else this test shows nothing";
+  for (const auto& row : path()) {
+    EXPECT_GT(row.at("min_J"), 0);
+    EXPECT_NEAR(10 * row.at("load_factor"), factor_at(row.at("uz_44")), 1e-9);
+  }
+}
+
 TEST_F(SolveRiks, WatchesTheNodesOfTheRequest) {
   const ProgramRun run = solve(riks("0.1, 1, , , 0.5\n", "*NODE PRINT, NSET=TWO\nU\n"));
   ASSERT_EQ(run.exit_code, 0);
