@@ -160,6 +160,13 @@ class StepSolver {
 
   StepResult follow_path(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
     const LoadCase to = StepLoads(model_, step).at(1.0);
+    if (to.held == from_.held && to.displacement == from_.displacement && to.force == from_.force &&
+        to.pressures == from_.pressures) {
+      throw InputError(
+          step.source,
+          "*STATIC, RIKS has no path to follow: its step changes no load and moves nothing; give it "
+          "a load other than 0");
+    }
     ArcLengthSettings settings;
     settings.max_increments = step.max_increments;
     settings.first_increment = step.first_increment;

@@ -258,6 +258,7 @@ class ArcLength::Path {
 
   // K^-1 b over the equations, as exact as the condition of K lets it be.
   bool refined(Eigen::VectorXd& b) {
+    if (b.size() == 0) return true;
     const auto matrix = stiffness_.selfadjointView<Eigen::Lower>();
     const double size = stiffness_.diagonal().cwiseAbs().maxCoeff();
     Eigen::VectorXd rest = b;

@@ -206,6 +206,21 @@ TEST_F(SolveRiks, ASolveAtGivenLoadsNamesTheWayOut) {
   EXPECT_NEAR(3 * step()["load_factor"].get<double>(), kLimit, 1e-3 * kLimit);
 }
 
+TEST_F(SolveRiks, AStepThatChangesNothingIsRefused) {
+  const ProgramRun run = solve("*STEP, NLGEOM\n*STATIC, RIKS\n*CLOAD\n44, 3, 0\n*END STEP\n");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.error.find("model.inp:19: *STATIC, RIKS has no path to follow"), std::string::npos)
+      << run.error;
+}
+
+TEST_F(SolveRiks, ABodyHeldEverywhereIsMovedByTheFactor) {
+  const ProgramRun run =
+      solve("*STEP, NLGEOM\n*STATIC, RIKS\n0.25, 1, , , 1\n*BOUNDARY\n44, 3, 3, -0.5\n*END STEP\n");
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  for (const auto& row : path()) EXPECT_NEAR(row.at("uz_44"), -0.5 * row.at("load_factor"), 1e-12);
+  EXPECT_EQ(path().back().at("load_factor"), 1);
+}
+
 TEST_F(SolveRiks, ConjugateGradientsAreRefused) {
   const ProgramRun run = solve(riks("0.1\n"), {"--solver", "cg"});
   EXPECT_EQ(run.exit_code, 1);
