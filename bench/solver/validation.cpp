@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     palpate::study::SceneRunner run;
     palpate::study::write_page(directory, "convergence", palpate::study::convergence_page(run));
     palpate::study::write_page(directory, "hard_cases", palpate::study::hard_cases_page(run));
+    palpate::study::write_page(directory, "limit_points", palpate::study::limit_points_page());
     palpate::study::write_page(directory, "locking", palpate::study::locking_page(run));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "palpate_study_validation: %s\n", error.what());

@@ -28,6 +28,8 @@ class SceneRunner {
 std::vector<StudyTable> convergence_page(SceneRunner& run);
 // Large rotations, stiff inclusions, slivers, deep pushes.
 std::vector<StudyTable> hard_cases_page(SceneRunner& run);
+// Snap-through and buckling, followed by the arc length of their paths.
+std::vector<StudyTable> limit_points_page();
 // Linear against quadratic tetrahedra, nearly incompressible.
 std::vector<StudyTable> locking_page(SceneRunner& run);
 

@@ -12,7 +12,10 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
+#include "offline/cli/path_table.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/cli/solve_failure.hpp"
+#include "offline/fem/arc_length.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
 #include "offline/mesh/inp_reader.hpp"
@@ -61,22 +64,6 @@ void write_result(const std::filesystem::path& file, const Model& model, const E
   write_vtu(mesh, file);
 }
 
-// `stable`: whether the tangent at the end is positive definite, null where that is not known.
-nlohmann::json summary_of(const SolveReport& report, double seconds, const nlohmann::json& stable,
-                          const Model& model) {
-  return {{"converged", report.converged},
-          {"positive_definite", stable},
-          {"load_factor", report.load_factor},
-          {"increments", report.increments},
-          {"cutbacks", report.cutbacks},
-          {"iterations", report.iterations},
-          {"factorizations", report.factorizations},
-          {"residual", report.residual},
-          {"min_J", report.min_jacobian},
-          {"min_J_element", model.elements[static_cast<size_t>(report.worst_element)].label},
-          {"seconds", seconds}};
-}
-
 // Of this process so far; 0 where the system does not tell.
 std::int64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
@@ -86,50 +73,11 @@ std::int64_t peak_memory_bytes() {
   return 0;
 }
 
-const char* text_of(StopCause cause) {
-  switch (cause) {
-    case StopCause::none:
-      break;
-    case StopCause::no_tangent:
-      return "there is no tangent to go on with; hold the body better, or use a smaller load";
-    case StopCause::inverted:
-      return "the first guess of the smallest increment turns an element inside out; allow smaller "
-             "increments in *STATIC";
-    case StopCause::no_descent:
-      return "no part of Newton's step comes nearer; use a finer increment, a smaller load or a better "
-             "shaped mesh there";
-    case StopCause::iterations:
-      return "the smallest increment takes too many iterations; use a smaller load or a better shaped mesh "
-             "there";
-    case StopCause::not_finite:
-      return "the forces are no finite numbers; correct the loads or their units";
-    case StopCause::increments:
-      return "INC of *STEP is reached; raise it, or allow larger increments in *STATIC";
-  }
-  return "";
-}
-
-void print_failure(const SolveReport& report, size_t step, const Model& model) {
-  constexpr size_t kRows = 12;
-  fmt::print(stderr, "increment  load      iteration  residual    step      min J\n");
-  const size_t first = report.history.size() > kRows ? report.history.size() - kRows : 0;
-  for (size_t i = first; i < report.history.size(); ++i) {
-    const IterationRecord& row = report.history[i];
-    fmt::print(stderr, "{:9}  {:<8.6f}  {:9}  {:<10.3e}  {:<8.2e}  {:.4f}\n", row.increment, row.load_factor,
-               row.iteration, row.residual, row.step, row.min_jacobian);
-  }
-  fmt::print(
-      stderr,
-      "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments and {} cutbacks; "
-      "in the last try element {} has the smallest J, {:.3g}; {}\n",
-      model.file, step, report.load_factor, report.increments, report.cutbacks,
-      model.elements[static_cast<size_t>(report.trouble_element)].label, report.trouble_jacobian,
-      text_of(report.stopped));
-}
-
 // A name that only a solve writes.
 bool is_result_name(const std::string& name) {
-  if (name == "partial.csv" || name == "result.vtu" || name == "summary.json") return true;
+  for (const char* fixed : {"partial.csv", "path.csv", "result.vtu", "summary.json"}) {
+    if (name == fixed) return true;
+  }
   constexpr std::string_view kFront = "step";
   constexpr std::string_view kBack = ".csv";
   if (name.size() <= kFront.size() + kBack.size() || !name.starts_with(kFront) || !name.ends_with(kBack))
@@ -155,21 +103,160 @@ void prepare_folder(const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : old) std::filesystem::remove(file);
 }
 
+// What a step came to.
+struct StepResult {
+  SolveReport report;
+  nlohmann::json stable;  // whether the tangent at the end is positive definite, null where that is not known
+  nlohmann::json limit_load_factors;  // along the path of RIKS, else null
+};
+
+// The solvers of all steps, and the state that they have come to.
+class StepSolver {
+ public:
+  StepSolver(const Model& model, const Assembly& assembly, const SolveArguments& arguments)
+      : model_(model),
+        assembly_(assembly),
+        folder_(arguments.folder),
+        linear_solver_(arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky),
+        solver_(assembly, linear_solver_),
+        from_(LoadCase::rest(model)),
+        displacement_(Eigen::VectorXd::Zero(model.num_dofs())) {}
+
+  StepResult solve(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
+    return step.riks ? follow_path(step, progress) : follow_time(step, progress);
+  }
+
+  const Eigen::VectorXd& displacement() const { return displacement_; }
+
+  nlohmann::json seconds() const {
+    const SolveSeconds& a = solver_.seconds();
+    return {{"analysis", a.analysis + path_seconds_.analysis},
+            {"assembly", a.assembly + path_seconds_.assembly},
+            {"factor", a.factor + path_seconds_.factor},
+            {"back_solve", a.back_solve + path_seconds_.back_solve}};
+  }
+
+ private:
+  StepResult follow_time(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
+    const StepLoads loads(model_, step);
+    SolverSettings settings;
+    settings.max_increments = step.max_increments;
+    settings.first_increment = step.first_increment;
+    settings.smallest_increment = step.smallest_increment;
+    settings.largest_increment = step.largest_increment;
+    settings.keep_to_path = true;
+    StepResult result;
+    result.report = solver_.follow(
+        from_, [&](double time) { return loads.at(time); }, displacement_, settings, progress);
+    from_ = loads.at(1.0);
+    // A factor tells at once; conjugate gradients would have to find a direction that is not. With pressures
+    // the factor is of the symmetric part alone: positive definite, it proves stability, indefinite nothing.
+    if (result.report.converged && linear_solver_ == LinearSolver::cholesky) {
+      const bool positive_definite = solver_.factorize_at(from_, displacement_, false);
+      if (positive_definite || from_.pressures.empty()) result.stable = positive_definite;
+    }
+    return result;
+  }
+
+  StepResult follow_path(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
+    const LoadCase to = StepLoads(model_, step).at(1.0);
+    if (to.held == from_.held && to.displacement == from_.displacement && to.force == from_.force &&
+        to.pressures == from_.pressures) {
+      throw InputError(
+          step.source,
+          "*STATIC, RIKS has no path to follow: its step changes no load and moves nothing; give it "
+          "a load other than 0");
+    }
+    ArcLengthSettings settings;
+    settings.max_increments = step.max_increments;
+    settings.first_increment = step.first_increment;
+    settings.smallest_increment = step.smallest_increment;
+    settings.largest_increment = step.largest_increment;
+    settings.end_load_factor = step.riks->end_load_factor;
+    if (step.riks->end_displacement) {
+      const int dof = 3 * step.riks->node + step.riks->axis;
+      settings.end_displacement = {dof, *step.riks->end_displacement};
+    }
+    PathTable path(model_, *step.riks);
+    std::vector<PathPoint> points;
+    ArcLength solver(assembly_);
+    StepResult result;
+    result.report = solver.follow(
+        from_, to, displacement_, settings,
+        [&](const PathPoint& point, const Eigen::VectorXd& displacement) {
+          path.add(point, displacement);
+          points.push_back(point);
+        },
+        progress);
+    path_seconds_ = solver.seconds();
+    path.write(folder_ / "path.csv");
+    const bool positive_definite = !points.empty() && points.back().negative_pivots == 0;
+    if (positive_definite || to.pressures.empty()) result.stable = positive_definite;
+    result.limit_load_factors = limit_load_factors(points);
+    return result;
+  }
+
+  const Model& model_;
+  const Assembly& assembly_;
+  std::filesystem::path folder_;
+  LinearSolver linear_solver_;
+  StaticSolver solver_;
+  SolveSeconds path_seconds_;  // of the one step with RIKS
+  LoadCase from_;
+  Eigen::VectorXd displacement_;
+};
+
+nlohmann::json summary_of(const StepResult& result, double seconds, const Model& model) {
+  const SolveReport& report = result.report;
+  nlohmann::json summary = {
+      {"converged", report.converged},
+      {"positive_definite", result.stable},
+      {"load_factor", report.load_factor},
+      {"increments", report.increments},
+      {"cutbacks", report.cutbacks},
+      {"iterations", report.iterations},
+      {"factorizations", report.factorizations},
+      {"residual", report.residual},
+      {"min_J", report.min_jacobian},
+      {"min_J_element", model.elements[static_cast<size_t>(report.worst_element)].label},
+      {"seconds", seconds}};
+  if (!result.limit_load_factors.is_null()) summary["limit_load_factors"] = result.limit_load_factors;
+  return summary;
+}
+
+void print_step(size_t number, const StepResult& result, double seconds) {
+  const SolveReport& report = result.report;
+  fmt::print("step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
+             number, report.increments, report.iterations, report.factorizations, report.residual,
+             report.min_jacobian, seconds);
+  if (!result.limit_load_factors.is_null()) {
+    fmt::print("step {}: the load factor ends at {:.6g}", number, report.load_factor);
+    const char* before = ", with limit points at ";
+    for (const double limit : result.limit_load_factors) {
+      fmt::print("{}{:.6g}", before, limit);
+      before = ", ";
+    }
+    fmt::print("\n");
+  }
+  if (result.stable == false)
+    fmt::print("step {}: this equilibrium is unstable: the tangent is not positive definite\n", number);
+}
+
 int run_solve(const SolveArguments& arguments) {
   const Model model = read_inp(arguments.model);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   if (model.steps.empty())
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
+  if (model.steps.back().riks && arguments.solver == "cg") {
+    throw InputError(model.steps.back().source,
+                     "*STATIC, RIKS needs a factor of the tangent, which conjugate gradients do not make; "
+                     "solve without --solver cg");
+  }
   prepare_folder(arguments.folder);
 
   const Assembly assembly(model, always_at_zero(model),
                           static_cast<int>(std::thread::hardware_concurrency()));
-  const LinearSolver linear_solver =
-      arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky;
-  StaticSolver solver(assembly, linear_solver);
-
-  LoadCase from = LoadCase::rest(model);
-  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
+  StepSolver solver(model, assembly, arguments);
   Eigen::VectorXd force = Eigen::VectorXd::Zero(model.num_dofs());
   nlohmann::json summary = {{"model", model.file},
                             {"nodes", model.num_nodes()},
@@ -179,52 +266,26 @@ int run_solve(const SolveArguments& arguments) {
                             {"steps", nlohmann::json::array()}};
   bool converged = true;
   for (size_t i = 0; i < model.steps.size() && converged; ++i) {
-    const StepLoads loads(model, model.steps[i]);
-    const LoadCase at_end = loads.at(1.0);
-    SolverSettings settings;
-    settings.max_increments = model.steps[i].max_increments;
-    settings.first_increment = model.steps[i].first_increment;
-    settings.smallest_increment = model.steps[i].smallest_increment;
-    settings.largest_increment = model.steps[i].largest_increment;
     SolveProgress progress(i + 1);
     const auto start = std::chrono::steady_clock::now();
-    const SolveReport report = solver.follow(
-        from, [&](double time) { return loads.at(time); }, displacement, settings,
-        [&](const IterationRecord& record) { progress.show(record); });
+    const StepResult result =
+        solver.solve(model.steps[i], [&](const IterationRecord& record) { progress.show(record); });
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     progress.finish();
-    converged = report.converged;
-    // A factor tells at once; conjugate gradients would have to find a direction that is not. With pressures
-    // the factor is of the symmetric part alone: positive definite, it proves stability, indefinite nothing.
-    nlohmann::json stable;
-    if (converged && linear_solver == LinearSolver::cholesky) {
-      const bool positive_definite = solver.factorize_at(at_end, displacement, false);
-      if (positive_definite || at_end.pressures.empty()) stable = positive_definite;
-    }
-    summary["steps"].push_back(summary_of(report, seconds, stable, model));
-    assembly.internal_force(displacement, force);
+    converged = result.report.converged;
+    summary["steps"].push_back(summary_of(result, seconds, model));
+    assembly.internal_force(solver.displacement(), force);
     const std::string name = converged ? fmt::format("step{}.csv", i + 1) : "partial.csv";
-    write_nodal_table(arguments.folder / name, nodal_rows(model, displacement, force));
-    if (converged) {
-      if (!arguments.json) {
-        fmt::print(
-            "step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
-            i + 1, report.increments, report.iterations, report.factorizations, report.residual,
-            report.min_jacobian, seconds);
-        if (stable == false)
-          fmt::print("step {}: this equilibrium is unstable: the tangent is not positive definite\n", i + 1);
-      }
-    } else {
-      print_failure(report, i + 1, model);
+    write_nodal_table(arguments.folder / name, nodal_rows(model, solver.displacement(), force));
+    if (!converged) {
+      print_failure(result.report, i + 1, model);
+    } else if (!arguments.json) {
+      print_step(i + 1, result, seconds);
     }
-    from = at_end;
   }
-  summary["seconds"] = {{"analysis", solver.seconds().analysis},
-                        {"assembly", solver.seconds().assembly},
-                        {"factor", solver.seconds().factor},
-                        {"back_solve", solver.seconds().back_solve}};
+  summary["seconds"] = solver.seconds();
   summary["peak_memory_bytes"] = peak_memory_bytes();
-  write_result(arguments.folder / "result.vtu", model, displacement, force);
+  write_result(arguments.folder / "result.vtu", model, solver.displacement(), force);
   write_finished_text(arguments.folder / "summary.json", json_text(summary) + "\n");
   if (arguments.json) {
     fmt::print("{}\n", json_text(summary));
@@ -246,6 +307,17 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "result.vtu for ParaView, summary.json. If a step does not converge: exit code 2, and the last "
       "converged state in\n"
       "partial.csv. Results of an earlier solve in DIR are removed once the model is read.\n\n"
+      "*STATIC, RIKS follows the path of equilibria past its limit points and writes path.csv, a row a "
+      "point: "
+      "load_factor,\n"
+      "current_stiffness (Bergan's: 1 at the start, 0 at a limit point), negative_pivots (0 = stable), and "
+      "ux_N,uy_N,uz_N of the\n"
+      "nodes N in the NSET of the step's *NODE PRINT or *NODE FILE, else of the node on its data line, else "
+      "of "
+      "the one that\n"
+      "moves furthest at first. Its step is the last. The data line says where it ends; if it does not, INC "
+      "of "
+      "*STEP does.\n\n"
       "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
   command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")
       ->type_name("")

@@ -169,9 +169,21 @@ bool Cholesky::factorize(const SparseLower& matrix, Precision precision) {
     if (!single_) single_.emplace(*fronts_, threads_);
     return single_->factorize(matrix.valuePtr());
   }
+  return factorize_in_double(matrix, Pivots::positive);
+}
+
+bool Cholesky::factorize_indefinite(const SparseLower& matrix) {
+  return factorize_in_double(matrix, Pivots::of_either_sign);
+}
+
+bool Cholesky::factorize_in_double(const SparseLower& matrix, Pivots pivots) {
   single_.reset();
   if (!double_) double_.emplace(*fronts_, threads_);
-  return double_->factorize(matrix.valuePtr());
+  return double_->factorize(matrix.valuePtr(), pivots);
+}
+
+int Cholesky::num_negative_pivots() const {
+  return double_ ? double_->num_negative_pivots() : 0;
 }
 
 void Cholesky::solve(Eigen::MatrixXd& right_hand_sides) {

@@ -1,5 +1,5 @@
 // Sparse Cholesky factor K = L L^T: one symbolic analysis by CHOLMOD, many numeric factors by the
-// multifrontal method, in double or in single precision.
+// multifrontal method, in double or in single precision. K = L S L^T, with signs S, where K is indefinite.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,12 +47,19 @@ class Cholesky {
   // rounding of that precision; solve() then must not be called. Throws std::bad_alloc when memory runs out.
   [[nodiscard]] bool factorize(const SparseLower& matrix, Precision precision = Precision::double_precision);
 
+  // L S L^T in double precision of a matrix that need not be positive definite (multifrontal.hpp). False where
+  // a pivot is only rounding: the matrix is singular, or as good as that.
+  [[nodiscard]] bool factorize_indefinite(const SparseLower& matrix);
+  // Of the last factor: as many eigenvalues of the matrix are negative.
+  int num_negative_pivots() const;
+
   // Replaces each column of `right_hand_sides` (n rows) by K^-1 times it. Columns in blocks share each read
   // of L.
   void solve(Eigen::MatrixXd& right_hand_sides);
   void solve(Eigen::VectorXd& right_hand_side);
 
  private:
+  bool factorize_in_double(const SparseLower& matrix, Pivots pivots);
   void solve_dense(double* values, int columns);
 
   std::shared_ptr<const FrontTree> fronts_;

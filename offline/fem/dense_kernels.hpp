@@ -35,20 +35,20 @@ inline void solve_right(int rows, int n, const float* l, float* b, int stride) {
               stride);
 }
 
-// C := beta C - A A^T over the first `columns` columns of the lower triangle of C, which has as many rows as
-// A.
-inline void subtract_square(int rows, int columns, int inner, const double* a, int stride, double beta,
-                            double* c, int c_stride) {
-  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0, a, stride, beta, c, c_stride);
+// C := beta C + alpha A A^T over the first `columns` columns of the lower triangle of C, which has as many
+// rows as A.
+inline void add_square(int rows, int columns, int inner, double alpha, const double* a, int stride,
+                       double beta, double* c, int c_stride) {
+  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, alpha, a, stride, beta, c, c_stride);
   if (rows > columns)
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0, a + columns,
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, alpha, a + columns,
                 stride, a, stride, beta, c + columns, c_stride);
 }
-inline void subtract_square(int rows, int columns, int inner, const float* a, int stride, float beta,
-                            float* c, int c_stride) {
-  cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, -1.0F, a, stride, beta, c, c_stride);
+inline void add_square(int rows, int columns, int inner, float alpha, const float* a, int stride, float beta,
+                       float* c, int c_stride) {
+  cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, alpha, a, stride, beta, c, c_stride);
   if (rows > columns)
-    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, -1.0F, a + columns,
+    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - columns, columns, inner, alpha, a + columns,
                 stride, a, stride, beta, c + columns, c_stride);
 }
 

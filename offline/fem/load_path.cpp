@@ -20,7 +20,7 @@ LoadPath::LoadPath(const LoadCase& from, const std::function<LoadCase(double)>& 
 LoadCase LoadPath::at(double time) const {
   LoadCase load = loads_(time);
   load.held = held_;
-  if (time < 1.0) {
+  if (time != 1.0) {
     load.displacement += (1.0 - time) * displacement_offset_;
     load.force += (1.0 - time) * force_offset_;
     for (const auto& [face, pressure] : pressure_offset_) load.pressures[face] += (1.0 - time) * pressure;

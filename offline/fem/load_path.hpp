@@ -18,7 +18,8 @@ class LoadPath {
   LoadPath(const LoadCase& from, const std::function<LoadCase(double)>& loads, const Model& model,
            const Eigen::VectorXd& displacement, const Eigen::VectorXd& internal);
 
-  // Time in [0, 1]; at 1 to the bit what the step's loads say.
+  // Time in [0, 1], at 1 to the bit what the step's loads say; where those are the same at all times also
+  // beyond, along the same line.
   LoadCase at(double time) const;
 
  private:

@@ -17,15 +17,39 @@ namespace {
 // out.
 constexpr double kWideOperations = 2e8;
 constexpr int kBlock = 256;
+// So many pivots of either sign are found by plain loops, before BLAS takes them out of what is left.
+constexpr int kSignedBlock = 32;
 
 bool is_wide(const Front& front) {
   return front.operations > kWideOperations;
 }
 
-// Eliminates the columns of a front: L11 and L21 in place of F11 and F21, and `update` = - L21 L21^T. The
-// cuts follow from its size alone, and so do its bits. False where a pivot is not positive.
+// L and S of a dense lower triangle A = L S L^T, in place, column after column; negative[j] says where S is
+// -1. False at a pivot that is 0 or no number.
 template <typename Real>
-bool eliminate_columns(const Front& front, Real* panel, Real* update, int threads) {
+bool factor_with_signs(int n, Real* a, int stride, char* negative) {
+  for (int j = 0; j < n; ++j) {
+    Real* column = a + static_cast<ptrdiff_t>(j) * stride;
+    for (int k = 0; k < j; ++k) {
+      const Real* l = a + static_cast<ptrdiff_t>(k) * stride;
+      const Real factor = negative[k] ? l[j] : -l[j];
+      for (int i = j; i < n; ++i) column[i] += factor * l[i];
+    }
+    const Real pivot = column[j];
+    if (!std::isfinite(pivot) || pivot == 0) return false;
+    negative[j] = pivot < 0;
+    column[j] = std::sqrt(std::abs(pivot));
+    const Real scale = (negative[j] ? Real(-1) : Real(1)) / column[j];
+    for (int i = j + 1; i < n; ++i) column[i] *= scale;
+  }
+  return true;
+}
+
+// Eliminates the columns of a front: L11 and L21 in place of F11 and F21, and `update` = - L21 S L21^T. The
+// cuts follow from its size alone, and so do its bits. Without `negative` S is 1, and a pivot that is not
+// positive ends it with false; else the signs of the pivots go there.
+template <typename Real>
+bool eliminate_columns(const Front& front, Real* panel, Real* update, char* negative, int threads) {
   const int rows = front.num_rows;
   const int columns = front.num_columns;
   const bool wide = is_wide(front);
@@ -39,22 +63,39 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, int thread
       work(first, std::min(block, end - first));
     });
   };
-  const int width = wide ? kBlock : columns;
+  // C := beta C - A S A^T of the pivots from `begin` to `end`, by its lower triangle of `size` rows, with A
+  // in the panel from `row` on: the negative ones, which are few, are added twice to what all subtract.
+  const auto subtract = [&](int begin, int end, int row, int size, int count, Real beta, Real* c,
+                            int stride) {
+    add_square(size, count, end - begin, Real(-1), at(panel, row, begin), rows, beta, c, stride);
+    for (int pivot = begin; negative != nullptr && pivot < end; ++pivot) {
+      if (negative[pivot])
+        add_square(size, count, 1, Real(2), at(panel, row, pivot), rows, Real(1), c, stride);
+    }
+  };
+  const int width = negative != nullptr ? kSignedBlock : wide ? kBlock : columns;
   for (int first = 0; first < columns; first += width) {
     const int next = std::min(first + width, columns);
-    if (!factor_in_place(next - first, at(panel, first, first), rows)) return false;
+    Real* corner = at(panel, first, first);
+    if (negative == nullptr ? !factor_in_place(next - first, corner, rows)
+                            : !factor_with_signs(next - first, corner, rows, negative + first))
+      return false;
     for_each_block(next, rows, [&](int row, int count) {
-      solve_right(count, next - first, at(panel, first, first), at(panel, row, first), rows);
+      solve_right(count, next - first, corner, at(panel, row, first), rows);
+      for (int pivot = first; negative != nullptr && pivot < next; ++pivot) {
+        if (!negative[pivot]) continue;
+        Real* below = at(panel, row, pivot);
+        for (int i = 0; i < count; ++i) below[i] = -below[i];
+      }
     });
     for_each_block(next, columns, [&](int column, int count) {
-      subtract_square(rows - column, count, next - first, at(panel, column, first), rows, Real(1),
-                      at(panel, column, column), rows);
+      subtract(first, next, column, rows - column, count, Real(1), at(panel, column, column), rows);
     });
   }
   const int updated = front.num_updated();
   for_each_block(0, updated, [&](int column, int count) {
-    subtract_square(updated - column, count, columns, at(panel, columns + column, 0), rows, Real(0),
-                    update + column + static_cast<ptrdiff_t>(column) * updated, updated);
+    subtract(0, columns, columns + column, updated - column, count, Real(0),
+             update + column + static_cast<ptrdiff_t>(column) * updated, updated);
   });
   return true;
 }
@@ -177,7 +218,7 @@ void Multifrontal<Real>::wait(int front, std::array<size_t, 2>& top, std::array<
 }
 
 template <typename Real>
-bool Multifrontal<Real>::factorize(const double* values) {
+bool Multifrontal<Real>::factorize(const double* values, Pivots pivots) {
   double largest = 0;
   for (int entry = 0; entry < tree_->num_entries(); ++entry) {
     if (!std::isfinite(values[entry])) return false;  // LAPACK may let it pass
@@ -185,6 +226,8 @@ bool Multifrontal<Real>::factorize(const double* values) {
   }
   scale_ = inverse_power_of_two(largest);
   values_ = values;
+  pivots_ = pivots;
+  negative_.assign(tree_->permutation().size(), 0);
   std::atomic<bool> definite = true;
   parallel_for(threads_, static_cast<int>(branches_.size()), [&](int index, int worker) {
     const int root = branches_[static_cast<size_t>(index)].root;
@@ -219,10 +262,12 @@ bool Multifrontal<Real>::eliminate(int index, Workspace& workspace, int threads)
   Real*& update = updates_[static_cast<size_t>(index)];
   if (!is_branch_root_[static_cast<size_t>(index)])
     update = workspace.stack[parity].get() + workspace.top[parity];
-  if (!eliminate_columns(front, panel, update, threads)) return false;
+  char* negative = pivots_ == Pivots::positive ? nullptr : negative_.data() + front.first_column;
+  if (!eliminate_columns(front, panel, update, negative, threads)) return false;
   for (int column = 0; column < columns; ++column) {
     const Real root = pivot(column);
-    if (!(root * root > kSmallestPivot<Real> * workspace.diagonal[static_cast<size_t>(column)])) return false;
+    const Real before = std::abs(workspace.diagonal[static_cast<size_t>(column)]);
+    if (!(root * root > kSmallestPivot<Real> * before)) return false;
   }
   add_children(index, nullptr, update, true);
   std::array<size_t, 2> unused = {0, 0};
@@ -254,7 +299,7 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
 }
 
 // With w a front's rows: forward, w1 = L11^-1 (b + what the children carry), w2 = what they carry - L21 w1
-// goes to the parent; back, w2 = the parent's x, w1 = L11^-T (w1 - L21^T w2) = x.
+// goes to the parent; back, w2 = the parent's x, w1 = L11^-T (S w1 - L21^T w2) = x.
 template <typename Real>
 void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
   const FrontTree& tree = *tree_;
@@ -300,6 +345,10 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
     const int rows = front.num_rows;
     Real* w = carried(front);
     const Real* panel = panels_.get() + front.panel;
+    for (int row = 0; row < front.num_columns; ++row) {
+      if (!negative_[static_cast<size_t>(front.first_column + row)]) continue;
+      for (int column = 0; column < columns; ++column) w[row + static_cast<ptrdiff_t>(column) * rows] *= -1;
+    }
     if (front.num_updated() > 0) {
       const Front& parent = tree[front.parent];
       for (int column = 0; column < columns; ++column) {
@@ -332,6 +381,11 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
     const int root = branches_[static_cast<size_t>(branch)].root;
     for (int front = root; front >= tree[root].first_within; --front) backward(front);
   });
+}
+
+template <typename Real>
+int Multifrontal<Real>::num_negative_pivots() const {
+  return static_cast<int>(std::count(negative_.begin(), negative_.end(), char{1}));
 }
 
 template <typename Real>

@@ -1,5 +1,9 @@
-// Numeric Cholesky factor of a sparse matrix by the multifrontal method, on several threads, in double or
-// single precision.
+// Numeric factor K = L S L^T of a sparse symmetric matrix by the multifrontal method, on several threads, in
+// double or single precision. S is 1, the Cholesky factor, or holds the signs of the pivots, of which there
+// are as many below zero as K has negative eigenvalues (Sylvester's law of inertia).
+//
+// Pivots are not exchanged: one may be small by chance where K is indefinite, and L large beside it. Whoever
+// allows either sign looks at the residual of what is solved.
 //
 // The work is dense BLAS on the fronts of a FrontTree (which derives it). Disjoint subtrees, the *branches*,
 // are eliminated side by side; what stands above them, the *trunk*, after them. Every front is made by the
@@ -20,6 +24,8 @@
 
 namespace palpate {
 
+enum class Pivots { positive, of_either_sign };
+
 // Real: double or float. One object a thread; not copyable. `tree` must outlive it.
 template <typename Real>
 class Multifrontal {
@@ -29,8 +35,10 @@ class Multifrontal {
   Multifrontal(const FrontTree& tree, int threads);
 
   // Factor of the matrix with these values on the tree's pattern. False where it is not positive definite to
-  // the rounding of Real; solve() must then not be called. Cost: the sum of Front::operations.
-  [[nodiscard]] bool factorize(const double* values);
+  // the rounding of Real or, with pivots of either sign, where one is only rounding; solve() must then not be
+  // called. Cost: the sum of Front::operations.
+  [[nodiscard]] bool factorize(const double* values, Pivots pivots = Pivots::positive);
+  int num_negative_pivots() const;  // of the last factor
 
   // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them. Cost: two
   // passes over L for each 16 columns. Throws std::bad_alloc.
@@ -63,8 +71,10 @@ class Multifrontal {
   std::unique_ptr<Real[]> panels_;  // L11 and L21 of every front
   std::vector<Real*> updates_;      // of every front, where they wait
   const double* values_ = nullptr;
-  double scale_ = 1;           // of the matrix that is factored, a power of two
-  std::vector<Real> carried_;  // of solve_block: one entry a row of every front and column
+  Pivots pivots_ = Pivots::positive;
+  std::vector<char> negative_;  // whether S is -1, of every column of L
+  double scale_ = 1;            // of the matrix that is factored, a power of two
+  std::vector<Real> carried_;   // of solve_block: one entry a row of every front and column
 };
 
 extern template class Multifrontal<double>;

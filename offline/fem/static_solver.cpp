@@ -1,13 +1,13 @@
 #include "offline/fem/static_solver.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "offline/fem/gmres.hpp"
+#include "offline/fem/equilibrium.hpp"
 #include "offline/fem/load_path.hpp"
+#include "offline/fem/stopwatch.hpp"
 
 namespace palpate {
 namespace {
@@ -25,20 +25,13 @@ constexpr double kStall = 0.3;
 constexpr int kEasyFactors = 7;
 // Whole steps that an increment may take against the merit.
 constexpr int kBoldSteps = 8;
-
-// Adds the time from its making to its end.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(&seconds) {}
-  ~Stopwatch() { *seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  using Clock = std::chrono::steady_clock;
-  double* seconds_;
-  Clock::time_point start_ = Clock::now();
-};
+// The body may move so many times as far as the tangent at either end of an increment says: less far where the
+// load comes to its limit, as long as it does not pass it.
+constexpr double kFurthestWay = 1.5;
+// Where the tangent has become so many times as soft and no increment succeeds, it is the load that has come to
+// its limit.
+constexpr double kLimitPace = 30;
+constexpr double kNoPrediction = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -64,41 +57,6 @@ double StaticSolver::stored_energy(const Eigen::VectorXd& displacement) {
   return energy;
 }
 
-Eigen::VectorXd StaticSolver::external_force(const LoadCase& load,
-                                             const Eigen::VectorXd& displacement) const {
-  Eigen::VectorXd external = load.force;
-  add_pressure_force(assembly_->model(), load.pressures, displacement, external);
-  return external;
-}
-
-double StaticSolver::force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
-                                 const Eigen::VectorXd& external) const {
-  double held = 0;
-  double applied = 0;
-  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
-    if (load.held[static_cast<size_t>(dof)]) {
-      held += internal[dof] * internal[dof];
-    } else if (assembly_->dof_equations()[static_cast<size_t>(dof)] >= 0) {
-      applied += external[dof] * external[dof];
-    }
-  }
-  return std::sqrt(held) + std::sqrt(applied);
-}
-
-Eigen::VectorXd StaticSolver::residual(const LoadCase& load, const Eigen::VectorXd& internal,
-                                       const Eigen::VectorXd& external) const {
-  Eigen::VectorXd out = external - internal;
-  clear_held(load, out);
-  return out;
-}
-
-void StaticSolver::clear_held(const LoadCase& load, Eigen::VectorXd& vector) const {
-  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
-    if (load.held[static_cast<size_t>(dof)] || assembly_->dof_equations()[static_cast<size_t>(dof)] < 0)
-      vector[dof] = 0;
-  }
-}
-
 void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
   const Stopwatch watch(seconds_.assembly);
   assembly_->tangent(displacement, project, stiffness_);
@@ -117,19 +75,8 @@ bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
   factor_precision_ = precision;
   factor_projected_ = project;
   assemble_tangent(load, displacement, project);
-  const std::vector<int>& dofs = assembly_->equation_dofs();
-  factored_held_.resize(dofs.size());
-  for (size_t equation = 0; equation < dofs.size(); ++equation) {
-    factored_held_[equation] = load.held[static_cast<size_t>(dofs[equation])];
-  }
-  // A held dof becomes the equation x = 0: its row and column are cleared, its diagonal stays as the scale.
-  for (int column = 0; column < stiffness_.outerSize(); ++column) {
-    const bool column_held = factored_held_[static_cast<size_t>(column)] != 0;
-    for (Assembly::SparseLower::InnerIterator it(stiffness_, column); it; ++it) {
-      if (it.row() != column && (column_held || factored_held_[static_cast<size_t>(it.row())]))
-        it.valueRef() = 0;
-    }
-  }
+  factored_held_ = held_equations(*assembly_, load);
+  hold_equations(factored_held_, stiffness_);
   const Stopwatch watch(seconds_.factor);
   if (cholesky_) {
     factor_valid_ = cholesky_->factorize(stiffness_, precision);
@@ -143,11 +90,7 @@ bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
 bool StaticSolver::factor_fits(const LoadCase& load) const {
   // An old matrix saves conjugate gradients nothing.
   if (!factor_valid_ || factor_projected_ || conjugate_gradient_) return false;
-  const std::vector<int>& dofs = assembly_->equation_dofs();
-  for (size_t equation = 0; equation < dofs.size(); ++equation) {
-    if (factored_held_[equation] != load.held[static_cast<size_t>(dofs[equation])]) return false;
-  }
-  return true;
+  return factored_held_ == held_equations(*assembly_, load);
 }
 
 bool StaticSolver::solve_equations(Eigen::MatrixXd& columns) {
@@ -174,10 +117,20 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
       single_serves_ = single;
       ++report.factorizations;
       if (!factorize_in(precision, load, displacement, project)) continue;
-      if (!load.pressures.empty() && solve_with_pressures(load, displacement, columns)) {
-        single_served_ = single_served_ || single;
-        projected = false;
-        return true;
+      if (!load.pressures.empty()) {
+        const auto precondition = [&](Eigen::VectorXd& v) {
+          Eigen::MatrixXd column = v;
+          if (!back_solve(column)) return false;
+          v = column.col(0);
+          return true;
+        };
+        Eigen::VectorXd column = columns.col(0);
+        if (solve_with_pressures(*assembly_, load, displacement, precondition, column)) {
+          single_served_ = single_served_ || single;
+          columns = column;
+          projected = false;
+          return true;
+        }
       }
       Eigen::MatrixXd solution = columns;
       if (solve_accurately(solution)) {
@@ -209,30 +162,6 @@ bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
     }
   }
   return false;
-}
-
-bool StaticSolver::solve_with_pressures(const LoadCase& load, const Eigen::VectorXd& displacement,
-                                        Eigen::MatrixXd& column) {
-  constexpr double kTolerance = 1e-6;  // Newton's next residual is not that far below this one
-  constexpr int kMaxSweeps = 100;
-  const auto product = [&](const Eigen::VectorXd& v) {
-    Eigen::VectorXd result = assembly_->tangent_times(displacement, v);
-    subtract_pressure_product(assembly_->model(), load.pressures, displacement, v, result);
-    clear_held(load, result);
-    return result;
-  };
-  const auto precondition = [&](Eigen::VectorXd& v) {
-    Eigen::MatrixXd solution = v;
-    if (!back_solve(solution)) return false;
-    v = solution.col(0);
-    return true;
-  };
-  Eigen::VectorXd b = column.col(0);
-  clear_held(load, b);
-  Eigen::VectorXd x;
-  if (!gmres(product, precondition, b, kTolerance, kMaxSweeps, x)) return false;
-  column = x;
-  return true;
 }
 
 Eigen::MatrixXd StaticSolver::free_equations(const Eigen::MatrixXd& columns) const {
@@ -270,15 +199,16 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   };
   note_trouble();
   if (!(state.min_jacobian > 0)) return give_up(StopCause::inverted);
-  Eigen::VectorXd external = external_force(load, displacement);
-  Eigen::VectorXd residual_force = residual(load, internal, external);
+  Eigen::VectorXd external = external_force(assembly_->model(), load, displacement);
+  Eigen::VectorXd residual_force = out_of_balance(*assembly_, load, internal, external);
   double norm = residual_force.norm();
   // Of the predictor, or of a neighbour: one back-solve tells whether it serves.
   bool reuse = settings.reuse_contraction > 0 && factor_fits(load);
   bool projected = false;
 
   const auto scale_now = [&] {
-    return std::max({start_scale, force_scale(load, internal, external), std::numeric_limits<double>::min()});
+    return std::max(
+        {start_scale, force_scale(*assembly_, load, internal, external), std::numeric_limits<double>::min()});
   };
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
@@ -307,6 +237,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       if (!factor_and_solve(load, displacement, direction, projected, report))
         return give_up(StopCause::no_tangent);
     }
+    if (iteration == 1) predicted_way_ += projected ? kNoPrediction : direction.norm();
     // dPi/ds; above 0 where a true tangent with pressures leads uphill: the energy must then not rise.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
@@ -326,8 +257,8 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       state = internal_force(trial, internal);
       note_trouble();
       if (!(state.min_jacobian > 0)) continue;
-      external = external_force(load, trial);
-      residual_force = residual(load, internal, external);
+      external = external_force(assembly_->model(), load, trial);
+      residual_force = out_of_balance(*assembly_, load, internal, external);
       const double trial_norm = residual_force.norm();
       bool falls = trial_norm <= kResidualDecrease * norm_before;
       if (!falls) {
@@ -353,8 +284,8 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
       // No trial was accepted: put the state back, and if the factor was an old one, try again with a fresh
       // one.
       state = internal_force(displacement, internal);
-      external = external_force(load, displacement);
-      residual_force = residual(load, internal, external);
+      external = external_force(assembly_->model(), load, displacement);
+      residual_force = out_of_balance(*assembly_, load, internal, external);
     }
     record.residual = norm / scale_now();
     record.min_jacobian = state.min_jacobian;
@@ -418,6 +349,7 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
                                   Eigen::VectorXd& displacement, double start_scale,
                                   const SolverSettings& settings, SolveReport& report,
                                   const std::function<void(const IterationRecord&)>& progress) {
+  predicted_way_ = 0;
   Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
@@ -430,8 +362,33 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
       return false;
     }
     displacement += (jump + follow).col(0);
+    predicted_way_ = projected ? kNoPrediction : (jump + follow).norm();
   }
   return newton(load, load_factor, increment, displacement, start_scale, settings, report, progress);
+}
+
+bool StaticSolver::stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
+                                 const Eigen::VectorXd& end, SolveReport& report) {
+  const Eigen::VectorXd move = end - start;
+  Eigen::VectorXd jump = move;
+  for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
+    if (!load.held[static_cast<size_t>(dof)]) jump[dof] = 0;
+  }
+  if (jump.isZero(0.0)) {
+    constexpr double kRounding = 1e-9;
+    const double energy = stored_energy(end);
+    const double work =
+        before.force.dot(move) + pressure_work(assembly_->model(), before.pressures, start, move);
+    if (energy - stored_energy(start) < work - kRounding * (energy + std::abs(work))) return false;
+  }
+  const double way = move.norm();
+  if (way <= kFurthestWay * predicted_way_) return true;
+  Eigen::MatrixXd follow = external_force(assembly_->model(), load, end) -
+                           external_force(assembly_->model(), before, end) -
+                           assembly_->tangent_times(end, jump).col(0);
+  bool projected = false;
+  if (!factor_and_solve(load, end, follow, projected, report) || projected) return false;
+  return way <= kFurthestWay * (jump + follow.col(0)).norm();
 }
 
 SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
@@ -441,13 +398,16 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   const int num_dofs = assembly_->num_dofs();
   Eigen::VectorXd internal;
   const ElementState state = internal_force(displacement, internal);
-  const double start_scale = force_scale(from, internal, external_force(from, displacement));
+  const double start_scale =
+      force_scale(*assembly_, from, internal, external_force(assembly_->model(), from, displacement));
   report.min_jacobian = state.min_jacobian;
   report.worst_element = state.worst_element;
 
   const LoadPath path(from, loads, assembly_->model(), displacement, internal);
 
   double reached = 0;
+  double limit = std::numeric_limits<double>::infinity();  // an increment to this time left the path
+  double first_pace = 0;                                   // of the tangent, per time
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) {
@@ -461,11 +421,19 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 
     Eigen::VectorXd trial;
     int factors_before = 0;
-    const bool converged = in_either_precision(report, [&] {
+    bool converged = in_either_precision(report, [&] {
       trial = displacement;
       factors_before = report.factorizations;
       return take_increment(load, target, attempt, trial, start_scale, settings, report, progress);
     });
+    const double pace = predicted_way_ / (target - reached);
+    if (first_pace == 0) first_pace = pace;
+    const bool easy = report.factorizations - factors_before <= kEasyFactors;
+    if (converged && settings.keep_to_path &&
+        !stays_on_path(path.at(reached), load, displacement, trial, report)) {
+      converged = false;
+      limit = target;
+    }
     if (converged) {
       displacement = trial;
       for (int dof = 0; dof < num_dofs; ++dof) {
@@ -475,12 +443,17 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       reached = target;
       report.increments = attempt;
       report.load_factor = reached;
-      if (report.factorizations - factors_before <= kEasyFactors) increment *= 1.5;
+      if (easy) increment *= 1.5;
       increment = std::min({increment, settings.largest_increment, 1.0 - reached});
     } else {
       ++report.cutbacks;
       increment = 0.5 * (target - reached);
-      if (increment < settings.smallest_increment) return report;
+      if (increment < settings.smallest_increment) {
+        const bool soft = pace > kLimitPace * first_pace;
+        if (settings.keep_to_path && (soft || (limit > reached && std::isfinite(limit))))
+          report.stopped = StopCause::limit_point;
+        return report;
+      }
     }
   }
   report.converged = true;

@@ -50,6 +50,10 @@ struct SolverSettings {
   // this fraction (modified Newton: such an iteration costs a third of one with a factor of its own). 0 =
   // factor in every iteration.
   double reuse_contraction = 0.2;
+  // Whether follow() stays on the path that it is on, and stops where a growing load has no equilibrium near:
+  // an increment that moves the body further than the tangents at its ends explain is cut. Else Newton may go
+  // over to another equilibrium, which bears the load too. Costs one factor for an increment that is suspect.
+  bool keep_to_path = false;
 };
 
 // One line of the residual table.
@@ -79,7 +83,9 @@ enum class StopCause {
   no_descent,  // no part of Newton's step is better than none
   iterations,  // max_iterations
   not_finite,  // the forces overflow
-  increments   // max_increments
+  increments,  // max_increments
+  limit_point,  // with keep_to_path: however small the increment, the next equilibrium is far, or there is none
+  sharp_turn    // the path of ArcLength turns by more than it may over the smallest increment
 };
 
 struct SolveReport {
@@ -163,6 +169,11 @@ class StaticSolver {
   bool take_increment(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
                       double start_scale, const SolverSettings& settings, SolveReport& report,
                       const std::function<void(const IterationRecord&)>& progress);
+  // Whether an increment from one equilibrium to another is a piece of one path. It is not where the body has
+  // less potential energy at its end under the loads of its start, into which it would have fallen, or where
+  // it moved further than the tangents at both ends explain.
+  bool stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
+                     const Eigen::VectorXd& end, SolveReport& report);
   // Tries with factors in single precision, where they serve, and if that fails in double: near an unstable
   // equilibrium the rounding of single grows where that of double does not yet.
   template <typename Attempt>
@@ -187,20 +198,6 @@ class StaticSolver {
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr);
   double stored_energy(const Eigen::VectorXd& displacement);
-  // f_ext(u), all dofs.
-  Eigen::VectorXd external_force(const LoadCase& load, const Eigen::VectorXd& displacement) const;
-  // Replaces b by x of (K - K_p) x = b, with the whole unsymmetric tangent K_p of the pressures, by GMRES
-  // with the factor at hand as preconditioner. False, b as it was, where that does not converge.
-  bool solve_with_pressures(const LoadCase& load, const Eigen::VectorXd& displacement,
-                            Eigen::MatrixXd& column);
-  // Sets what has no equation of its own, or is held, to 0.
-  void clear_held(const LoadCase& load, Eigen::VectorXd& vector) const;
-  // |P| over the held dofs plus |f_ext| over the free ones.
-  double force_scale(const LoadCase& load, const Eigen::VectorXd& internal,
-                     const Eigen::VectorXd& external) const;
-  // f_ext - P over the free dofs, else 0.
-  Eigen::VectorXd residual(const LoadCase& load, const Eigen::VectorXd& internal,
-                           const Eigen::VectorXd& external) const;
 
   const Assembly* assembly_;
   Assembly::SparseLower stiffness_;
@@ -209,6 +206,7 @@ class StaticSolver {
   SolveSeconds seconds_;
   long num_factorizations_ = 0;
   std::vector<char> factored_held_;  // per equation, of the factor at hand
+  double predicted_way_ = 0;  // of the last increment by its first tangent; infinite where that was projected
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -138,10 +139,24 @@ struct DraftOp {
   bool is_new = false;
 };
 
+// The node that *STATIC, RIKS names and the sets whose nodes are watched, each with its line.
+struct DraftRiks {
+  ArcLengthControl control;  // without nodes
+  int node_label = 0;        // 0 = none
+  struct Watched {
+    int set = 0;
+    Place place;
+  };
+  std::vector<Watched> watched;
+  Place place;       // of *STATIC
+  Place data_place;  // of its data line
+};
+
 struct DraftStep {
   Step step;  // time and increments only
   bool nlgeom = false;
   bool has_static = false;
+  std::optional<DraftRiks> riks;
   bool ended = false;
   std::vector<DraftDisplacement> prescribed;
   std::vector<DraftForce> forces;

@@ -33,8 +33,9 @@ void read_heading(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   }
 }
 
-// Output requests change nothing in the model: `solve` always writes the whole field.
-void pass_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+// Output requests change nothing in the model: `solve` always writes the whole field. In a step with *STATIC,
+// RIKS the node sets that they name are watched along the path.
+void read_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   for (const char* set : {"NSET", "ELSET"}) {
     const Parameter* parameter = keyword.find(set);
     if (parameter == nullptr || !parameter->value) continue;
@@ -47,11 +48,23 @@ void pass_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& dra
                                     did_you_mean(normalised_name(*parameter->value), sets.names()));
     }
   }
-  while (lexer.next_data() != nullptr) {
+  const auto warn = [&](Place place, const std::string& message) {
+    draft.warnings.emplace_back(InputError(lexer.files().at(place), message).what());
+  };
+  std::optional<DraftRiks>& riks = draft.steps.back().riks;
+  const Parameter* nodes = keyword.find("NSET");
+  const bool watches = riks && keyword.name != "ELFILE" && nodes != nullptr && nodes->value;
+  while (const DataLine* line = lexer.next_data()) {
+    for (const std::string_view field : line->fields) {
+      if (watches && !field.empty() && normalised_name(field) != "U")
+        warn(line->place, printable(normalised_name(field)) + " is passed over: path.csv has displacements");
+    }
   }
-  const InputError warning(lexer.files().at(keyword.place),
-                           keyword.shown + " is passed over: results are written for every node");
-  draft.warnings.emplace_back(warning.what());
+  if (watches) {
+    riks->watched.push_back({draft.node_sets.find(normalised_name(*nodes->value)), keyword.place});
+  } else {
+    warn(keyword.place, keyword.shown + " is passed over: results are written for every node");
+  }
 }
 
 constexpr std::array kRules = {
@@ -73,9 +86,9 @@ constexpr std::array kRules = {
     KeywordRule{"CLOAD", "*CLOAD", Where::in_step, read_cload},
     KeywordRule{"DLOAD", "*DLOAD", Where::in_step, read_dload},
     KeywordRule{"DSLOAD", "*DSLOAD", Where::in_step, read_dsload},
-    KeywordRule{"NODEPRINT", "*NODE PRINT", Where::in_step, pass_output_request},
-    KeywordRule{"NODEFILE", "*NODE FILE", Where::in_step, pass_output_request},
-    KeywordRule{"ELFILE", "*EL FILE", Where::in_step, pass_output_request},
+    KeywordRule{"NODEPRINT", "*NODE PRINT", Where::in_step, read_output_request},
+    KeywordRule{"NODEFILE", "*NODE FILE", Where::in_step, read_output_request},
+    KeywordRule{"ELFILE", "*EL FILE", Where::in_step, read_output_request},
     KeywordRule{"ENDSTEP", "*END STEP", Where::in_step, read_end_step},
 };
 

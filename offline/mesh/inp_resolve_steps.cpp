@@ -250,6 +250,46 @@ class StepResolver {
     });
   }
 
+  // One factor scales what the step changes: nothing in it may have a history of its own.
+  ArcLengthControl resolve_riks(const DraftStep& draft) {
+    bool changes =
+        draft.boundary_op.is_new || draft.cload_op.is_new || draft.dload_op.is_new || draft.dsload_op.is_new;
+    const auto look = [&](const auto& loads) {
+      for (const auto& load : loads) {
+        changes = true;
+        if (load.amplitude != kRamp)
+          fail(load.place, "*STATIC, RIKS finds the factor of its loads itself; remove AMPLITUDE");
+      }
+    };
+    look(draft.prescribed);
+    look(draft.forces);
+    look(draft.gravity);
+    look(draft.pressures);
+    look(draft.tractions);
+    if (!changes) {
+      fail(draft.riks->place,
+           "*STATIC, RIKS has no path to follow, as its step changes no load and moves nothing; add *CLOAD, "
+           "*DLOAD, *DSLOAD or *BOUNDARY");
+    }
+    acting_.for_each([&](const auto& load) {
+      if (load.amplitude == kRamp) return;
+      fail(draft.riks->place,
+           "a load of an earlier step goes on in total time by amplitude " +
+               printable(model_.amplitudes[static_cast<std::size_t>(load.amplitude)].name) +
+               ", but *STATIC, RIKS has no time; write that amplitude in step time");
+    });
+    ArcLengthControl control = draft.riks->control;
+    if (draft.riks->node_label != 0)
+      control.node = nodes({draft.riks->node_label}, draft.riks->data_place, "*STATIC, RIKS").front();
+    for (const DraftRiks::Watched& watched : draft.riks->watched) {
+      const std::vector<int> some = nodes({0, watched.set}, watched.place, "the request");
+      control.watched.insert(control.watched.end(), some.begin(), some.end());
+    }
+    std::sort(control.watched.begin(), control.watched.end());
+    control.watched.erase(std::unique(control.watched.begin(), control.watched.end()), control.watched.end());
+    return control;
+  }
+
   void resolve_step(const DraftStep& draft) {
     if (draft.boundary_op.is_new) acting_.prescribed.clear();
     if (draft.cload_op.is_new) acting_.forces.clear();
@@ -269,6 +309,7 @@ class StepResolver {
     apply_to_faces(draft.tractions, true, "tractions on face", acting_.tractions);
 
     Step step = draft.step;
+    if (draft.riks) step.riks = resolve_riks(draft);
     step.source = files_.at(draft.place);
     if (!model_.steps.empty()) step.start_time = model_.steps.back().start_time + model_.steps.back().period;
     for (const auto& [where, load] : acting_.prescribed)

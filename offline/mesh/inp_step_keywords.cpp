@@ -1,6 +1,7 @@
 #include "offline/mesh/inp_step_keywords.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "offline/mesh/inp_fields.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -12,6 +13,54 @@ void require(const InpLexer& lexer, const DataLine& line, bool good, const std::
   if (!good) lexer.fail(line.place, message);
 }
 
+// Increments of time or of arc length, put in the step as fractions of their total. Empty and zero mean the
+// default in Abaqus: a total of 1, the whole of it at once, 1e-5 of it at least.
+void read_increments(const InpLexer& lexer, const DataLine& line, const FieldReader& fields, bool riks,
+                     Step& step) {
+  const std::string total_name = riks ? "total arc length" : "period";
+  const auto given = [&](std::size_t field, double fallback) {
+    const double value = fields.number(field);
+    require(lexer, line, value >= 0,
+            riks ? "arc lengths cannot be negative; correct them"
+                 : "increments and periods cannot be negative; correct them");
+    return value == 0 ? fallback : value;
+  };
+  const double total = given(1, 1.0);
+  const double initial = given(0, total);
+  const double smallest = given(2, std::min(initial, 1e-5 * total));
+  const double largest = given(3, riks ? std::numeric_limits<double>::infinity() : total);
+  require(lexer, line, initial <= total,
+          "the initial increment is longer than the " + total_name + "; shorten it");
+  require(lexer, line, smallest <= initial,
+          "the smallest increment is longer than the initial one; shorten it");
+  require(lexer, line, largest >= smallest,
+          "the largest increment is shorter than the smallest; lengthen it");
+  if (!riks) step.period = total;
+  step.largest_increment = riks ? largest / total : std::min(largest / total, 1.0);
+  step.first_increment = std::min(initial / total, step.largest_increment);
+  step.smallest_increment = smallest / total;
+}
+
+// Where the path of *STATIC, RIKS ends: fields 5 to 8 of its data line.
+void read_path_end(const InpLexer& lexer, const DataLine& line, const FieldReader& fields, DraftRiks& riks) {
+  riks.data_place = line.place;
+  if (!fields.is_empty(4)) {
+    riks.control.end_load_factor = fields.number(4);
+    require(lexer, line, *riks.control.end_load_factor > 0,
+            "the largest load factor is not above 0; leave it out, or turn the load round");
+  }
+  if (fields.is_empty(5)) {
+    require(lexer, line, fields.is_empty(6) && fields.is_empty(7),
+            "the node of the monitored displacement is missing; write it in the sixth field");
+    return;
+  }
+  riks.node_label = fields.label(5, "node");
+  require(lexer, line, !fields.is_empty(6),
+          "the degree of freedom of the monitored node is missing; write 1 (x), 2 (y) or 3 (z) behind it");
+  riks.control.axis = fields.axis(6);
+  if (!fields.is_empty(7)) riks.control.end_displacement = fields.number(7);
+}
+
 }  // namespace
 
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
@@ -21,6 +70,12 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     lexer.fail(keyword.place, "*STEP inside the step of line " +
                                   std::to_string(draft.steps.back().place.line) +
                                   "; end that one with *END STEP");
+  }
+  if (!draft.steps.empty() && draft.steps.back().riks) {
+    lexer.fail(keyword.place, "a step follows the *STATIC, RIKS of line " +
+                                  std::to_string(draft.steps.back().riks->place.line) +
+                                  ", whose loads end at a factor that only the solve finds; make that step "
+                                  "the last");
   }
   const Parameter* nlgeom = keyword.find("NLGEOM");
   const std::string value = nlgeom == nullptr ? "NO" : normalised_name(nlgeom->value.value_or("YES"));
@@ -52,34 +107,27 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 
 void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   for (const Parameter& parameter : keyword.parameters) {
+    if (parameter.name == "RIKS" && !parameter.value) continue;
     lexer.fail(keyword.place,
                "*STATIC, " + parameter.shown + " is not supported; write *STATIC, which steps automatically");
   }
   DraftStep& step = draft.steps.back();
   if (step.has_static) lexer.fail(keyword.place, "*STATIC is given twice in this step; keep one");
   step.has_static = true;
+  const bool riks = keyword.find("RIKS") != nullptr;
+  if (riks) {
+    step.riks.emplace().place = keyword.place;
+    step.step.largest_increment = std::numeric_limits<double>::infinity();
+  }
   const DataLine* line = lexer.next_data();
   if (line == nullptr) return;
-  const FieldReader fields(lexer, *line, 1, 4, "initial increment, period, smallest, largest increment");
-  // Empty and zero mean the default in Abaqus: a period of 1, the whole of it at once, 1e-5 of it at least.
-  const auto given = [&](std::size_t field, double fallback) {
-    const double value = fields.number(field);
-    require(lexer, *line, value >= 0, "increments and periods cannot be negative; correct them");
-    return value == 0 ? fallback : value;
-  };
-  const double period = given(1, 1.0);
-  const double initial = given(0, period);
-  const double smallest = given(2, std::min(initial, 1e-5 * period));
-  const double largest = given(3, period);
-  require(lexer, *line, initial <= period, "the initial increment is longer than the period; shorten it");
-  require(lexer, *line, smallest <= initial,
-          "the smallest increment is longer than the initial one; shorten it");
-  require(lexer, *line, largest >= smallest,
-          "the largest increment is shorter than the smallest; lengthen it");
-  step.step.period = period;
-  step.step.largest_increment = std::min(largest / period, 1.0);
-  step.step.first_increment = std::min(initial / period, step.step.largest_increment);
-  step.step.smallest_increment = smallest / period;
+  const FieldReader fields =
+      riks ? FieldReader(lexer, *line, 1, 8,
+                         "initial arc increment, total arc length, smallest, largest increment, largest load "
+                         "factor, node, dof, displacement")
+           : FieldReader(lexer, *line, 1, 4, "initial increment, period, smallest, largest increment");
+  read_increments(lexer, *line, fields, riks, step.step);
+  if (riks) read_path_end(lexer, *line, fields, *step.riks);
 }
 
 void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {

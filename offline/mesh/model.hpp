@@ -9,6 +9,7 @@
 #include <array>
 #include <compare>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -103,15 +104,26 @@ struct Gravity {
   int amplitude = kRamp;
 };
 
+// What *STATIC, RIKS says beyond its increments, which are of arc length over the total of the data line: both
+// are a load factor while the body answers linearly.
+struct ArcLengthControl {
+  std::optional<double> end_load_factor;  // above 0; the step ends there
+  int node = -1;                          // monitored, or -1
+  int axis = 0;
+  std::optional<double> end_displacement;  // of that node along that axis; the step ends there
+  std::vector<int> watched;                // the nodes of the sets of *NODE PRINT and *NODE FILE, sorted
+};
+
 // One *STEP, with everything that acts in it: what earlier steps prescribed and this one neither replaces nor
 // removes is in it too. Every list is sorted by where its loads act.
 struct Step {
   double start_time = 0;         // total time at its begin
-  double period = 1;             // time it lasts, from the *STATIC data line
+  double period = 1;             // time it lasts, from the *STATIC data line; 1 with RIKS
   int max_increments = 100;      // *STEP, INC=
   double first_increment = 1.0;  // fraction of the step, from the *STATIC data line
   double smallest_increment = 1e-5;
-  double largest_increment = 1.0;  // never below first_increment
+  double largest_increment = 1.0;  // never below first_increment; with RIKS it may be infinite
+  std::optional<ArcLengthControl> riks;
   std::vector<PrescribedDisplacement>
       prescribed;                  // unique; Model::fixed is in it at zero, unless a step moves or
                                    // releases it

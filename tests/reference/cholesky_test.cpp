@@ -127,6 +127,45 @@ TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   EXPECT_LE((good.dense * solution - right).norm(), kSolve * right.norm()) << "after refusals";
 }
 
+// Shifted by values between its eigenvalues, a matrix has as many below zero as were below the shift.
+TEST(CholeskyReference, AnIndefiniteMatrixIsSolvedAndItsNegativeEigenvaluesCounted) {
+  for (const int n : {1, 17, 150}) {
+    const RandomMatrix matrix = random_matrix(n, 4, 55, 56);
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix.dense, Eigen::EigenvaluesOnly).eigenvalues();
+    Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
+    for (const int below : {0, 1, n / 2, n}) {
+      SCOPED_TRACE(testing::Message() << below << " of " << n);
+      const double shift = below == 0   ? 0.5 * values[0]
+                           : below == n ? 1.5 * values[n - 1]
+                                        : 0.5 * (values[below - 1] + values[below]);
+      RandomMatrix shifted = matrix;
+      shifted.dense.diagonal().array() -= shift;
+      for (int i = 0; i < n; ++i) shifted.lower.coeffRef(i, i) -= shift;
+      EXPECT_EQ(cholesky.factorize(shifted.lower), below == 0);
+      ASSERT_TRUE(cholesky.factorize_indefinite(shifted.lower));
+      EXPECT_EQ(cholesky.num_negative_pivots(), below);
+      for (const int columns : {1, 5}) {
+        const Eigen::MatrixXd right = TestRandom(57).matrix(n, columns);
+        Eigen::MatrixXd solution = right;
+        cholesky.solve(solution);
+        // Without pivoting, and half way between two eigenvalues: some digits less.
+        EXPECT_LE((shifted.dense * solution - right).norm(), 1e3 * kSolve * right.norm());
+      }
+    }
+    ASSERT_TRUE(cholesky.factorize(matrix.lower));
+    EXPECT_EQ(cholesky.num_negative_pivots(), 0) << "signs must not stick";
+    Eigen::VectorXd solution = TestRandom(58).vector(n);
+    const Eigen::VectorXd right = solution;
+    cholesky.solve(solution);
+    EXPECT_LE((matrix.dense * solution - right).norm(), kSolve * right.norm());
+  }
+  RandomMatrix singular = random_matrix(5, 0, 1, 2);
+  singular.lower.coeffRef(3, 3) = 0;
+  Cholesky cholesky{CholeskyAnalysis(singular.lower)};
+  EXPECT_FALSE(cholesky.factorize_indefinite(singular.lower));
+}
+
 TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
   // Large enough for METIS to cut the graph many times, with random choices each.
   constexpr int kSize = 700;
@@ -229,6 +268,24 @@ TEST(CholeskyReference, WideFrontsPassTheirUpdatesOn) {
   for (const int threads : {1, 2, 5}) {
     Cholesky cholesky(analysis, threads);
     ASSERT_TRUE(cholesky.factorize(matrix));
+    Eigen::VectorXd solution = right;
+    cholesky.solve(solution);
+    EXPECT_LE((matrix.selfadjointView<Eigen::Lower>() * solution - right).norm(), kSolve * right.norm());
+    if (threads == 1) alone = solution;
+    EXPECT_EQ(solution, alone) << threads << " threads, to the bit";
+  }
+}
+
+TEST(CholeskyReference, WideFrontsPassTheirSignedUpdatesOn) {
+  SparseLower matrix = two_cliques();
+  for (const int i : {3, 500, 700, 1200, 1599}) matrix.coeffRef(i, i) *= -1;
+  const CholeskyAnalysis analysis(matrix);
+  const Eigen::VectorXd right = TestRandom(92).vector(static_cast<int>(matrix.cols()));
+  Eigen::VectorXd alone;
+  for (const int threads : {1, 3}) {
+    Cholesky cholesky(analysis, threads);
+    ASSERT_TRUE(cholesky.factorize_indefinite(matrix));
+    EXPECT_EQ(cholesky.num_negative_pivots(), 5) << "the matrix is dominated by its diagonal";
     Eigen::VectorXd solution = right;
     cholesky.solve(solution);
     EXPECT_LE((matrix.selfadjointView<Eigen::Lower>() * solution - right).norm(), kSolve * right.norm());

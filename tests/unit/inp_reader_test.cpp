@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
 #include <random>
 
 #include "offline/mesh/element_faces.hpp"
@@ -206,6 +207,35 @@ TEST_F(InpReader, StepsCarryOver) {
             "organ.inp:31: *NODE PRINT is passed over: results are written for every node");
   EXPECT_EQ(without_folder(model.warnings[1]),
             "organ.inp:33: *EL FILE is passed over: results are written for every node");
+}
+
+TEST_F(InpReader, ReadsThePathThatRiksFollows) {
+  const Model model = read(kBody +
+                           "*STEP, NLGEOM\n*STATIC, RIKS\n0.5, 2., 1e-3, 4., 1.5, 5, 3, -0.25\n*CLOAD\n5, 3, "
+                           "-1.\n*NODE PRINT, NSET=BASE\nU\n*NODE FILE, NSET=ALL\nU\n*END STEP\n");
+  const Step& step = model.steps[0];
+  EXPECT_EQ(step.period, 1);
+  EXPECT_EQ(step.first_increment, 0.25);
+  EXPECT_EQ(step.smallest_increment, 5e-4);
+  EXPECT_EQ(step.largest_increment, 2);
+  ASSERT_TRUE(step.riks.has_value());
+  EXPECT_EQ(step.riks->end_load_factor, 1.5);
+  EXPECT_EQ(step.riks->node, 4);
+  EXPECT_EQ(step.riks->axis, 2);
+  EXPECT_EQ(step.riks->end_displacement, -0.25);
+  EXPECT_EQ(step.riks->watched, (std::vector<int>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(model.warnings.size(), 0U) << "the requests are heard";
+
+  const Model plain = read(kBody + "*STEP, NLGEOM\n*STATIC, RIKS\n*CLOAD\n5, 3, 1\n*END STEP\n");
+  const Step& defaults = plain.steps[0];
+  EXPECT_EQ(defaults.first_increment, 1);
+  EXPECT_EQ(defaults.smallest_increment, 1e-5);
+  EXPECT_EQ(defaults.largest_increment, std::numeric_limits<double>::infinity());
+  ASSERT_TRUE(defaults.riks.has_value());
+  EXPECT_FALSE(defaults.riks->end_load_factor.has_value());
+  EXPECT_EQ(defaults.riks->node, -1);
+  EXPECT_FALSE(defaults.riks->end_displacement.has_value());
+  EXPECT_FALSE(read(kBody + kStep + kEnd).steps[0].riks.has_value());
 }
 
 // The face of nodes 2, 3, 4 joins the two elements of kBody: face 3 of element 1, face 4 of element 2.

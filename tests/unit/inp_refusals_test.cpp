@@ -282,8 +282,39 @@ INSTANTIATE_TEST_SUITE_P(
                 "organ.inp:19: *STEP inside the step of line 18; end that one with *END STEP"},
         BadStep{"*STEP, NLGEOM\n*END STEP\n",
                 "organ.inp:19: the step of line 18 has no procedure; write *STATIC after *STEP"},
-        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n",
-                "organ.inp:19: *STATIC, RIKS is not supported; write *STATIC, which steps automatically"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC, STABILIZE\n",
+            "organ.inp:19: *STATIC, STABILIZE is not supported; write *STATIC, which steps automatically"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n*END STEP\n",
+                "organ.inp:19: *STATIC, RIKS has no path to follow, as its step changes no load and moves "
+                "nothing; add *CLOAD, *DLOAD, *DSLOAD or *BOUNDARY"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n*CLOAD\n4, 3, 1\n*END STEP\n*STEP, NLGEOM\n",
+                "organ.inp:23: a step follows the *STATIC, RIKS of line 19, whose loads end at a factor that "
+                "only "
+                "the solve finds; make that step the last"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n-1\n",
+                "organ.inp:20: arc lengths cannot be negative; correct them"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n2, 1\n",
+                "organ.inp:20: the initial increment is longer than the total arc length; shorten it"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , -2\n",
+                "organ.inp:20: the largest load factor is not above 0; leave it out, or turn the load round"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , , , 3, 1\n",
+            "organ.inp:20: the node of the monitored displacement is missing; write it in the sixth field"},
+        BadStep{
+            "*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , , 4, , 1\n",
+            "organ.inp:20: the degree of freedom of the monitored node is missing; write 1 (x), 2 (y) or 3 "
+            "(z) behind it"},
+        BadStep{"*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , , 9, 3, 1\n*CLOAD\n4, 3, 1\n*END STEP\n",
+                "organ.inp:20: *STATIC, RIKS names node 9, which is not defined; define it with *NODE"},
+        BadStep{"*AMPLITUDE, NAME=A\n0, 0, 1, 1\n*STEP, NLGEOM\n*STATIC, RIKS\n*CLOAD, AMPLITUDE=A\n4, 3, "
+                "1\n*END STEP\n",
+                "organ.inp:23: *STATIC, RIKS finds the factor of its loads itself; remove AMPLITUDE"},
+        BadStep{
+            "*AMPLITUDE, NAME=A, TIME=TOTAL TIME\n0, 0, 1, 1\n*STEP, NLGEOM\n*STATIC\n*CLOAD, "
+            "AMPLITUDE=A\n4, 3, 1\n*END STEP\n*STEP, NLGEOM\n*STATIC, RIKS\n*CLOAD\n5, 3, 1\n*END STEP\n",
+            "organ.inp:26: a load of an earlier step goes on in total time by amplitude A, but *STATIC, RIKS "
+            "has no time; write that amplitude in step time"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*STATIC\n",
                 "organ.inp:20: *STATIC is given twice in this step; keep one"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n2, 1\n",

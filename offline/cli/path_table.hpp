@@ -1,0 +1,42 @@
+// path.csv of *STATIC, RIKS: the load factor along the path of equilibria, against the displacements of a few
+// nodes.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "offline/fem/arc_length.hpp"
+#include "offline/mesh/model.hpp"
+
+namespace palpate {
+
+class PathTable {
+ public:
+  // Chooses the nodes: those of the sets that the step's *NODE PRINT and *NODE FILE name, else the monitored
+  // one, else the one that moved furthest at the first point behind the start. Keeps a reference to `model`.
+  PathTable(const Model& model, const ArcLengthControl& control);
+
+  // The points in their order, the start first.
+  void add(const PathPoint& point, const Eigen::VectorXd& displacement);
+
+  // CSV: increment,arc_length,load_factor,current_stiffness,negative_pivots,min_J, then ux_NODE,uy_NODE,uz_NODE
+  // for each node by its label; 12 significant digits.
+  void write(const std::filesystem::path& file) const;
+
+ private:
+  struct Row {
+    PathPoint point;
+    std::vector<Eigen::Vector3d> displacements;  // of nodes_
+  };
+  void add_row(const PathPoint& point, const Eigen::VectorXd& displacement);
+
+  const Model* model_;
+  std::vector<int> nodes_;
+  PathPoint start_;  // kept with its displacement until a node is chosen
+  Eigen::VectorXd start_displacement_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,394 @@
+#include "offline/fem/arc_length.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "offline/fem/equilibrium.hpp"
+#include "offline/fem/load_path.hpp"
+#include "offline/fem/stopwatch.hpp"
+
+namespace palpate {
+namespace {
+
+// The cosine of the sharpest turn of the tangent over one increment: beyond it the orientation by the last
+// increment may mistake a sharp turn for another branch.
+constexpr double kSharpestTurn = 0.5;
+// An increment that takes so many iterations is followed by one as long.
+constexpr double kUsualIterations = 5;
+constexpr double kMostGrowth = 1.5;
+constexpr int kMaxHalvings = 4;  // of a step that inverts an element
+// A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
+constexpr double kRoundings = 4;
+constexpr double kStall = 0.3;
+// What a solve may leave of |K| |x| + |b|, after corrections: more, and a pivot was small by chance.
+constexpr double kSolveAccuracy = 1e-12;
+constexpr int kCorrections = 4;
+
+// A point of the path, or a way along it.
+struct Loaded {
+  Eigen::VectorXd displacement;
+  double load_factor = 0;
+};
+
+Loaded along(const Loaded& from, double step, const Loaded& way) {
+  return {from.displacement + step * way.displacement, from.load_factor + step * way.load_factor};
+}
+
+// The points x with normal . x = value.
+struct Plane {
+  Loaded normal;
+  double value = 0;
+
+  double distance(const Loaded& point) const {
+    return normal.displacement.dot(point.displacement) + normal.load_factor * point.load_factor - value;
+  }
+};
+
+}  // namespace
+
+class ArcLength::Path {
+ public:
+  Path(ArcLength& owner, const LoadCase& from, const LoadCase& to, const Eigen::VectorXd& displacement,
+       const Eigen::VectorXd& internal, const ArcLengthSettings& settings, SolveReport& report,
+       const std::function<void(const IterationRecord&)>& progress)
+      : owner_(owner),
+        assembly_(*owner.assembly_),
+        model_(assembly_.model()),
+        loads_(
+            from, [&to](double) { return to; }, model_, displacement, internal),
+        settings_(settings),
+        report_(report),
+        progress_(progress) {
+    const LoadCase start = loads_.at(0);
+    rate_ = loads_.at(1);
+    rate_.displacement -= start.displacement;
+    rate_.force -= start.force;
+    for (size_t dof = 0; dof < rate_.held.size(); ++dof) {
+      if (!rate_.held[dof]) rate_.displacement[static_cast<Eigen::Index>(dof)] = 0;
+    }
+    for (const auto& [face, pressure] : start.pressures) rate_.pressures[face] -= pressure;
+    moves_held_ = !rate_.displacement.isZero(0.0);
+    largest_force_ = force_scale(assembly_, start, internal, external_force(model_, start, displacement));
+  }
+
+  bool has_end() const { return settings_.end_load_factor || settings_.end_displacement; }
+
+  // The unit tangent to the side of `way`, and what it tells about the point. False where K is singular to
+  // rounding.
+  bool find_tangent(const Loaded& at, const Loaded& way, Loaded& tangent, PathPoint& point) {
+    const LoadCase load = loads_.at(at.load_factor);
+    if (!factorize(load, at.displacement)) return false;
+    tangent.load_factor = 1;
+    if (!response(load, at.displacement, tangent.displacement)) return false;
+    const Eigen::VectorXd& v = tangent.displacement;
+    if (!(weight_ > 0)) {  // the first
+      weight_ = 1 / v.squaredNorm();
+      if (!std::isfinite(weight_)) return false;
+      first_flexibility_ = flexibility(load, at.displacement, v);
+    }
+    point.current_stiffness = first_flexibility_ / flexibility(load, at.displacement, v);
+    point.negative_pivots = owner_.cholesky_.num_negative_pivots();
+    const double side = product(tangent, way) < 0 ? -1 : 1;
+    tangent =
+        along({Eigen::VectorXd::Zero(v.size()), 0}, side / std::sqrt(product(tangent, tangent)), tangent);
+    return true;
+  }
+
+  double product(const Loaded& a, const Loaded& b) const {
+    return 0.5 * (a.load_factor * b.load_factor + weight_ * a.displacement.dot(b.displacement));
+  }
+
+  Plane normal_to(const Loaded& tangent, const Loaded& through) const {
+    Plane plane = {{0.5 * weight_ * tangent.displacement, 0.5 * tangent.load_factor}, 0};
+    plane.value = plane.distance(through);
+    return plane;
+  }
+
+  // The end that lies between two points, if one does: that which comes first on the straight way.
+  std::optional<Plane> end_between(const Loaded& a, const Loaded& b) const {
+    std::optional<Plane> first;
+    double nearest = 1;
+    const auto look = [&](const Plane& plane) {
+      const double before = plane.distance(a);
+      const double behind = plane.distance(b);
+      if (before == 0 || (before < 0) == (behind < 0)) return;
+      const double fraction = before / (before - behind);
+      if (first && fraction >= nearest) return;
+      first = plane;
+      nearest = fraction;
+    };
+    const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(a.displacement.size());
+    if (settings_.end_load_factor && a.load_factor < *settings_.end_load_factor)
+      look({{nothing, 1}, *settings_.end_load_factor});
+    if (settings_.end_displacement)
+      look({{Eigen::VectorXd::Unit(nothing.size(), settings_.end_displacement->dof), 0},
+            settings_.end_displacement->value});
+    return first;
+  }
+
+  // Newton in the plane, from a point on it. On failure `point` means nothing.
+  bool correct(const Plane& plane, int increment, Loaded& point, int& iterations) {
+    const auto give_up = [&](StopCause cause) {
+      report_.stopped = cause;
+      return false;
+    };
+    LoadCase load;
+    Eigen::VectorXd internal;
+    ElementState state;
+    Eigen::VectorXd residual;
+    // Puts the held dofs of the trial where its load factor wants them; false where an element is inverted.
+    const auto evaluate = [&](Loaded& trial) {
+      load = loads_.at(trial.load_factor);
+      for (int dof = 0; dof < assembly_.num_dofs(); ++dof) {
+        if (load.held[static_cast<size_t>(dof)]) trial.displacement[dof] = load.displacement[dof];
+      }
+      {
+        const Stopwatch watch(owner_.seconds_.assembly);
+        state = assembly_.internal_force(trial.displacement, internal);
+      }
+      report_.trouble_element = state.worst_element;
+      report_.trouble_jacobian = state.min_jacobian;
+      if (!(state.min_jacobian > 0)) return false;
+      const Eigen::VectorXd external = external_force(model_, load, trial.displacement);
+      residual = out_of_balance(assembly_, load, internal, external);
+      force_ = std::max(largest_force_, force_scale(assembly_, load, internal, external));
+      return true;
+    };
+    if (!evaluate(point)) return give_up(StopCause::inverted);
+    double before = std::numeric_limits<double>::infinity();
+    for (iterations = 0;; ++iterations) {
+      const double norm = residual.norm();
+      if (!std::isfinite(norm)) return give_up(StopCause::not_finite);
+      const bool stalled = norm > kStall * before;
+      const double rounding = kRoundings * assembly_.rounding_force(point.displacement);
+      if (norm <= settings_.residual_tolerance * force_ || (stalled && norm <= rounding)) {
+        report_.residual = std::min(norm / force_, settings_.residual_tolerance);
+        report_.min_jacobian = state.min_jacobian;
+        report_.worst_element = state.worst_element;
+        return true;
+      }
+      if (iterations == settings_.max_iterations) return give_up(StopCause::iterations);
+      Loaded step;
+      if (!newton_step(plane, load, point, residual, step)) return give_up(StopCause::no_tangent);
+      IterationRecord record = {increment, point.load_factor, iterations + 1, norm / force_, 1, 1, false};
+      Loaded trial = along(point, record.step, step);
+      for (int halving = 0; !evaluate(trial); ++halving) {
+        if (halving == kMaxHalvings) return give_up(StopCause::no_descent);
+        record.step *= 0.5;
+        trial = along(point, record.step, step);
+      }
+      point = std::move(trial);
+      before = record.step == 1 ? norm : std::numeric_limits<double>::infinity();
+      record.load_factor = point.load_factor;
+      record.residual = residual.norm() / force_;
+      record.min_jacobian = state.min_jacobian;
+      ++report_.iterations;
+      report_.history.push_back(record);
+      if (progress_) progress_(record);
+    }
+  }
+
+  // The point that was just corrected is one of the path.
+  void accept() { largest_force_ = force_; }
+
+ private:
+  bool newton_step(const Plane& plane, const LoadCase& load, const Loaded& at,
+                   const Eigen::VectorXd& residual, Loaded& step) {
+    if (!factorize(load, at.displacement)) return false;
+    Loaded unit = {{}, 1};  // along the equilibria
+    step.displacement = residual;
+    if (!solve(load, at.displacement, step.displacement) ||
+        !response(load, at.displacement, unit.displacement))
+      return false;
+    const Eigen::VectorXd& normal = plane.normal.displacement;
+    const double slope = normal.dot(unit.displacement) + plane.normal.load_factor;
+    step.load_factor = -(plane.distance(at) + normal.dot(step.displacement)) / slope;
+    step.displacement += step.load_factor * unit.displacement;
+    return step.displacement.allFinite();
+  }
+
+  // v, full length: that of the held dofs is given, K_ff v_f = q_f - K_fc v_c.
+  bool response(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::VectorXd& v) {
+    v = external_force(model_, rate_, displacement);
+    if (moves_held_) v -= stiffness_times(load, displacement, rate_.displacement);
+    if (!solve(load, displacement, v)) return false;
+    v += rate_.displacement;
+    return true;
+  }
+
+  double flexibility(const LoadCase& load, const Eigen::VectorXd& displacement, const Eigen::VectorXd& v) {
+    if (moves_held_) return v.dot(stiffness_times(load, displacement, v));
+    return v.dot(external_force(model_, rate_, displacement));
+  }
+
+  Eigen::VectorXd stiffness_times(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                  const Eigen::VectorXd& vector) {
+    Eigen::VectorXd product = assembly_.tangent_times(displacement, vector);
+    subtract_pressure_product(model_, load.pressures, displacement, vector, product);
+    return product;
+  }
+
+  bool factorize(const LoadCase& load, const Eigen::VectorXd& displacement) {
+    {
+      const Stopwatch watch(owner_.seconds_.assembly);
+      assembly_.tangent(displacement, false, stiffness_);
+      subtract_pressure_tangent(assembly_, load.pressures, displacement, stiffness_);
+      hold_equations(held_equations(assembly_, load), stiffness_);
+    }
+    const Stopwatch watch(owner_.seconds_.factor);
+    ++report_.factorizations;
+    return owner_.cholesky_.factorize_indefinite(stiffness_);
+  }
+
+  // Replaces b, of which what is held counts for nothing, by K_ff^-1 b.
+  bool solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::VectorXd& b) {
+    const Stopwatch watch(owner_.seconds_.back_solve);
+    clear_held(assembly_, load, b);
+    const std::vector<int>& dofs = assembly_.equation_dofs();
+    const auto back_solve = [&](Eigen::VectorXd& v) {
+      Eigen::VectorXd packed = v(dofs);
+      if (!refined(packed)) return false;
+      v.setZero();
+      v(dofs) = packed;
+      return true;
+    };
+    if (load.pressures.empty() || b.isZero(0.0)) return back_solve(b);
+    return solve_with_pressures(assembly_, load, displacement, back_solve, b);
+  }
+
+  // K^-1 b over the equations, as exact as the condition of K lets it be.
+  bool refined(Eigen::VectorXd& b) {
+    if (b.size() == 0) return true;
+    const auto matrix = stiffness_.selfadjointView<Eigen::Lower>();
+    const double size = stiffness_.diagonal().cwiseAbs().maxCoeff();
+    Eigen::VectorXd rest = b;
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+    for (int correction = 0; correction <= kCorrections; ++correction) {
+      owner_.cholesky_.solve(rest);
+      x += rest;
+      rest = b - matrix * x;
+      if (rest.norm() <= kSolveAccuracy * (size * x.norm() + b.norm())) {
+        b = x;
+        return b.allFinite();
+      }
+    }
+    return false;
+  }
+
+  ArcLength& owner_;
+  const Assembly& assembly_;
+  const Model& model_;
+  LoadPath loads_;
+  LoadCase rate_;  // of the loads with their factor
+  const ArcLengthSettings& settings_;
+  SolveReport& report_;
+  const std::function<void(const IterationRecord&)>& progress_;
+  SparseLower stiffness_;
+  bool moves_held_ = false;
+  double weight_ = 0;  // 1 / |v0|^2
+  double first_flexibility_ = 0;
+  double largest_force_ = 0;  // at play on the path so far
+  double force_ = 0;          // the same, with the state that is tried
+};
+
+std::vector<double> limit_load_factors(const std::vector<PathPoint>& path) {
+  std::vector<double> found;
+  for (size_t i = 2; i < path.size(); ++i) {
+    const PathPoint& a = path[i - 2];
+    const PathPoint& b = path[i - 1];
+    const PathPoint& c = path[i];
+    const double before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
+    const double behind = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
+    if ((before < 0) == (behind < 0)) continue;
+    // l = l_b + slope (s - s_b) + curvature (s - s_b)^2
+    const double curvature = (behind - before) / (c.arc_length - a.arc_length);
+    const double slope = before + curvature * (b.arc_length - a.arc_length);
+    found.push_back(b.load_factor - slope * slope / (4 * curvature));
+  }
+  return found;
+}
+
+ArcLength::ArcLength(const Assembly& assembly)
+    : assembly_(&assembly), cholesky_(assembly.analysis(), assembly.threads()) {}
+
+SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::VectorXd& displacement,
+                              const ArcLengthSettings& settings,
+                              const std::function<void(const PathPoint&, const Eigen::VectorXd&)>& visit,
+                              const std::function<void(const IterationRecord&)>& progress) {
+  SolveReport report;
+  Eigen::VectorXd internal;
+  const ElementState state = assembly_->internal_force(displacement, internal);
+  report.min_jacobian = state.min_jacobian;
+  report.worst_element = state.worst_element;
+  Path path(*this, from, to, displacement, internal, settings, report, progress);
+
+  Loaded at = {displacement, 0};
+  Loaded tangent;
+  PathPoint point;
+  point.min_jacobian = state.min_jacobian;
+  if (!path.find_tangent(at, {Eigen::VectorXd::Zero(displacement.size()), 1}, tangent, point)) {
+    report.stopped = StopCause::no_tangent;
+    return report;
+  }
+  visit(point, displacement);
+
+  double length = std::min(settings.first_increment, settings.largest_increment);
+  for (bool ended = false; !ended;) {
+    if (report.increments == settings.max_increments) {
+      report.stopped = StopCause::increments;
+      report.converged = !path.has_end();
+      return report;
+    }
+    Loaded next = along(at, length, tangent);
+    Loaded next_tangent;
+    PathPoint next_point;
+    int iterations = 0;
+    const auto lands = [&](const Plane& plane) {
+      if (!path.correct(plane, report.increments + 1, next, iterations)) return false;
+      next_point.min_jacobian = report.min_jacobian;
+      if (!path.find_tangent(next, along(next, -1, at), next_tangent, next_point)) {
+        report.stopped = StopCause::no_tangent;
+        return false;
+      }
+      if (path.product(tangent, next_tangent) >= kSharpestTurn) return true;
+      report.stopped = StopCause::sharp_turn;
+      return false;
+    };
+    if (!lands(path.normal_to(tangent, next))) {
+      ++report.cutbacks;
+      length *= 0.5;
+      if (length < settings.smallest_increment) return report;
+      continue;
+    }
+    if (const std::optional<Plane> end = path.end_between(at, next)) {
+      const Loaded beyond = next;
+      const PathPoint point_beyond = next_point;
+      const double fraction = end->distance(at) / (end->distance(at) - end->distance(next));
+      next = along(at, fraction, along(next, -1, at));
+      if (!lands(*end)) {
+        next = beyond;
+        next_point = point_beyond;
+      }
+      ended = true;
+    }
+    path.accept();
+    report.min_jacobian = next_point.min_jacobian;
+    ++report.increments;
+    next_point.increment = report.increments;
+    next_point.arc_length = point.arc_length + path.product(tangent, along(next, -1, at));
+    next_point.load_factor = next.load_factor;
+    at = std::move(next);
+    tangent = std::move(next_tangent);
+    point = next_point;
+    displacement = at.displacement;
+    report.load_factor = at.load_factor;
+    visit(point, displacement);
+    const double change = std::sqrt(kUsualIterations / std::max(1, iterations));
+    length = std::min(length * std::clamp(change, 0.5, kMostGrowth), settings.largest_increment);
+  }
+  report.converged = true;
+  report.stopped = StopCause::none;
+  return report;
+}
+
+}  // namespace palpate

@@ -1,0 +1,409 @@
+// Paths through limit points, against closed forms, a rod solved on its own, and solves at given displacements,
+// which pass a limit point of the load without noticing it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "offline/mesh/element_faces.hpp"
+#include "tests/support/arch_rod.hpp"
+#include "tests/support/elastica.hpp"
+#include "tests/support/limit_scenes.hpp"
+
+namespace palpate {
+namespace {
+
+using test::Arch;
+using test::ArchRod;
+using test::PathRun;
+using test::PathScene;
+using test::Strip;
+using test::Truss;
+
+// Of the largest load: the caps of the truss are ten thousand times stiffer than its bar, not rigid.
+constexpr double kCaps = 1e-4;
+// Where two solves stop at different points below the default tolerance of 1e-10.
+constexpr double kSameAnswer = 1e-7;
+// What 16 digits leave of the forces in those caps, over the same.
+constexpr double kCapsRounding = 1e-7;
+constexpr double kTrussLoad = 1e-3;
+
+PathScene truss_scene(const Truss& truss) {
+  PathScene scene = truss.scene();
+  scene.load.force[scene.dof()] = -kTrussLoad;
+  return scene;
+}
+
+// Past both limit points and the mirror image.
+ArcLengthSettings truss_settings(const Truss& truss, const PathScene& scene) {
+  ArcLengthSettings settings;
+  settings.first_increment = 0.05;
+  settings.end_displacement = {scene.dof(), -2.3 * truss.rise};
+  return settings;
+}
+
+// |f_ext - P| over the free dofs over the largest load of the path.
+double imbalance(const PathScene& scene, const LoadCase& load, const Eigen::VectorXd& displacement,
+                 double force) {
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  Eigen::VectorXd internal;
+  assembly.internal_force(displacement, internal);
+  Eigen::VectorXd external = load.force;
+  add_pressure_force(scene.model, load.pressures, displacement, external);
+  double sum = 0;
+  for (int dof = 0; dof < scene.model.num_dofs(); ++dof) {
+    if (!load.held[static_cast<size_t>(dof)]) sum += std::pow(external[dof] - internal[dof], 2);
+  }
+  return std::sqrt(sum) / force;
+}
+
+LoadCase times(LoadCase load, double factor) {
+  load.force *= factor;
+  load.displacement *= factor;
+  for (auto& [face, pressure] : load.pressures) pressure *= factor;
+  return load;
+}
+
+// The largest and the smallest load factor of the truss between its two symmetric forms.
+std::pair<double, double> truss_limits(const Truss& truss) {
+  double most = 0;
+  double least = 0;
+  for (int i = 0; i <= 20000; ++i) {
+    const double factor = truss.force(1e-4 * i * truss.rise) / kTrussLoad;
+    most = std::max(most, factor);
+    least = std::min(least, factor);
+  }
+  return {most, least};
+}
+
+TEST(LimitPoints, AShallowTrussSnapsThrough) {
+  const Truss truss;
+  const PathScene scene = truss_scene(truss);
+  const auto [most, least] = truss_limits(truss);
+  const PathRun run = follow_path(scene, truss_settings(truss, scene));
+  ASSERT_TRUE(run.report.converged);
+  EXPECT_LE(run.report.increments, 30);
+  EXPECT_LE(run.report.iterations, 6 * run.report.increments);
+  EXPECT_NEAR(run.moved(run.points.size() - 1, scene.dof()), -2.3 * truss.rise, 1e-12) << "ends where asked";
+  EXPECT_EQ(run.report.load_factor, run.points.back().load_factor);
+  int unstable = 0;
+  for (size_t i = 0; i < run.points.size(); ++i) {
+    const PathPoint& point = run.points[i];
+    const double w = -run.moved(i, scene.dof());
+    SCOPED_TRACE(testing::Message() << "w " << w);
+    EXPECT_NEAR(point.load_factor, truss.force(w) / kTrussLoad, kCaps * most);
+    EXPECT_LE(imbalance(scene, times(scene.load, point.load_factor), run.states[i], most * kTrussLoad),
+              kCapsRounding);
+    EXPECT_GT(point.min_jacobian, 0);
+    // Stable, and stiff, where the load grows with the displacement.
+    const double slope = truss.force(w + 1e-6) - truss.force(w - 1e-6);
+    EXPECT_EQ(point.negative_pivots, slope > 0 ? 0 : 1);
+    EXPECT_EQ(point.current_stiffness > 0, slope > 0);
+    const double first_slope = truss.force(1e-6) - truss.force(-1e-6);
+    EXPECT_NEAR(point.current_stiffness, slope / first_slope, 1e-3);
+    unstable += point.negative_pivots;
+  }
+  EXPECT_GE(unstable, 5) << "else this test shows nothing";
+  const std::vector<double> limits = limit_load_factors(run.points);
+  ASSERT_EQ(limits.size(), 2U);
+  EXPECT_NEAR(limits[0], most, 2e-3 * most);
+  EXPECT_NEAR(limits[1], least, 1e-2 * most);
+
+  ArcLengthSettings fine = truss_settings(truss, scene);
+  fine.largest_increment = 0.05;
+  const std::vector<double> finer = limit_load_factors(follow_path(scene, fine).points);
+  ASSERT_EQ(finer.size(), 2U);
+  EXPECT_NEAR(finer[0], most, kCaps * most);
+  EXPECT_NEAR(finer[1], least, kCaps * most);
+}
+
+TEST(LimitPoints, EveryPointIsThatOfASolveAtGivenDisplacement) {
+  const Truss truss;
+  const PathScene scene = truss_scene(truss);
+  const PathRun run = follow_path(scene, truss_settings(truss, scene));
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  StaticSolver solver(assembly);
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(scene.model.num_dofs());
+  LoadCase from = LoadCase::rest(scene.model);
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    LoadCase to = from;
+    to.held[static_cast<size_t>(scene.dof())] = 1;
+    to.displacement[scene.dof()] = run.moved(i, scene.dof());
+    ASSERT_TRUE(solver.ramp(from, to, u, SolverSettings()).converged) << i;
+    EXPECT_LE((u - run.states[i]).norm(), kSameAnswer * u.norm()) << i;
+    Eigen::VectorXd force;
+    assembly.internal_force(u, force);
+    EXPECT_NEAR(-force[scene.dof()], run.points[i].load_factor * kTrussLoad, kSameAnswer * kTrussLoad) << i;
+    from = to;
+  }
+}
+
+// Where the displacement under the load turns back, the load still falls: by the sign of the current stiffness
+// parameter it would be taken to grow, and the path would be walked back.
+TEST(LimitPoints, ThePathIsFollowedWhereItsDisplacementTurnsBack) {
+  const test::ColumnOnTruss body;
+  int apex = 0;
+  PathScene scene = body.scene(apex);
+  scene.load.force[scene.dof()] = -kTrussLoad;
+  ArcLengthSettings settings;
+  settings.first_increment = 0.03;
+  settings.largest_increment = 0.1;
+  settings.end_displacement = {3 * apex + 2, -2.1 * body.truss.rise};
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  const double most = truss_limits(body.truss).first;
+  int comes_back = 0;
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    const double w = -run.moved(i, 3 * apex + 2);
+    SCOPED_TRACE(testing::Message() << "w " << w);
+    EXPECT_NEAR(run.points[i].load_factor, body.truss.force(w) / kTrussLoad, kCaps * most);
+    EXPECT_GT(w, -run.moved(i - 1, 3 * apex + 2)) << "the apex goes on";
+    const bool falls = run.points[i].load_factor < run.points[i - 1].load_factor;
+    const bool back = run.moved(i, scene.dof()) > run.moved(i - 1, scene.dof());
+    if (!falls || !back || w < 0.6 * body.truss.rise || w > 1.4 * body.truss.rise) continue;
+    ++comes_back;
+    EXPECT_GT(run.points[i].current_stiffness, 0);
+    EXPECT_EQ(run.points[i].negative_pivots, 1);
+  }
+  EXPECT_GE(comes_back, 4) << "else this test shows nothing";
+}
+
+TEST(LimitPoints, WhatLoadedTheBodyBeforeStays) {
+  const Truss truss;
+  PathScene scene = truss_scene(truss);
+  constexpr double kDead = 0.1;
+  const LoadCase dead = times(scene.load, kDead);
+  const LoadCase all = times(scene.load, kDead + 1);
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  StaticSolver before(assembly);
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(scene.model.num_dofs());
+  ASSERT_TRUE(before.ramp(LoadCase::rest(scene.model), dead, u, SolverSettings()).converged);
+  ArcLength solver(assembly);
+  std::vector<double> differences;
+  const SolveReport report = solver.follow(
+      dead, all, u, truss_settings(truss, scene), [&](const PathPoint& point, const Eigen::VectorXd& state) {
+        differences.push_back(
+            std::abs(truss.force(-state[scene.dof()]) / kTrussLoad - kDead - point.load_factor));
+      });
+  ASSERT_TRUE(report.converged);
+  EXPECT_LE(*std::ranges::max_element(differences), kCaps);
+}
+
+TEST(LimitPoints, AGivenDisplacementIsScaledToo) {
+  const Truss truss;
+  PathScene scene = truss_scene(truss);
+  LoadCase moved = LoadCase::rest(scene.model);
+  moved.held[static_cast<size_t>(scene.dof())] = 1;
+  moved.displacement[scene.dof()] = -truss.rise;
+  scene.load = moved;
+  ArcLengthSettings settings;
+  settings.first_increment = 0.2;
+  settings.end_load_factor = 2.3;
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  EXPECT_EQ(run.report.load_factor, 2.3);
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    const double w = run.points[i].load_factor * truss.rise;
+    EXPECT_NEAR(-run.moved(i, scene.dof()), w, 1e-14);
+    Eigen::VectorXd force;
+    assembly.internal_force(run.states[i], force);
+    EXPECT_NEAR(-force[scene.dof()], truss.force(w), kCaps * kTrussLoad);
+    EXPECT_EQ(run.points[i].negative_pivots, 0) << "held where it would snap, it is stable";
+  }
+}
+
+// The mirror image of the truss bears nothing: what is small is measured by what was at play before.
+TEST(LimitPoints, AStateWithoutForcesIsPassed) {
+  const Truss truss;
+  const PathScene scene = truss_scene(truss);
+  ArcLengthSettings settings = truss_settings(truss, scene);
+  settings.end_displacement->value = -2 * truss.rise;
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  EXPECT_EQ(run.report.cutbacks, 0);
+  EXPECT_LE(run.report.iterations, 6 * run.report.increments);
+  EXPECT_NEAR(run.report.load_factor, 0, 1e-6);
+}
+
+TEST(LimitPoints, EndsAndIncrementsAreKept) {
+  const Truss truss;
+  const PathScene scene = truss_scene(truss);
+  ArcLengthSettings settings;
+  settings.first_increment = 0.05;
+  settings.largest_increment = 0.07;
+  settings.max_increments = 4;
+  PathRun run = follow_path(scene, settings);
+  EXPECT_TRUE(run.report.converged) << "without an end the number of increments is one";
+  EXPECT_EQ(run.report.increments, 4);
+  EXPECT_NEAR(run.points[1].load_factor, 0.05, 0.005) << "a load factor at first";
+  EXPECT_NEAR(run.points[1].arc_length, 0.05, 1e-12);
+  for (size_t i = 2; i < run.points.size(); ++i)
+    EXPECT_LE(run.points[i].arc_length - run.points[i - 1].arc_length, 0.07 + 1e-12);
+
+  settings.end_load_factor = 0.23;
+  run = follow_path(scene, settings);
+  EXPECT_FALSE(run.report.converged);
+  EXPECT_EQ(run.report.stopped, StopCause::increments);
+  EXPECT_EQ(run.report.load_factor, run.points.back().load_factor);
+  settings.max_increments = 50;
+  run = follow_path(scene, settings);
+  EXPECT_TRUE(run.report.converged);
+  EXPECT_EQ(run.report.load_factor, 0.23);
+  EXPECT_NEAR(truss.force(-run.moved(run.points.size() - 1, scene.dof())) / kTrussLoad, 0.23, kCaps);
+  EXPECT_LT(-run.moved(run.points.size() - 1, scene.dof()), truss.rise) << "the first time it comes there";
+}
+
+// What fails leaves the last equilibrium: the limit on iterations is too low for any increment.
+TEST(LimitPoints, AFailureLeavesTheLastEquilibrium) {
+  const Truss truss;
+  const PathScene scene = truss_scene(truss);
+  ArcLengthSettings settings = truss_settings(truss, scene);
+  settings.smallest_increment = 0.02;
+  settings.max_iterations = 2;
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  ArcLength solver(assembly);
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(scene.model.num_dofs());
+  Eigen::VectorXd last;
+  const SolveReport report =
+      solver.follow(LoadCase::rest(scene.model), scene.load, u, settings,
+                    [&](const PathPoint&, const Eigen::VectorXd& state) { last = state; });
+  EXPECT_FALSE(report.converged);
+  EXPECT_EQ(report.stopped, StopCause::iterations);
+  EXPECT_GT(report.cutbacks, 0);
+  EXPECT_EQ(u, last);
+}
+
+// At given loads the solver comes close to the limit load from below, and says why it ends there.
+TEST(LimitPoints, AtGivenLoadsASolveStopsAtTheLimitLoad) {
+  const Truss truss;
+  PathScene scene = truss_scene(truss);
+  const double most = truss_limits(truss).first;
+  const Assembly assembly(scene.model, scene.model.fixed_dofs());
+  struct Try {
+    double load;
+    double first_increment;
+  };
+  // The second comes so near to the limit that the tangent there explains any way.
+  for (const auto& [load, first] : {Try{1.1 * most, 1.0}, Try{0.5, 0.1}, Try{4 * most, 1.0}}) {
+    SCOPED_TRACE(testing::Message() << load << " first " << first);
+    StaticSolver solver(assembly);
+    SolverSettings settings;
+    settings.first_increment = first;
+    settings.smallest_increment = 1e-4;
+    settings.keep_to_path = true;
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(scene.model.num_dofs());
+    const SolveReport report = solver.ramp(LoadCase::rest(scene.model), times(scene.load, load), u, settings);
+    EXPECT_FALSE(report.converged);
+    EXPECT_EQ(report.stopped, StopCause::limit_point);
+    EXPECT_NEAR(report.load_factor * load, most, 1e-3 * most);
+    EXPECT_LT(-u[scene.dof()], 0.43 * truss.rise);
+  }
+  StaticSolver jumps(assembly);
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(scene.model.num_dofs());
+  ASSERT_TRUE(
+      jumps.ramp(LoadCase::rest(scene.model), times(scene.load, 2 * most), u, SolverSettings()).converged);
+  EXPECT_GT(-u[scene.dof()], 2 * truss.rise) << "else this test shows nothing: there is another equilibrium";
+}
+
+// A clamped arch two and four times as high as thick: 0.6 percent is its shear, which the rod has not, and half
+// of that in the thinner one.
+TEST(LimitPoints, AShallowArchIsARod) {
+  for (const double thickness : {0.5, 0.25}) {
+    SCOPED_TRACE(thickness);
+    const double shear = 0.014 * thickness;
+    Arch arch;
+    arch.thickness = thickness;
+    const double rise = arch.radius * (1 - std::cos(arch.half_angle));
+    ArchRod rod(arch);
+    std::vector<double> force;  // at every thousandth of the rise
+    for (int i = 0; i <= 1300; ++i) force.push_back(rod.force(1e-3 * i * rise));
+    const double most = *std::max_element(force.begin(), force.begin() + 1000);
+    const double least = *std::min_element(force.begin() + 700, force.end());
+
+    PathScene scene = arch.scene(static_cast<int>(20 / thickness));
+    scene.load.force *= most;
+    ArcLengthSettings settings;
+    settings.first_increment = 0.1;
+    settings.largest_increment = 0.4;
+    settings.end_displacement = {scene.dof(), -1.29 * rise};
+    const PathRun run = follow_path(scene, settings);
+    ASSERT_TRUE(run.report.converged);
+    for (size_t i = 0; i < run.points.size(); ++i) {
+      const double place = -run.moved(i, scene.dof()) / rise * 1000;
+      const size_t at = static_cast<size_t>(std::clamp(place, 0.0, 1299.0));
+      const double part = place - static_cast<double>(at);
+      const double expected = (force[at] + part * (force[at + 1] - force[at])) / most;
+      EXPECT_NEAR(run.points[i].load_factor, expected, shear) << place;
+    }
+    const std::vector<double> limits = limit_load_factors(run.points);
+    ASSERT_EQ(limits.size(), 2U);
+    EXPECT_NEAR(limits[0], 1, shear);
+    EXPECT_NEAR(limits[1], least / most, shear);
+  }
+}
+
+// Its top under a pressure that follows it, whose tangent is not symmetric.
+TEST(LimitPoints, AnArchSnapsUnderPressure) {
+  const Arch arch;
+  PathScene scene = arch.scene();
+  scene.load.force.setZero();
+  for (size_t element = 0; element < scene.model.elements.size(); ++element) {
+    for (int face = 0; face < 4; ++face) {
+      const std::array<int, 6> nodes = outward_face(scene.model.elements[element], face);
+      const bool on_top = std::ranges::all_of(nodes, [&](int node) {
+        return scene.model.positions[static_cast<size_t>(node)].norm() >
+               arch.radius + 0.5 * arch.thickness - 1e-6;
+      });
+      if (on_top) scene.load.pressures[{static_cast<int>(element), face}] = 1e-4;
+    }
+  }
+  ASSERT_EQ(scene.load.pressures.size(), 40U);
+  ArcLengthSettings settings;
+  settings.first_increment = 0.1;
+  settings.end_displacement = {scene.dof(), -1.5};
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  double most = 0;
+  for (const PathPoint& point : run.points) most = std::max(most, point.load_factor);
+  EXPECT_GE(limit_load_factors(run.points).size(), 1U);
+  const double scale = most * 1e-4 * arch.length() * arch.width;
+  for (size_t i = 0; i < run.points.size(); ++i)
+    EXPECT_LE(imbalance(scene, times(scene.load, run.points[i].load_factor), run.states[i], scale), 1e-8);
+}
+
+// Thickness to length 1 : 100: what the elastica leaves out is of its square.
+TEST(LimitPoints, AThinStripBucklesAsTheElastica) {
+  constexpr double kEuler = std::numbers::pi * std::numbers::pi / 4;
+  const Strip strip;
+  const PathScene scene = strip.scene(2 * kEuler, 40);
+  ArcLengthSettings settings;
+  settings.first_increment = 0.05;
+  settings.end_load_factor = 1;
+  const PathRun run = follow_path(scene, settings);
+  ASSERT_TRUE(run.report.converged);
+  EXPECT_EQ(run.report.load_factor, 1);
+  std::vector<double> deflection;
+  std::vector<double> compliance;  // deflection over force
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    const double force = 2 * kEuler * run.points[i].load_factor;
+    SCOPED_TRACE(testing::Message() << "force over Euler's " << force / kEuler);
+    const test::ElasticaTip expected = test::elastica({-force, strip.aside * force}, 0, std::numbers::pi);
+    const Eigen::Vector3d tip = run.states[i].segment<3>(3 * scene.node) / strip.length;
+    EXPECT_NEAR(1 + tip.x(), expected.x, 0.001);
+    EXPECT_NEAR(tip.z(), expected.y, 0.001);
+    EXPECT_EQ(run.points[i].negative_pivots, 0);
+    if (force > 0.5 * kEuler && force < 0.92 * kEuler) {
+      deflection.push_back(tip.z());
+      compliance.push_back(tip.z() / force);
+    }
+  }
+  // Southwell 1932: w = w0 F / (F_E - F), so w / F = (w + w0) / F_E.
+  ASSERT_GE(deflection.size(), 5U);
+  const double slope = (compliance.back() - compliance.front()) / (deflection.back() - deflection.front());
+  EXPECT_NEAR(1 / slope, kEuler, 0.01 * kEuler);
+}
+
+}  // namespace
+}  // namespace palpate
