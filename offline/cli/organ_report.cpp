@@ -142,7 +142,7 @@ class Measurement {
       }
     }
     const std::vector<Level> levels =
-        described("levels", solve_levels(opened_, organ_, sites, effort_.pushes_at_level, seed_, jobs_));
+        described("levels", 1, solve_levels(opened_, organ_, sites, effort_.pushes_at_level, seed_, jobs_));
     std::vector<ComparedMethod> methods = carried_methods(opened_);
     methods.insert(methods.end(), others_->methods().begin(), others_->methods().end());
     std::vector<std::vector<size_t>> site_sets;
@@ -161,15 +161,19 @@ class Measurement {
   void compare_several() {
     const int contacts = std::min({3, organ_.scene.max_contacts, report_.sites});
     if (contacts < 2) return;
-    const std::vector<Level> levels =
-        described("several", solve_several(opened_, organ_, contacts, effort_.several, seed_, jobs_));
+    const std::vector<Level> levels = described(
+        "several", contacts, solve_several(opened_, organ_, contacts, effort_.several, seed_, jobs_));
+    if (levels.empty()) {
+      report_.notes.push_back(fmt::format(
+          "No {} sites have patches that share no node; one contact at a time is compared.", contacts));
+      return;
+    }
     std::vector<std::vector<size_t>> site_sets;
     for (const ContactTruth& truth : levels.back().truths.truths) {
       if (site_sets.size() == kTimedSetsOfSeveral) break;
       std::vector<size_t>& set = site_sets.emplace_back();
       for (const LinearContact& contact : truth.contacts) set.push_back(contact.site);
     }
-    if (site_sets.empty()) return;
     for (const ComparedMethod& method : carried_methods(opened_)) {
       if (method.kind == MethodKind::polynomial) continue;  // answers one contact alone
       compare(method, all_sites(), levels, site_sets, [] {});
@@ -270,7 +274,7 @@ class Measurement {
     return sites;
   }
 
-  std::vector<Level> described(const std::string& set, std::vector<LevelTruths> levels) {
+  std::vector<Level> described(const std::string& set, int contacts, std::vector<LevelTruths> levels) {
     int number = 0;
     int unsolved = 0;
     std::vector<Level> described;
@@ -283,7 +287,7 @@ class Measurement {
       report_.notes.push_back(fmt::format(
           "{} of {} pushes of {} contact{} reached no equilibrium in the full solve; they have no truth and "
           "are left out.",
-          unsolved, number, described.front().about.front().contacts, set == "several" ? "s" : ""));
+          unsolved, number, contacts, contacts > 1 ? "s" : ""));
     }
     return described;
   }

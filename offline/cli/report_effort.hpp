@@ -32,7 +32,7 @@ struct ReportEffort {
     effort.cold_frames = 20;
     effort.newton_frames = 3;
     effort.scene_sites = 4;
-    effort.scene_survey = 64;
+    effort.scene_survey = 128;
     return effort;
   }
 };

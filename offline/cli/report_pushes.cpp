@@ -82,6 +82,7 @@ std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& or
             {sites[c], sampled_domain(opened, organ.scene, organ.sites, sites[c]) * (part * along[c])});
       if (!set.empty()) sets.push_back(std::move(set));
     }
+    if (sets.empty()) continue;
     const int before = count * static_cast<int>(levels.size());
     levels.push_back({part, solve_contact_sets(organ.assembly, organ.sites, sets, jobs, organ.rest,
                                                [&](int done, int) { bar.show(before + done); })});

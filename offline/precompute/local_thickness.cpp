@@ -14,6 +14,7 @@ double local_thickness(const Model& model, const Surface& surface, const Contact
   const Eigen::Vector3d ray =
       direction.dot(site.inward) < 0 ? -direction.normalized() : Eigen::Vector3d(direction.normalized());
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  constexpr double kOnEdge = 1e-9;  // as part of it: a ray through an edge meets a triangle beside it
   double nearest = kNowhere;
   bool leaves = false;
   for (const std::array<int, 3>& triangle : surface.triangles) {
@@ -23,7 +24,9 @@ double local_thickness(const Model& model, const Surface& surface, const Contact
     edges << ray, corner(0) - corner(1), corner(0) - corner(2);
     if (edges.determinant() == 0) continue;
     const Eigen::Vector3d hit = edges.inverse() * (corner(0) - origin);
-    if (hit[0] <= 0 || hit[0] >= nearest || hit[1] < 0 || hit[2] < 0 || hit[1] + hit[2] > 1) continue;
+    if (hit[0] <= 0 || hit[0] >= nearest || hit[1] < -kOnEdge || hit[2] < -kOnEdge ||
+        hit[1] + hit[2] > 1 + kOnEdge)
+      continue;
     nearest = hit[0];
     leaves = edges.col(1).cross(edges.col(2)).dot(ray) > 0;  // along the outward normal
   }

@@ -71,8 +71,11 @@ struct Range {
   double high() const { return decade_above(to); }
 };
 
-std::string two_panels(const std::string& both, const std::string& left, const std::string& right) {
-  return plot_frame() + both + "set multiplot layout 1,2 margins 0.09,0.985,0.14,0.76 spacing 0.09,0.1\n" +
+// `top`: of the panels, as part of the picture; above it a legend has its place.
+std::string two_panels(const std::string& both, const std::string& left, const std::string& right,
+                       double top = 0.76) {
+  return plot_frame() + both +
+         fmt::format("set multiplot layout 1,2 margins 0.09,0.985,0.14,{:.2f} spacing 0.09,0.1\n", top) +
          left + right + "unset multiplot\n";
 }
 
@@ -205,14 +208,15 @@ std::string coverage_plot(const OrganReport& organ) {
   }
   const double low = range.low();
   const double high = range.high();
-  std::string both = blocks + percent_axis("x", low, high) + percent_axis("y", low, high) +
-                     "set xlabel 'error as the runtime estimates it, %'\nset ylabel 'error as it is, %'\n"
-                     "set key at graph 0.02, graph 0.98 left top vertical samplen 0.5\n";
+  std::string both =
+      blocks + percent_axis("x", low, high) + percent_axis("y", low, high) +
+      "set xlabel 'error as the runtime estimates it, %'\nset ylabel 'error as it is, %' offset 1.5,0\n"
+      "set key at graph 0.02, graph 0.98 left top vertical samplen 0.5\n";
   const std::string diagonal =
       fmt::format("plot {:g} <= x && x <= {:g} ? x : NaN with lines lw 1 lc rgb '#333333'", low, high);
   return two_panels(
       both, title_of("displacement: covered below the line") + diagonal + panels[0] + "\n",
-      "unset ylabel\n" + title_of("force: covered below the line") + diagonal + panels[1] + "\n");
+      "unset ylabel\n" + title_of("force: covered below the line") + diagonal + panels[1] + "\n", 0.9);
 }
 
 std::string strain_plot(const OrganReport& organ) {

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include "offline/report/plot_style.hpp"
 
@@ -56,17 +58,20 @@ std::string copy_line(const OrganReport& organ) {
       copy.copy.median, copy.kilobytes);
 }
 
-std::string panel(const OrganReport& organ, const std::vector<Point>& points, double part, double lowest) {
+std::string panel(const OrganReport& organ, const std::vector<Point>& points, double part, double lowest,
+                  double first_to_left) {
   std::string script;
   std::map<std::pair<MethodKind, bool>, std::vector<std::string>> markers;
-  std::vector<std::string> labels;
+  std::vector<std::string> labels;   // to the right of their points,
+  std::vector<std::string> to_left;  // or to the left, where the panel ends
   std::vector<std::array<double, 2>> places;
   for (const Point& point : points) {
     places.push_back({point.time, drawn(point.error, lowest)});
     const std::string place = fmt::format("{:g} {:g}", point.time, places.back()[1]);
     markers[{point.row->kind, point.row->carried}].push_back(place);
     if (point.row->carried || is_reference(point.row->kind))
-      labels.push_back(place + " \"" + short_name(*point.row) + "\"");
+      (point.time > first_to_left ? to_left : labels)
+          .push_back(place + " \"" + short_name(*point.row) + "\"");
   }
   std::vector<std::string> front;
   const std::vector<size_t> best = pareto_front(places);
@@ -74,7 +79,7 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
     if (i > 0) front.push_back(fmt::format("{:g} {:g}", places[best[i]][0], places[best[i - 1]][1]));
     front.push_back(fmt::format("{:g} {:g}", places[best[i]][0], places[best[i]][1]));
   }
-  script += data_block("Front", front) + data_block("Labels", labels);
+  script += data_block("Front", front) + data_block("Labels", labels) + data_block("ToLeft", to_left);
   std::string plots = "$Front using 1:2 with lines lw 5 lc rgb '#d0d0d0'";
   int number = 0;
   for (const auto& [kind, lines] : markers) {
@@ -85,7 +90,11 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
         fmt::format(", ${} using 1:2 with points pt {} ps {} lw 1.4 lc rgb '{}'", name,
                     kind.second ? style.marker : style.hollow_marker, kind.second ? 1.1 : 0.75, style.colour);
   }
-  plots += ", $Labels using 1:2:3 with labels left offset 0.8,0.5 font ',11' tc rgb '#222222'";
+  for (const auto& [name, lines, where] : {std::tuple("Labels", &labels, "left offset 0.8,0.5"),
+                                           std::tuple("ToLeft", &to_left, "right offset -0.9,-0.3")}) {
+    if (!lines->empty())
+      plots += fmt::format(", ${} using 1:2:3 with labels {} font ',11' tc rgb '#222222'", name, where);
+  }
   script += fmt::format("set title {} offset 0,-0.6\n", quoted("|d| = " + push_size(organ, part)));
   script += copy_line(organ);
   script += fmt::format(
@@ -151,8 +160,9 @@ std::string speed_error_plot(const OrganReport& organ, SpeedError what, int cont
   const double lowest = decade_below(least_error) / 3;
   std::string script = plot_frame();
   script += percent_axis("y", lowest, decade_above(most_error));
-  script += fmt::format("set logscale x\nset xrange [{:g}:{:g}]\nset xtics format '%g' 10\n",
-                        decade_below(0.9 * least_time), decade_above(2 * most_time));
+  const double from = decade_below(0.9 * least_time);
+  const double to = decade_above(2 * most_time);
+  script += fmt::format("set logscale x\nset xrange [{:g}:{:g}]\nset xtics format '%g' 10\n", from, to);
   script += "set multiplot\n";
   size_t i = 0;
   for (const auto& [part, of_part] : points) {
@@ -166,7 +176,7 @@ std::string speed_error_plot(const OrganReport& organ, SpeedError what, int cont
         i % 2 != 0
             ? "''"
             : quoted(what == SpeedError::field ? "displacement error, p95, %" : "force error, p95, %"));
-    script += panel(organ, of_part, part, lowest);
+    script += panel(organ, of_part, part, lowest, std::pow(from, 0.28) * std::pow(to, 0.72));
     ++i;
   }
   return script + legend(points) + "unset multiplot\n";
@@ -215,7 +225,7 @@ std::string frame_plot(const OrganReport& organ) {
       "samplen 2\nset tmargin 3.5\nset lmargin 24\n"
       "set arrow from 1000, graph 0 to 1000, graph 1 nohead lc rgb '#d55e00' dt 2\n"
       "set label '1 kHz' at 1000, graph 1 right offset -0.4,-0.6 font ',11' tc rgb '#d55e00'\n",
-      decade_below(least), decade_above(most), -static_cast<double>(lines.size()) + 0.2, names);
+      decade_below(0.9 * least), decade_above(most), -static_cast<double>(lines.size()) + 0.2, names);
   const std::string rgb = "(rgb(strcol(5)))";
   script += "rgb(s) = int('0x'.s[2:7])\n";
   script += fmt::format(
