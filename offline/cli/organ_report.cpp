@@ -24,7 +24,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kTimedSets = 4;  // of sites
-constexpr size_t kTimedSetsOfSeveral = 2;
+constexpr size_t kTimedSetsOfSeveral = 1;
 
 // Of those that have a truth.
 ErrorSummary summary_of(const std::vector<MeasuredPush>& pushes, const std::vector<ContactTruth>& truths,

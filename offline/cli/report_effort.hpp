@@ -29,7 +29,7 @@ struct ReportEffort {
     effort.every_setting = false;
     effort.seconds = 0.1;
     effort.most_frames = 10000;
-    effort.cold_frames = 20;
+    effort.cold_frames = 8;
     effort.newton_frames = 3;
     effort.scene_sites = 4;
     effort.scene_survey = 128;

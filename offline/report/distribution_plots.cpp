@@ -174,7 +174,8 @@ std::string error_over_push_plot(const OrganReport& organ) {
   }
   const std::string both =
       blocks + "set bars 0\n" + percent_axis("y", range.low(), range.high()) +
-      fmt::format("set xrange [0:{:g}]\nset xlabel '|d| / h'\nset ylabel 'error, %'\n", reach) + kKeyAbove;
+      fmt::format("set xrange [0:{:g}]\nset xlabel '|d| / h'\nset ylabel 'error, %' offset 1.5,0\n", reach) +
+      kKeyAbove;
   return two_panels(both, title_of("displacement, of |d|") + panels[0] + "\n",
                     "unset ylabel\nunset key\n" + title_of("force, of itself") + panels[1] + "\n");
 }
@@ -264,7 +265,8 @@ std::string strain_plot(const OrganReport& organ) {
   if (models.empty()) return "";
   const std::string both =
       blocks + percent_axis("y", range.low(), range.high()) +
-      fmt::format("set xrange [-0.4:{}.4]\nset xtics ({})\nset ylabel 'error, p95, %'\n", kBins - 1, names) +
+      fmt::format("set xrange [-0.4:{}.4]\nset xtics ({})\nset ylabel 'error, p95, %' offset 1.5,0\n",
+                  kBins - 1, names) +
       kKeyAbove;
   return two_panels(
       both, title_of("displacement, by strain |d| / thickness") + panels[0] + "\n",
