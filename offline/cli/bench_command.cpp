@@ -3,9 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "offline/cli/commands.hpp"
@@ -20,25 +18,6 @@ struct BenchArguments {
   int frames = 100000;
   bool json = false;
 };
-
-// A copy of as many bytes as a field reads: the bound that memory sets.
-Timing time_copy(const std::string& model, std::uint64_t bytes, int frames) {
-  std::vector<unsigned char> from(bytes, 1);
-  std::vector<unsigned char> to(bytes);
-  return time_frames(model, fmt::format("memcpy of its {:.0f} KB", static_cast<double>(bytes) / 1024), frames,
-                     [&](int) {
-                       std::memcpy(to.data(), from.data(), bytes);
-                       asm volatile("" : : "r"(to.data()) : "memory");
-                     });
-}
-
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown processor";
-}
 
 int run_bench(const BenchArguments& arguments) {
   const OpenedPack opened(arguments.pack);

@@ -4,26 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <numeric>
 #include <random>
+
+#include "offline/cli/timed_session.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr int kContacts = 4096;
 
-// As time_frames, with nothing of the pack or the session in a cache: each frame after a walk through more memory than
-// caches hold.
+// As time_frames, with nothing of the pack or the session in a cache.
 template <typename Frame>
 Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   constexpr int kFrames = 200;
-  constexpr size_t kMoreThanCaches = size_t{96} << 20;
-  constexpr size_t kLine = 64;
-  std::vector<unsigned char> other(kMoreThanCaches);
-  return time_frames(std::move(model), std::move(stage), kFrames, frame, [&] {
-    for (size_t i = 0; i < other.size(); i += kLine) ++other[i];
-    asm volatile("" : : "r"(other.data()) : "memory");
-  });
+  CacheEvictor caches;
+  return time_frames(std::move(model), std::move(stage), kFrames, frame, [&] { caches.evict(); });
 }
 
 class RandomBall {
@@ -54,15 +52,9 @@ std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site
   return contacts;
 }
 
-// A contact that goes around near half of the scene's reach, at some 0.1 m/s at 1 kHz on an organ of centimetres.
-pal_contact on_path(const OpenedPack& opened, std::uint32_t site, int frame) {
-  const double reach = 0.5 * opened.info().max_displacement;
-  const double t = 0.01 * frame;
-  pal_contact contact = {site, {}, 0, {}, {}, {}};
-  contact.displacement[0] = reach * std::cos(t) * std::cos(0.37 * t);
-  contact.displacement[1] = reach * std::cos(t) * std::sin(0.37 * t);
-  contact.displacement[2] = reach * std::sin(t);
-  return contact;
+// Half of the scene's reach: at 1 kHz some 0.1 m/s on an organ of centimetres.
+pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame) {
+  return on_path(site, 0.5 * opened.info().max_displacement, frame);
 }
 
 // As many contacts as the scene may have, each on that path, at sites far from one another in the scene's list.
@@ -71,7 +63,7 @@ std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
   const std::uint32_t count = std::min(info.max_contacts, info.num_sites);
   std::vector<pal_contact> contacts;
   for (std::uint32_t c = 0; c < count; ++c)
-    contacts.push_back(on_path(opened, c * (info.num_sites / count), frame));
+    contacts.push_back(half_way_out(opened, c * (info.num_sites / count), frame));
   return contacts;
 }
 
@@ -102,50 +94,40 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
   return contacts;
 }
 
-// A session in memory of its own.
-class TimedSession {
- public:
-  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-               std::uint32_t zone_rings = 0)
-      : arena_(required_bytes(opened, config_of(opened, model, max_contacts, zone_rings))),
-        results_(max_contacts) {
-    require_ok(
-        session_.init(opened.pack(), config_of(opened, model, max_contacts, zone_rings), arena_.bytes()),
-        "session");
-  }
-  void haptic(std::span<const pal_contact> contacts) {
-    require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
-  }
-  // Tool 0 holds a site; a haptic frame of its pose, with the same answer as the contact frame.
-  void hold(std::uint32_t site) { require_ok(session_.hold(0, pal_default_hold(site)), "hold"); }
-  void tool(const pal_pose& pose) {
-    pal_tool_result result = {};
-    require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
-  }
-  void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
-
- private:
-  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                                      std::uint32_t zone_rings) {
-    pal_session_config config = pal_default_session_config(opened.pack().get());
-    config.zone_rings = zone_rings;
-    config.model = model;
-    config.max_contacts = max_contacts;
-    config.max_tools = 1;
-    return config;
-  }
-  static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {
-    size_t bytes = 0;
-    require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
-    return bytes;
-  }
-
-  AlignedBytes arena_;
-  std::vector<pal_contact_result> results_;
-  Session session_;
-};
-
 }  // namespace
+
+void CacheEvictor::evict() {
+  constexpr size_t kLine = 64;
+  for (size_t i = 0; i < other_.size(); i += kLine) ++other_[i];
+  asm volatile("" : : "r"(other_.data()) : "memory");
+}
+
+pal_contact on_path(std::uint32_t site, double reach, int frame) {
+  const double t = 0.01 * frame;
+  pal_contact contact = {site, {}, 0, {}, {}, {}};
+  contact.displacement[0] = reach * std::cos(t) * std::cos(0.37 * t);
+  contact.displacement[1] = reach * std::cos(t) * std::sin(0.37 * t);
+  contact.displacement[2] = reach * std::sin(t);
+  return contact;
+}
+
+Timing time_copy(const std::string& model, std::uint64_t bytes, int frames) {
+  std::vector<unsigned char> from(bytes, 1);
+  std::vector<unsigned char> to(bytes);
+  return time_frames(model, fmt::format("memcpy of its {:.0f} KB", static_cast<double>(bytes) / 1024), frames,
+                     [&](int) {
+                       std::memcpy(to.data(), from.data(), bytes);
+                       asm volatile("" : : "r"(to.data()) : "memory");
+                     });
+}
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown processor";
+}
 
 bool has_places(const OpenedPack& opened) {
   return opened.tables().surface_bvh() != nullptr;
@@ -197,7 +179,7 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
     timings.push_back(time_frames(model,
                                   fmt::format("force + stiffness, {} ring{}", rings, rings > 1 ? "s" : ""),
                                   frames, [&](int frame) {
-                                    const pal_contact contact = on_path(opened, 0, frame);
+                                    const pal_contact contact = half_way_out(opened, 0, frame);
                                     session.haptic({&contact, 1});
                                   }));
     timings.push_back(time_frames(model,

@@ -40,6 +40,24 @@ Timing time_frames(
   return timing;
 }
 
+// Empties the caches, by a walk through more memory than they hold. Cost: some 10 ms.
+class CacheEvictor {
+ public:
+  void evict();
+
+ private:
+  std::vector<unsigned char> other_ = std::vector<unsigned char>(size_t{96} << 20);
+};
+
+// A contact that goes around at `reach` from rest, a hundredth of it each frame; the runtime's units.
+pal_contact on_path(std::uint32_t site, double reach, int frame);
+
+// A copy of as many bytes as a field reads: the bound that memory sets.
+Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
+
+// As the system calls it.
+std::string processor_name();
+
 // Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 

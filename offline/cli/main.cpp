@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
   palpate::add_picture_command(app, exit_code);
   palpate::add_bench_command(app, exit_code);
   palpate::add_replay_command(app, exit_code);
+  palpate::add_report_command(app, exit_code);
   if (argc < 2) {
     std::fprintf(stderr, "%s\npalpate: name a command\n", app.help().c_str());
     return 1;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "offline/cli/opened_pack.hpp"
+#include "offline/cli/measured_push.hpp"
 #include "offline/precompute/error_survey.hpp"
 
 namespace palpate {
@@ -16,6 +16,10 @@ struct RuntimeSurvey {
   int displacement_covered = 0;
   int force_covered = 0;
 };
+
+// Of what was measured push by push.
+RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vector<MeasuredPush>& pushes,
+                        double max_displacement);
 
 // Of a model that the pack carries; sites of `samples` are the pack's, lengths and forces in the model's units.
 // Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual

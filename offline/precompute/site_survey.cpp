@@ -6,19 +6,15 @@
 #include <Eigen/SVD>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <stdexcept>
-#include <system_error>
-#include <thread>
 #include <utility>
 
 #include "offline/precompute/paper_quadratic.hpp"
+#include "offline/precompute/solver_threads.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
 
@@ -34,52 +30,6 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   sample.solved = sampler.solve_from_rest(push.displacement, push.increments, sample.truth);
   sample.truth.displacement = push.displacement;
   return sample;
-}
-
-// Calls work(solver, i) for i < count on `jobs` threads, each with a solver of its own, or for those alone that `next`
-// hands out; `progress` gets calls done and their number. Throws what the first of them by number threw. A call is made by one thread from
-// start to end, so that the schedule cannot change a digit.
-void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
-                         const std::function<void(StaticSolver&, size_t)>& work,
-                         const std::function<void(int, int)>& progress,
-                         const std::function<size_t()>& next = {}) {
-  std::atomic<size_t> own_next = 0;
-  std::atomic<bool> has_failed = false;
-  const auto take = [&] { return has_failed ? count : next ? next() : own_next++; };
-  std::mutex report;
-  int done = 0;
-  std::exception_ptr failure;
-  size_t failed = count;
-  const auto run = [&] {
-    std::optional<StaticSolver> solver;
-    for (size_t i = take(); i < count; i = take()) {
-      try {
-        if (!solver) solver.emplace(assembly);
-        work(*solver, i);
-        const std::lock_guard lock(report);
-        ++done;
-        if (progress) progress(done, static_cast<int>(count));
-      } catch (...) {
-        const std::lock_guard lock(report);
-        if (i < failed) {
-          failed = i;
-          failure = std::current_exception();
-        }
-        has_failed = true;
-        return;
-      }
-    }
-  };
-  {
-    std::vector<std::jthread> threads;
-    try {
-      for (int i = 1; i < std::min(jobs, static_cast<int>(count)); ++i) threads.emplace_back(run);
-    } catch (const std::system_error&) {
-      // The machine gives no more threads: those there are do all the work.
-    }
-    run();
-  }
-  if (failure) std::rethrow_exception(failure);
 }
 
 // The degree that does best on samples which a fit was not given, and how well. Errors fall with the degree until
@@ -211,6 +161,10 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
                                    : fit_as_paper(domain, scene, site.inward, samples);
     constexpr double kBasisPart = 0.2;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
+    for (const auto& [degree, tolerance, rounded] : plan.other_settings) {
+      result.others.push_back(
+          reduce_basis(fit_polynomial(samples, degree), samples.half, tolerance, rounded));
+    }
   }
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were, but for the quarters that
   // few pushes a site leave to the next sites.

@@ -9,6 +9,13 @@
 
 namespace palpate {
 
+// Of reduce_basis, and the degree of what it is given.
+struct PolynomialSetting {
+  int degree = 2;
+  double basis_tolerance = 1e-3;
+  bool rounded = false;
+};
+
 struct SamplingPlan {
   double target = 0.01;       // of displacement and force: samples are added to a site until its fit keeps it
   size_t least_samples = 10;  // nonlinear solves with their derivatives
@@ -17,10 +24,13 @@ struct SamplingPlan {
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
   int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
   int jobs = 1;            // threads; the result does not depend on it
+  // Further fits to each site's samples. Of degree 7 they take 14 samples or more.
+  std::vector<PolynomialSetting> other_settings;
 };
 
 struct SiteResult {
   SitePolynomial polynomial;                 // of degree 0 when none was asked for
+  std::vector<SitePolynomial> others;        // of SamplingPlan::other_settings
   size_t samples = 0;                        // nonlinear solves that it was fitted to
   double held_out_error = 0;                 // of the fit, displacement; 0 for the paper's, which has none
   double held_out_force_error = 0;           // the same of the force

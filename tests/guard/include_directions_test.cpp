@@ -31,6 +31,7 @@ const std::map<std::string, std::vector<std::string>> kMayInclude = {
      {"offline/pack/", "offline/precompute/", "offline/fem/", "offline/material/", "offline/mesh/",
       "schemas/"}},
     {"offline/output", {"offline/output/"}},
+    {"offline/report", {"offline/report/", "offline/output/"}},
     {"offline/cli", {"offline/", "schemas/", "palpate/"}},
     {"examples", {"palpate/"}},
 };
@@ -126,6 +127,7 @@ TEST(IncludeDirections, EveryWrongDirectionIsSeen) {
   EXPECT_TRUE(seen("offline/pack/pack_writer.hpp", "\"offline/cli/commands.hpp\""));
   EXPECT_TRUE(seen("offline/pack/pack_writer.hpp", "\"offline/output/renderer.hpp\""));
   EXPECT_TRUE(seen("offline/output/renderer.hpp", "\"offline/mesh/model.hpp\""));
+  EXPECT_TRUE(seen("offline/report/html_page.cpp", "\"offline/cli/opened_pack.hpp\""));
   EXPECT_TRUE(seen("offline/fem/assembly.hpp", "\"../mesh/model.hpp\""));
   EXPECT_TRUE(seen("runtime/src/frame.cpp", "\"tests/support/temp_dir.hpp\""));
   EXPECT_TRUE(seen("examples/01.cpp", "\"runtime/src/arena.hpp\""));

@@ -2,11 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
-#include <functional>
 
-#include "schemas/pack_checksum.hpp"
-#include "schemas/pack_generated.h"
+#include "tests/support/forged_pack.hpp"
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
@@ -14,18 +11,6 @@ namespace {
 
 ProgramRun validate(const std::filesystem::path& pack, const std::string& samples, const std::string& seed) {
   return run_program({"validate", pack.string(), "--samples", samples, "--seed", seed, "--json"});
-}
-
-// The pack with its tables changed and its checksum right.
-void forge(const std::filesystem::path& pack, const std::function<void(pack::Pack&)>& change) {
-  std::string bytes = file_text(pack);
-  auto* data = reinterpret_cast<unsigned char*>(bytes.data());
-  change(*flatbuffers::GetMutableRoot<pack::Pack>(data + sizeof(pack::PackHeader)));
-  pack::PackHeader header;
-  std::memcpy(&header, data, sizeof header);
-  header.checksum = pack::checksum_of(data, bytes.size());
-  std::memcpy(data, &header, sizeof header);
-  std::ofstream(pack, std::ios::binary) << bytes;
 }
 
 TEST(Validate, APackKeepsWhatItSays) {

@@ -1,0 +1,80 @@
+#include "offline/cli/compared_methods.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+std::string zone_name(std::uint32_t rings) {
+  return fmt::format("nonlinear_zone, {} ring{}", rings, rings == 1 ? "" : "s");
+}
+
+// Degrees with all of their rank and with as much as the scene's target asks for, and what rank and precision alone do.
+std::vector<PolynomialSetting> polynomial_settings(const Scene& scene, bool every) {
+  constexpr int kUsualDegree = 5;
+  constexpr double kAllOfIt = 1e-6;
+  const double usual = 0.2 * scene.accuracy_target;
+  if (!every) return {{2, usual, true}, {3, usual, true}, {kUsualDegree, usual, true}, {7, kAllOfIt, false}};
+  std::vector<PolynomialSetting> settings;
+  for (int degree = 2; degree <= 7; ++degree) {
+    settings.push_back({degree, usual, true});
+    settings.push_back({degree, kAllOfIt, false});
+  }
+  for (const double tolerance : {3e-2, 1e-2, 5e-4, 1e-4}) settings.push_back({kUsualDegree, tolerance, true});
+  settings.push_back({kUsualDegree, usual, false});
+  return settings;
+}
+
+}  // namespace
+
+std::vector<ComparedMethod> carried_methods(const OpenedPack& opened) {
+  std::vector<ComparedMethod> methods;
+  const pal_pack_info info = opened.info();
+  if (info.has_linear != 0)
+    methods.push_back({MethodKind::linear, "linear_dd", true, &opened, PAL_MODEL_LINEAR});
+  if (info.has_polynomial != 0) {
+    methods.push_back({MethodKind::polynomial, "polynomial_dd, " + polynomial_setting(opened), true, &opened,
+                       PAL_MODEL_POLYNOMIAL});
+  }
+  for (std::uint32_t rings = 1; rings <= info.zone_rings; ++rings)
+    methods.push_back({MethodKind::zone, zone_name(rings), true, &opened, PAL_MODEL_ZONE, rings});
+  return methods;
+}
+
+OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& study, const ReportEffort& effort,
+                             int jobs, const SampleStore* store, std::vector<std::string>& notes) {
+  try {
+    packs_ =
+        make_polynomial_packs(study, jobs, polynomial_settings(study.scene, effort.every_setting), store);
+  } catch (const std::runtime_error& error) {
+    notes.push_back(std::string("Other polynomials are not compared. ") + error.what());
+  }
+  for (const auto& pack : packs_) {
+    methods_.push_back({MethodKind::polynomial, "polynomial_dd, " + pack->setting, false, &pack->opened,
+                        PAL_MODEL_POLYNOMIAL});
+  }
+  const auto carried = opened.info().zone_rings;
+  if (static_cast<int>(carried) >= effort.most_zone_rings) return;
+  auto zone = make_zone_pack(study, jobs, effort.most_zone_rings);
+  for (std::uint32_t rings = carried + 1; rings <= zone->opened.info().zone_rings; ++rings) {
+    methods_.push_back({MethodKind::zone, zone_name(rings), false, &zone->opened, PAL_MODEL_ZONE, rings});
+  }
+  packs_.push_back(std::move(zone));
+}
+
+std::vector<size_t> compared_sites(const Organ& organ, int most) {
+  return spread_sites(organ.model, organ.sites, static_cast<size_t>(most));
+}
+
+LoadedScene with_sites(const Organ& organ, const std::vector<size_t>& sites) {
+  LoadedScene loaded{organ.scene, organ.model};
+  loaded.scene.sites.clear();
+  for (const size_t site : sites) loaded.scene.sites.push_back(organ.sites.sites[site].node);
+  std::sort(loaded.scene.sites.begin(), loaded.scene.sites.end());
+  return loaded;
+}
+
+}  // namespace palpate

@@ -1,0 +1,71 @@
+#include "offline/cli/kept_promise.hpp"
+
+#include <algorithm>
+
+#include "offline/cli/survey_table.hpp"
+
+namespace palpate {
+namespace {
+
+// A new p95 may be so many times the pack's; errors below the rounding of fields in float32 are alike.
+constexpr double kMostRatio = 1.5;
+constexpr double kRounding = 1e-5;
+// 95 % of errors are as said, or of so few pushes not so many less that chance does it once in a hundred times.
+constexpr double kLeastChance = 0.01;
+
+double ratio(const ErrorFigures& found, const ErrorFigures& claim) {
+  return std::max(found.p95, kRounding) / std::max(claim.p95, kRounding);
+}
+
+// Whether 95 % of all errors may lie within kMostRatio times the claim: of few pushes the p95 itself is mostly chance.
+bool keeps(const std::vector<SampleErrors>& errors, double SampleErrors::*error, const ErrorFigures& claim) {
+  const double most = kMostRatio * std::max(claim.p95, kRounding);
+  const auto within = std::count_if(errors.begin(), errors.end(),
+                                    [&](const SampleErrors& one) { return one.*error <= most; });
+  return chance_of_covering(static_cast<int>(within), static_cast<int>(errors.size())) >= kLeastChance;
+}
+
+double part(int covered, int solved) {
+  return solved > 0 ? 1.0 * covered / solved : 0;
+}
+
+}  // namespace
+
+double KeptPromise::displacement_ratio() const {
+  return ratio(measured.table.overall.displacement, claimed.displacement);
+}
+
+double KeptPromise::force_ratio() const {
+  return ratio(measured.table.overall.force, claimed.force);
+}
+
+double KeptPromise::displacement_coverage() const {
+  return part(measured.displacement_covered, measured.solved);
+}
+
+double KeptPromise::force_coverage() const {
+  return part(measured.force_covered, measured.solved);
+}
+
+bool KeptPromise::agrees() const {
+  return keeps(measured.errors, &SampleErrors::displacement, claimed.displacement) &&
+         keeps(measured.errors, &SampleErrors::force, claimed.force) &&
+         chance_of_covering(measured.displacement_covered, measured.solved) >= kLeastChance &&
+         chance_of_covering(measured.force_covered, measured.solved) >= kLeastChance;
+}
+
+std::vector<KeptPromise> judge_pack(const OpenedPack& opened, const std::vector<SurveySample>& samples,
+                                    double max_displacement) {
+  std::vector<KeptPromise> models;
+  for (const ModelErrors& claimed : surveys_of(opened.tables())) {
+    models.push_back({claimed.model, claimed.table.overall,
+                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement)});
+  }
+  return models;
+}
+
+bool all_agree(const std::vector<KeptPromise>& models) {
+  return std::all_of(models.begin(), models.end(), [](const KeptPromise& one) { return one.agrees(); });
+}
+
+}  // namespace palpate

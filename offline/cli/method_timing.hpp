@@ -1,0 +1,52 @@
+// Microseconds of a method's frames: contacts on a path, and the field of all shown nodes.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "offline/cli/frame_timing.hpp"
+#include "offline/cli/timed_session.hpp"
+#include "offline/report/report_data.hpp"
+
+namespace palpate {
+
+// Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|.
+class MethodTimer {
+ public:
+  // `site_sets`: of equally many sites each; frames are shared among them.
+  MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
+              std::vector<std::vector<std::uint32_t>> site_sets, double part);
+
+  // One more round, of so many seconds or frames, whichever is less.
+  void time_warm(double seconds, int most_frames);
+  // With caches empty before each frame.
+  void time_cold(int frames, CacheEvictor& caches);
+  // Into the row; cold times where there are any.
+  void summarise(MethodRow& row) const;
+
+ private:
+  struct Stage {
+    std::vector<double> warm;  // nanoseconds
+    std::vector<double> cold;
+    std::vector<double> medians;  // of rounds
+  };
+  void advance(size_t set, std::vector<pal_contact>& contacts);
+
+  std::vector<std::vector<std::uint32_t>> site_sets_;
+  double reach_;
+  std::vector<int> frames_;                              // of each set, so far
+  std::vector<std::unique_ptr<TimedSession>> sessions_;  // one for each set
+  std::vector<pal_real> field_;
+  Stage haptic_;
+  Stage visual_;
+};
+
+// Of frames that are no runtime's: so many calls, each timed alone.
+TimeSummary time_calls(int calls, const std::function<void(int)>& call);
+
+// `medians`: of the rounds, nanoseconds too; empty: it was one.
+TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double>& medians);
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// The stages of a build between the solves and the bytes, each with its progress bar: `build` and `report` make packs
+// of them.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "offline/pack/pack_writer.hpp"
+
+namespace palpate {
+
+// linear_dd as it is to be packed: one of them, or neither.
+struct Compliance {
+  LinearDd dense;
+  std::optional<CompressedCompliance> compressed;
+};
+
+Compliance compute_compliance(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                              const RestState& rest, int jobs);
+
+// Compliance and exterior of planned zones.
+void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                  const RestState& rest, int jobs, ZoneTables& zone);
+
+// The bytes of a pack that is complete but for its surveys and what its compressed compliance is worth: both are
+// measured here, by the real runtime, and put into `content` and `compliance`.
+AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
+                                 const std::vector<SiteResult>& results, Compliance& compliance,
+                                 PackContent& content);
+
+// As `palpate build` makes it, but that models come from the scene alone. `store`: what it has is not solved again;
+// null: nothing is kept.
+AlignedBytes make_pack(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                       const RestState& rest, const SamplingPlan& plan, const SampleStore* store,
+                       std::vector<InputFile> inputs);
+
+}  // namespace palpate

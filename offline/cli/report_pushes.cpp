@@ -1,0 +1,93 @@
+#include "offline/cli/report_pushes.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "offline/cli/held_out_pushes.hpp"
+#include "offline/cli/measured_push.hpp"
+#include "offline/cli/progress_bar.hpp"
+
+namespace palpate {
+namespace {
+
+// Other ones than those of any survey, or of `draw_pushes`.
+std::vector<Eigen::Vector3d> directions_of(int count, const Scene& scene, std::mt19937_64& random) {
+  std::vector<Eigen::Vector3d> points =
+      choose_survey_points(count, scene.directions == Directions::inward, random() | std::uint64_t{1} << 63);
+  for (Eigen::Vector3d& point : points) point.normalize();
+  return points;
+}
+
+std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt19937_64& random) {
+  std::vector<size_t> order(sites.sites.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::shuffle(order.begin(), order.end(), random);
+  std::vector<size_t> chosen;
+  std::set<int> held;
+  for (const size_t site : order) {
+    const std::vector<int>& patch = sites.sites[site].patch;
+    if (std::any_of(patch.begin(), patch.end(), [&](int node) { return held.contains(node); })) continue;
+    held.insert(patch.begin(), patch.end());
+    chosen.push_back(site);
+    if (static_cast<int>(chosen.size()) == contacts) return chosen;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
+                                      const std::vector<size_t>& sites, int count, std::int64_t seed,
+                                      int jobs) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 1);
+  std::vector<Push> pushes;
+  for (const double part : kReportParts) {
+    const std::vector<Eigen::Vector3d> along = directions_of(count, organ.scene, random);
+    for (size_t i = 0; i < along.size(); ++i) {
+      const size_t site = sites[i % sites.size()];
+      pushes.push_back({site, sampled_domain(opened, organ.scene, organ.sites, site) * (part * along[i]),
+                        survey_increments(part)});
+    }
+  }
+  ProgressBar bar("solving pushes at each |d|", static_cast<int>(sites.size()));
+  std::vector<ContactTruth> truths = truths_of(solve_pushes(
+      organ.assembly, organ.sites, pushes, jobs, [&](int done, int) { bar.show(done); }, organ.rest));
+  std::vector<LevelTruths> levels;
+  auto next = truths.begin();
+  for (const double part : kReportParts) {
+    levels.push_back({part, {}});
+    std::move(next, next + count, std::back_inserter(levels.back().truths));
+    next += count;
+  }
+  return levels;
+}
+
+std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ, int contacts, int count,
+                                       std::int64_t seed, int jobs) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 2);
+  std::vector<LevelTruths> levels;
+  ProgressBar bar("solving several contacts", count * static_cast<int>(kReportParts.size()));
+  for (const double part : kReportParts) {
+    std::vector<std::vector<LinearContact>> sets;
+    for (int i = 0; i < count; ++i) {
+      const std::vector<size_t> sites = sites_apart(organ.sites, contacts, random);
+      const std::vector<Eigen::Vector3d> along = directions_of(contacts, organ.scene, random);
+      std::vector<LinearContact> set;
+      for (size_t c = 0; c < sites.size(); ++c)
+        set.push_back(
+            {sites[c], sampled_domain(opened, organ.scene, organ.sites, sites[c]) * (part * along[c])});
+      if (!set.empty()) sets.push_back(std::move(set));
+    }
+    if (sets.empty()) continue;
+    const int before = count * static_cast<int>(levels.size());
+    levels.push_back({part, solve_contact_sets(organ.assembly, organ.sites, sets, jobs, organ.rest,
+                                               [&](int done, int) { bar.show(before + done); })});
+  }
+  return levels;
+}
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// The pushes of a report and their truths.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "offline/cli/carried_scene.hpp"
+#include "offline/cli/opened_pack.hpp"
+#include "offline/cli/report_effort.hpp"
+#include "offline/precompute/contact_truth.hpp"
+
+namespace palpate {
+
+// Truths of pushes of the same |d|, but where the pack's domain is shortened.
+struct LevelTruths {
+  double part = 1;  // of the pack's largest |d|
+  std::vector<ContactTruth> truths;
+};
+
+// One contact, at one of `sites` after the other, `count` of them for each of kReportParts.
+std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
+                                      const std::vector<size_t>& sites, int count, std::int64_t seed,
+                                      int jobs);
+
+// `contacts` of them at a time, at random sites whose patches share no node, all with the same |d|; fewer sets, or none,
+// where such sites are hard to find.
+std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ, int contacts, int count,
+                                       std::int64_t seed, int jobs);
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// Packs of other settings than the scene's, at few of its sites: what they would give is compared with what it has.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "offline/cli/carried_scene.hpp"
+#include "offline/cli/opened_pack.hpp"
+#include "offline/precompute/site_survey.hpp"
+
+namespace palpate {
+
+// A pack that stays open.
+struct StudyPack {
+  std::string setting;  // what is other about it: "degree 5, rank 20, int16"
+  AlignedBytes bytes;
+  OpenedPack opened;
+
+  StudyPack(std::string what, AlignedBytes made)
+      : setting(std::move(what)), bytes(std::move(made)), opened(bytes) {}
+};
+
+// "degree 5, rank 20, int16": the largest of any site. The pack carries polynomial_dd.
+std::string polynomial_setting(const OpenedPack& opened);
+
+// polynomial_dd at all sites of the organ, a pack for each setting, all of the same samples: as many as degree 7
+// needs, or more. `store`: of the organ's samples, as make_pack has it.
+std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ, int jobs,
+                                                              std::vector<PolynomialSetting> settings,
+                                                              const SampleStore* store);
+
+// nonlinear_zone of one contact at all sites of the organ, of as many rings, up to `most`, as take no more than 256 MB.
+std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings);
+
+}  // namespace palpate

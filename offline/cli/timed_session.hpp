@@ -1,0 +1,54 @@
+// A session whose frames are timed: it speaks the runtime's units and does nothing but call it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "offline/cli/opened_pack.hpp"
+
+namespace palpate {
+
+// With memory of its own. `zone_rings`: 0: all that the pack carries.
+class TimedSession {
+ public:
+  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+               std::uint32_t zone_rings = 0)
+      : arena_(required_bytes(opened, config_of(opened, model, max_contacts, zone_rings))),
+        results_(max_contacts) {
+    require_ok(
+        session_.init(opened.pack(), config_of(opened, model, max_contacts, zone_rings), arena_.bytes()),
+        "session");
+  }
+  void haptic(std::span<const pal_contact> contacts) {
+    require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
+  }
+  // Tool 0 holds a site; a haptic frame of its pose, with the same answer as the contact frame.
+  void hold(std::uint32_t site) { require_ok(session_.hold(0, pal_default_hold(site)), "hold"); }
+  void tool(const pal_pose& pose) {
+    pal_tool_result result = {};
+    require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
+  }
+  void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
+
+ private:
+  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                                      std::uint32_t zone_rings) {
+    pal_session_config config = pal_default_session_config(opened.pack().get());
+    config.zone_rings = zone_rings;
+    config.model = model;
+    config.max_contacts = max_contacts;
+    config.max_tools = 1;
+    return config;
+  }
+  static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {
+    size_t bytes = 0;
+    require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
+    return bytes;
+  }
+
+  AlignedBytes arena_;
+  std::vector<pal_contact_result> results_;
+  Session session_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+#include "offline/precompute/local_thickness.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+
+namespace palpate {
+
+// Each triangle a, b, c is met where x = a + v (b - a) + w (c - a) = origin + t ray: three equations for t, v, w.
+double local_thickness(const Model& model, const Surface& surface, const ContactSite& site,
+                       const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d& origin = model.positions[static_cast<size_t>(site.node)];
+  const Eigen::Vector3d ray =
+      direction.dot(site.inward) < 0 ? -direction.normalized() : Eigen::Vector3d(direction.normalized());
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  constexpr double kOnEdge = 1e-9;  // as part of it: a ray through an edge meets a triangle beside it
+  double nearest = kNowhere;
+  bool leaves = false;
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    if (std::find(triangle.begin(), triangle.end(), site.node) != triangle.end()) continue;
+    const auto corner = [&](size_t k) { return model.positions[static_cast<size_t>(triangle[k])]; };
+    Eigen::Matrix3d edges;
+    edges << ray, corner(0) - corner(1), corner(0) - corner(2);
+    if (edges.determinant() == 0) continue;
+    const Eigen::Vector3d hit = edges.inverse() * (corner(0) - origin);
+    if (hit[0] <= 0 || hit[0] >= nearest || hit[1] < -kOnEdge || hit[2] < -kOnEdge ||
+        hit[1] + hit[2] > 1 + kOnEdge)
+      continue;
+    nearest = hit[0];
+    leaves = edges.col(1).cross(edges.col(2)).dot(ray) > 0;  // along the outward normal
+  }
+  return leaves ? nearest : kNowhere;
+}
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+#include "offline/report/csv_tables.hpp"
+
+#include <fmt/format.h>
+
+namespace palpate {
+namespace {
+
+std::string cell(const std::optional<double>& number) {
+  return number ? fmt::format("{:.9g}", *number) : "";
+}
+
+std::string cells(const ErrorSummary& error) {
+  return fmt::format(",{:.9g},{:.9g},{:.9g}", error.median, error.p95, error.max);
+}
+
+std::string cells(const std::optional<TimeSummary>& time) {
+  if (!time || time->max == 0) return ",,,,,,";
+  return fmt::format(",{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", time->median, time->p99, time->p999,
+                     time->max, time->lowest, time->highest);
+}
+
+std::string headings(const std::string& of, std::initializer_list<const char*> names) {
+  std::string line;
+  for (const char* name : names) line += fmt::format(",{}_{}", of, name);
+  return line;
+}
+
+}  // namespace
+
+std::string pushes_csv(const OrganReport& organ) {
+  std::string text =
+      "set,push,method,contacts,sites,dx,dy,dz,size,size_over_h,part_of_max,strain,solved,displacement_error,"
+      "force_error,"
+      "force_error_unfloored,displacement_off,force_off,displacement_estimate,force_estimate\n";
+  for (const PushRow& row : organ.pushes) {
+    text += fmt::format(
+        "{},{},\"{}\",{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:."
+        "9g},{},{}\n",
+        row.set, row.push, row.name, row.contacts, row.sites, row.displacement[0], row.displacement[1],
+        row.displacement[2], row.size, row.size / organ.mean_edge, row.part, cell(row.strain),
+        row.solved ? 1 : 0, row.displacement_error, row.force_error, row.force_error_unfloored,
+        row.displacement_off, row.force_off, cell(row.displacement_estimate), cell(row.force_estimate));
+  }
+  return text;
+}
+
+std::string methods_csv(const OrganReport& organ) {
+  const auto errors = {"median", "p95", "max"};
+  const auto times = {"median_us", "p99_us", "p999_us", "max_us", "lowest_median_us", "highest_median_us"};
+  std::string text = "method,carried,contacts,part_of_max,size,size_over_h,pushes" +
+                     headings("displacement", errors) + headings("force", errors) +
+                     headings("force_unfloored", errors) + headings("displacement_off", errors) +
+                     headings("force_off", errors) + headings("haptic", times) + headings("visual", times) +
+                     headings("haptic_cold", times) + headings("visual_cold", times) + "\n";
+  for (const MethodRow& row : organ.methods) {
+    const double size = row.part * organ.max_displacement;
+    text += fmt::format("\"{}\",{},{},{:g},{:.9g},{:.9g},{}", row.name, row.carried ? 1 : 0, row.contacts,
+                        row.part, size, size / organ.mean_edge, row.pushes);
+    for (const ErrorSummary& error :
+         {row.displacement, row.force, row.force_unfloored, row.displacement_off, row.force_off})
+      text += cells(error);
+    text += cells(std::optional(row.haptic)) + cells(std::optional(row.visual)) + cells(row.haptic_cold) +
+            cells(row.visual_cold) + "\n";
+  }
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,291 @@
+#include "offline/report/organ_section.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "offline/output/finished_file.hpp"
+#include "offline/report/csv_tables.hpp"
+#include "offline/report/distribution_plots.hpp"
+#include "offline/report/gnuplot.hpp"
+#include "offline/report/html_text.hpp"
+#include "offline/report/plot_style.hpp"
+#include "offline/report/speed_plots.hpp"
+
+namespace palpate {
+namespace {
+
+std::string percent_cell(double part) {
+  return fmt::format("{:.3g}", 100 * part);
+}
+
+std::string us_cell(double microseconds) {
+  return microseconds == 0 ? "" : fmt::format("{:.3g}", microseconds);
+}
+
+// A table as both kinds of page have it.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> headings) : rows_{std::move(headings)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  std::string html() const {
+    std::string text = "<table>\n";
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      text += "<tr>";
+      for (const std::string& cell : rows_[i]) {
+        const char* tag = i == 0 ? "th" : "td";
+        text += fmt::format("<{0}>{1}</{0}>", tag, html_escaped(cell));
+      }
+      text += "</tr>\n";
+    }
+    return text + "</table>\n";
+  }
+  std::string markdown() const {
+    std::string text;
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      for (const std::string& cell : rows_[i]) {
+        text += "| ";
+        for (const char c : cell) text += c == '|' ? std::string("\\|") : std::string(1, c);
+        text += ' ';
+      }
+      text += "|\n";
+      if (i > 0) continue;
+      text += "|---";
+      for (size_t k = 1; k < rows_[i].size(); ++k) text += "|--:";
+      text += "|\n";
+    }
+    return text;
+  }
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+Table promise_table(const OrganReport& organ) {
+  Table table({"model", "pushes", "displacement error, p95 %", "the pack says", "within the estimate, %",
+               "force error, p95 %", "the pack says", "within the estimate, %", ""});
+  for (const PromiseRow& row : organ.promises) {
+    table.add({row.model, fmt::format("{}", row.pushes), percent_cell(row.found_displacement_p95),
+               percent_cell(row.claimed_displacement_p95),
+               fmt::format("{:.1f}", 100 * row.displacement_coverage), percent_cell(row.found_force_p95),
+               percent_cell(row.claimed_force_p95), fmt::format("{:.1f}", 100 * row.force_coverage),
+               row.kept ? "kept" : "NOT KEPT"});
+  }
+  return table;
+}
+
+// Newtons and millimetres where the scene says what its numbers mean.
+struct SmallUnits {
+  double per_length = 1;
+  double per_force = 1;
+  std::string length = "length unit";
+  std::string force = "force unit";
+  explicit SmallUnits(const OrganReport& organ) {
+    if (organ.length_unit.empty()) return;
+    per_length = 1e3 * organ.metres_per_length_unit;
+    per_force = 1e3 * organ.newtons_per_force_unit;
+    length = "mm";
+    force = "mN";
+  }
+};
+
+// `all`: other settings and every |d| too; else the pack's own and the references at half of it and at all of it.
+Table method_table(const OrganReport& organ, bool all) {
+  const SmallUnits units(organ);
+  Table table({"method", "contacts", "|d|", "displacement error, p95 %", "max %", "max, " + units.length,
+               "force error, p95 %", "max %", "unfloored, max %", "max, " + units.force, "haptic frame, µs",
+               "p99.9", "cold", "visual frame, µs", "p99.9", "cold"});
+  for (const MethodRow& row : organ.methods) {
+    const bool is_reference = row.kind == MethodKind::back_solve || row.kind == MethodKind::newton;
+    if (!all && ((!row.carried && !is_reference) || (row.part != 0.5 && row.part != 1))) continue;
+    const auto cold = [](const std::optional<TimeSummary>& time) {
+      return time ? us_cell(time->median) : std::string();
+    };
+    const bool exact = row.kind == MethodKind::newton;
+    const auto error = [&](double value) { return exact ? std::string("0") : percent_cell(value); };
+    table.add({row.name, fmt::format("{}", row.contacts), push_size(organ, row.part),
+               error(row.displacement.p95), error(row.displacement.max),
+               fmt::format("{:.3g}", units.per_length * row.displacement_off.max), error(row.force.p95),
+               error(row.force.max), error(row.force_unfloored.max),
+               fmt::format("{:.3g}", units.per_force * row.force_off.max), us_cell(row.haptic.median),
+               us_cell(row.haptic.p999), cold(row.haptic_cold), us_cell(row.visual.median),
+               us_cell(row.visual.p999), cold(row.visual_cold)});
+  }
+  return table;
+}
+
+// The widest that medians of rounds were apart, of the pack's own models: what a second run may differ by.
+double time_spread(const OrganReport& organ) {
+  double spread = 1;
+  for (const MethodRow& row : organ.methods) {
+    if (row.carried && row.haptic.lowest > 0)
+      spread = std::max(spread, row.haptic.highest / row.haptic.lowest);
+  }
+  return spread;
+}
+
+std::string facts(const OrganReport& organ) {
+  return fmt::format(
+      "{}: {} nodes, {} elements, mean surface edge h = {:.4g}{}{}; a pack of {:.1f} MB with {} site{}, {} "
+      "shown nodes, "
+      "pushes to {}, up to {} contact{}.",
+      organ.source, organ.nodes, organ.elements, organ.mean_edge, organ.length_unit.empty() ? "" : " ",
+      organ.length_unit, organ.pack_megabytes, organ.sites, organ.sites == 1 ? "" : "s", organ.shown_nodes,
+      push_size(organ, 1), organ.max_contacts, organ.max_contacts == 1 ? "" : "s");
+}
+
+class Section {
+ public:
+  Section(const OrganReport& organ, const std::filesystem::path& folder) : organ_(organ), folder_(folder) {}
+
+  void text(const std::string& html) { html_ += html; }
+
+  void figure(const std::string& name, const std::string& script, int width, int height,
+              const std::string& csv, const std::string& heading, const std::string& caption) {
+    if (script.empty()) return;
+    const std::filesystem::path file = folder_ / "plots" / (organ_.name + "_" + name);
+    draw_plot(script, width, height, file);
+    std::filesystem::path svg = file;
+    svg += ".svg";
+    add(heading, data_uri(svg, "image/svg+xml"), caption,
+        fmt::format("<a href=\"{0}\">numbers</a>, <a href=\"plots/{1}_{2}.svg\">plot</a>, <a "
+                    "href=\"plots/{1}_{2}.gp\">script</a>",
+                    html_escaped(csv), html_escaped(organ_.name), name));
+  }
+
+  void add(const std::string& heading, const std::string& uri, const std::string& caption,
+           const std::string& links) {
+    html_ += fmt::format(
+        "<figure>\n<h3>{0}</h3>\n<img alt=\"{0}\" src=\"{1}\">\n<figcaption>{2} <span "
+        "class=\"links\">{3}</span></figcaption>\n</figure>\n",
+        heading, uri, caption, links);
+  }
+  std::string take() { return std::move(html_); }
+
+ private:
+  const OrganReport& organ_;
+  std::filesystem::path folder_;
+  std::string html_;
+};
+
+}  // namespace
+
+std::string broken_promises(const OrganReport& organ) {
+  std::string reasons;
+  for (const PromiseRow& row : organ.promises) {
+    if (row.kept) continue;
+    reasons += fmt::format(
+        "{}{}, {}: over {} pushes the p95 is {} % of |d| in displacement and {} % in force, where the pack "
+        "says {} and {}; "
+        "{:.1f} and {:.1f} % of the errors are within the runtime's estimates.",
+        reasons.empty() ? "" : " ", organ.title, row.model, row.pushes,
+        percent_cell(row.found_displacement_p95), percent_cell(row.found_force_p95),
+        percent_cell(row.claimed_displacement_p95), percent_cell(row.claimed_force_p95),
+        100 * row.displacement_coverage, 100 * row.force_coverage);
+  }
+  return reasons;
+}
+
+std::string organ_markdown(const OrganReport& organ) {
+  return facts(organ) + "\n\n" + promise_table(organ).markdown() + "\n" +
+         method_table(organ, false).markdown();
+}
+
+std::string write_organ_section(const OrganReport& organ, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder / "plots");
+  const std::string pushes = organ.name + "_pushes.csv";
+  const std::string methods = organ.name + "_methods.csv";
+  write_finished_text(folder / pushes, pushes_csv(organ));
+  write_finished_text(folder / methods, methods_csv(organ));
+  write_finished_text(folder / (organ.name + ".md"), organ_markdown(organ));
+
+  Section section(organ, folder);
+  section.text(fmt::format("<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>\n", html_escaped(organ.name),
+                           html_escaped(organ.title), html_escaped(facts(organ))));
+  for (const std::string& note : organ.notes)
+    section.text("<p class=\"note\">" + html_escaped(note) + "</p>\n");
+  section.text(
+      "<h3>Does the pack keep what it says?</h3>\n<p>Random pushes at random sites that its builder has not "
+      "seen, solved in "
+      "full from rest. Errors of 95 of 100 pushes stay below p95.</p>\n" +
+      promise_table(organ).html());
+  if (organ.unsolved > 0)
+    section.text(
+        fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",
+                    organ.unsolved));
+
+  const std::string how =
+      "Each point is a method or a setting: further left is faster, further down is nearer to the full "
+      "nonlinear solve. Filled: "
+      "what this pack carries; hollow: the same models under other settings, at the same pushes. The grey "
+      "staircase joins those "
+      "that nothing beats in both. Right of the dashed line a 1 kHz loop is missed; the dotted one is a "
+      "memcpy of what the "
+      "smallest model's field reads. Full Newton is the truth: its error is nothing, drawn on the lower "
+      "border.";
+  section.figure(
+      "speed_error", speed_error_plot(organ, SpeedError::field, 1), 1000, 860, methods, "Speed against error",
+      fmt::format(
+          "{} One contact at {} sites; error: the largest of any shown node, as part of |d|, p95 over the "
+          "pushes; time: median of a haptic and a visual frame together, warm.",
+          how, organ.sites_compared));
+  section.figure("speed_force", speed_error_plot(organ, SpeedError::force, 1), 1000, 860, methods,
+                 "Speed against error of the force",
+                 "The same for what a haptic device needs: one haptic frame (force and stiffness), and the "
+                 "error of the force as "
+                 "part of it. Forces below 5 % of the largest are divided by that, lest light touches count "
+                 "by their smallness.");
+  const bool several = std::any_of(organ.methods.begin(), organ.methods.end(),
+                                   [](const MethodRow& row) { return row.contacts > 1; });
+  if (several) {
+    const int contacts =
+        std::max_element(organ.methods.begin(), organ.methods.end(), [](const auto& a, const auto& b) {
+          return a.contacts < b.contacts;
+        })->contacts;
+    section.figure("several", speed_error_plot(organ, SpeedError::field, contacts), 1000, 860, methods,
+                   fmt::format("{} contacts at a time", contacts),
+                   "As above, with the contacts at random sites anywhere on the organ, each pushed its own "
+                   "way. Polynomials answer "
+                   "one contact alone and are not here.");
+  }
+  section.figure("cumulative", cumulative_plot(organ), 1000, 460, pushes, "How errors are distributed",
+                 "How many of the random pushes, in percent, are answered with no larger error: further left "
+                 "is better, and a "
+                 "steep line means that all pushes are alike. Where a line crosses 95 % is the p95.");
+  section.figure("over_push", error_over_push_plot(organ), 1000, 460, pushes, "How errors grow with the push",
+                 "Each dot is a random push; bars are the p95 of each quarter of the range. One h is the "
+                 "organ's mean surface "
+                 "edge: errors follow |d| / h, since elements next to the tip bear it.");
+  section.figure("strain", strain_plot(organ), 1000, 460, pushes, "The same by strain",
+                 "Strain as in Zhong et al. 2005: |d| over the thickness of the organ along d, by a ray "
+                 "through it. All pushes of "
+                 "one contact whose ray leads into the organ.");
+  section.figure("coverage", coverage_plot(organ), 1000, 500, pushes,
+                 "Does the runtime know how wrong it is?",
+                 "With each answer the runtime gives an estimate that 95 of 100 errors should stay below. "
+                 "Each mark is a random push; "
+                 "below the line the estimate covered it. The legend says how many were covered.");
+  if (!organ.error_map.empty()) {
+    section.add("Where it is wrong", data_uri(organ.error_map, "image/png"),
+                "The largest error of each shown node over all random pushes, as part of |d|: the worst and "
+                "the best of the pack's "
+                "models, each with its own scale.",
+                fmt::format("<a href=\"{}\">picture</a>", html_escaped(organ.error_map.filename().string())));
+  }
+  section.figure("frames", frame_plot(organ), 1000, frame_plot_height(organ), methods, "What a frame takes",
+                 "Contacts that go around at the largest |d|. The maximum on a shared machine is the "
+                 "machine's; cold means that all "
+                 "caches were emptied before the frame.");
+  section.text(
+      fmt::format("<h3>The pack's methods</h3>\n<p>Medians of frames; a second run on this machine may "
+                  "differ as medians of its five rounds "
+                  "did, by a factor of up to {:.2f}. Errors of a second run are the same to the digit.</p>\n",
+                  time_spread(organ)));
+  section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");
+  section.text("<details><summary>All methods, settings and |d|</summary>\n<div class=\"wide\">" +
+               method_table(organ, true).html() + "</div></details>\n</section>\n");
+  return section.take();
+}
+
+}  // namespace palpate
