@@ -82,9 +82,11 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
     ZoneTables zone = find_zones(model, sites, rings);
-    const bool is_affordable = zone_bytes(zone, sites, scene.max_contacts) <= kMostZoneBytes &&
-                               zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us;
-    if (is_affordable || (rings == 1 && scene.zone)) return zone;
+    const bool is_small = zone_bytes(zone, sites, scene.max_contacts) <= kMostZoneBytes;
+    const bool is_asked_for = scene.zone.value_or(false);
+    if (is_asked_for ? is_small || rings == 1
+                     : is_small && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
+      return zone;
   }
   return std::nullopt;
 }

@@ -96,9 +96,9 @@ void print_text(const BuildResult& result) {
         static_cast<double>(compressed->num_bytes()) / 1e6, compressed->samples,
         compressed->displacement_error, compressed->force_error);
   }
-  fmt::print("solved     {} equilibria in {} iterations with {} factors; smallest J {:.3f}\n",
-             result.counts.solves, result.counts.iterations, result.counts.factorizations,
-             totals.min_jacobian);
+  fmt::print("solved     {} equilibria in {} iterations with {} factors{}\n", result.counts.solves,
+             result.counts.iterations, result.counts.factorizations,
+             scene.polynomial ? fmt::format("; smallest J {:.3f}", totals.min_jacobian) : "");
   if (result.counts.solves > 0) {
     fmt::print("speed      {:.3g} equilibria a second on {} threads{}, {:.3g} s a site\n",
                static_cast<double>(result.counts.solves) / result.sampling_seconds, result.plan.jobs,
@@ -114,10 +114,10 @@ void print_text(const BuildResult& result) {
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
   const size_t contacts = std::min<size_t>(scene.max_contacts, result.content.sites.sites.size());
   fmt::print(
-      "frame      forces of {} {} at new sites in {:.2f} us (median) on this machine; the budget is {:g} "
-      "us\n\n{}\n",
-      contacts, contacts == 1 ? "contact" : "contacts", result.frame_us, scene.frame_budget_us,
-      survey_text(surveys_of(result.opened.tables())));
+      "frame      forces of {} {} {} in {:.2f} us (median) on this machine; the budget is {:g} us\n\n{}\n",
+      contacts, contacts == 1 ? "contact" : "contacts",
+      result.content.zone != nullptr && contacts > 1 ? "that move" : "at new sites", result.frame_us,
+      scene.frame_budget_us, survey_text(surveys_of(result.opened.tables())));
 }
 
 void print_warnings(const BuildResult& result) {
@@ -150,8 +150,8 @@ void print_warnings(const BuildResult& result) {
   }
   if (result.frame_us > scene.frame_budget_us) {
     fmt::print(stderr,
-               "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts or "
-               "tip_radius, or raise [budget] frame_us\n",
+               "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts, "
+               "tip_radius or zone_rings, or raise [budget] frame_us\n",
                file, result.frame_us, scene.frame_budget_us);
   }
   if (!is_measured(result)) {

@@ -33,6 +33,15 @@ struct Reference {
   double displacement_error = 0;  // of the runtime, as in the survey
 };
 
+// Packed nodes.
+template <typename Use>
+void for_each_patch_node(const OpenedPack& opened, std::uint32_t site, const Use& use) {
+  const pack::ContactSites& sites = *opened.tables().sites();
+  const auto starts = opened.segment(*sites.patch_starts());
+  for (std::uint32_t i = starts[site]; i < starts[site + 1]; ++i)
+    use(opened.segment(*sites.contact_nodes())[opened.segment(*sites.patch_nodes())[i]]);
+}
+
 Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const std::filesystem::path& file) {
   std::unordered_map<int, NodalRow> rows;
   for (const NodalRow& row : read_nodal_table(file)) rows.emplace(row.label, row);
@@ -52,6 +61,9 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
     }
   }
   const pal_geometry geometry = opened.pack().geometry();
+  std::unordered_map<std::uint32_t, int> holders;  // contacts whose patches have a packed node
+  for (const auto& contact : answer.contacts)
+    for_each_patch_node(opened, contact.site, [&](std::uint32_t packed) { ++holders[packed]; });
   Reference reference;
   double push = 0;
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
@@ -61,13 +73,8 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
       return d + rest - Eigen::Map<const Eigen::Vector3d>(geometry.positions + size_t{3} * node);
     };
     push = std::max(push, d.norm());
-    const pack::ContactSites& sites = *opened.tables().sites();
-    const std::uint32_t site = answer.contacts[c].site;
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (std::uint32_t i = opened.segment(*sites.patch_starts())[site];
-         i < opened.segment(*sites.patch_starts())[site + 1]; ++i) {
-      const std::uint32_t packed =
-          opened.segment(*sites.contact_nodes())[opened.segment(*sites.patch_nodes())[i]];
+    for_each_patch_node(opened, answer.contacts[c].site, [&](std::uint32_t packed) {
       const NodalRow& row = row_of(geometry.labels[packed]);
       const Eigen::Vector3d expected = from_mesh(packed);
       if ((row.displacement - expected).norm() > 1e-6 * expected.norm()) {
@@ -79,8 +86,8 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
         throw std::runtime_error(
             fmt::format("{}: node {} has no force; give a stepN.csv of `solve`", file.string(), row.label));
       }
-      force += *row.force;
-    }
+      force += *row.force / holders[packed];  // each of those that hold it bears its part
+    });
     reference.forces.push_back(force);
   }
   for (std::uint32_t i = 0; i < geometry.num_nodes; ++i) {

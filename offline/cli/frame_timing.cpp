@@ -57,10 +57,11 @@ pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame
   return on_path(site, 0.5 * opened.info().max_displacement, frame);
 }
 
-// As many contacts as the scene may have, each on that path, at sites far from one another in the scene's list.
+// As many contacts as the scene may have and zones answer, each on that path, at sites far from one another in the scene's
+// list.
 std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
   const pal_pack_info info = opened.info();
-  const std::uint32_t count = std::min(info.max_contacts, info.num_sites);
+  const std::uint32_t count = std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
   std::vector<pal_contact> contacts;
   for (std::uint32_t c = 0; c < count; ++c)
     contacts.push_back(half_way_out(opened, c * (info.num_sites / count), frame));

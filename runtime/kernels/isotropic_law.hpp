@@ -73,7 +73,7 @@ struct PrincipalFrame {
 // survives.
 inline PrincipalFrame principal_frame(const double F[3][3]) {
   constexpr int kMostSweeps = 12;
-  constexpr double kNothing = 1e-36;  // squared, of the trace
+  constexpr double kNothing = 1e-33;  // squared, of the trace
   double C[3][3];
   double N[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int i = 0; i < 3; ++i) {

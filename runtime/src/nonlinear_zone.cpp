@@ -123,21 +123,24 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
   return -1;
 }
 
-// One iteration. What it leaves of the error, in units of length; negative where there was no way on.
+// One iteration, after find_residual(). The length of its step; negative where there was no way on.
 double iterate(ZoneFrame& frame, ZoneGroup& group) {
-  find_residual(frame, group);
   if ((!group.has_tangent || contraction(frame, group) > kMostLeft) && !make_tangent(frame, group)) return -1;
   double step = take_step(frame, group);
   if (step < 0) {
     find_residual(frame, group);
     step = make_tangent(frame, group) ? take_step(frame, group) : -1;
   }
-  if (step < 0) {
-    group.has_tangent = false;
-    return -1;
-  }
+  group.has_tangent = step >= 0;
   if (group.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
-  return step * contraction(frame, group);
+  return step;
+}
+
+// Of the unknowns, squared.
+double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
+  double sum = 0;
+  for (uint32_t i = 0; i < group.unknowns; ++i) sum += frame.state.residual[i] * frame.state.residual[i];
+  return sum;
 }
 
 // Where there was no way on for some frames it begins anew at rest, and comes back.
@@ -145,10 +148,11 @@ void count_failure(const ZoneFrame& frame, ZoneGroup& group) {
   if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
 }
 
-// Forces and tractions of where the group has got to, and what it stores.
-void conclude(ZoneFrame& frame, ZoneGroup& group) {
+// Forces and tractions of where the group has got to, and what it stores. Before the step the residual was so large.
+void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_pull(frame, group);
   find_residual(frame, group);
+  group.left = residual_before > 0 ? sqrt(size_of_residual(frame, group) / residual_before) : 0;
   if (group.has_tangent) find_forces(frame, group);
   weigh_exterior(frame.pack, frame.state.rings, frame.set);
   find_traction(frame, group);
@@ -163,9 +167,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   ZoneFrame frame = {pack, state, set, set.flags};
   state.strained = true;
   double size = 1e-6 * pack.max_displacement;
-  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i) {
-    if (fabs(displacements[i]) > size) size = fabs(displacements[i]);
-  }
+  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i)
+    size = fmax(size, fmax(fabs(displacements[i]), fabs(displacements[i] - set.followed[i])));
+  weigh_exterior(pack, state.rings, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (!group.has_tangent) {
@@ -173,26 +177,33 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);
+    if (set.num_groups == 1) continue;
+    find_pull(frame, group);
+    find_residual(frame, group);
+    find_traction(frame, group);
   }
-  weigh_exterior(pack, state.rings, set);
   bool converged = false;
   bool failed[kMostZoneContacts] = {};
+  bool done[kMostZoneContacts] = {};
   const auto is_coupled = [&](const ZoneGroup& group) {
     return kOfOthers * group.others_moved <= kMostUncoupled * size;
   };
   for (uint32_t i = 0; i < iterations && !converged; ++i) {
-    converged = set.num_groups > 0;
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
-      if (failed[g]) continue;
+      if (failed[g] || (done[g] && is_coupled(group))) continue;
       if (i == 0 || !is_coupled(group)) find_coupling(frame, group);
       find_pull(frame, group);
-      const double left = iterate(frame, group);
-      failed[g] = left < 0;
-      converged = converged && left >= 0 && left <= kConverged * size;
-      conclude(frame, group);
+      find_residual(frame, group);
+      const double before = size_of_residual(frame, group);
+      const double step = iterate(frame, group);
+      failed[g] = step < 0;
+      conclude(frame, before, group);
+      done[g] = !failed[g] && step * contraction(frame, group) <= kConverged * size;
     }
-    for (uint32_t g = 0; g < set.num_groups; ++g) converged = converged && is_coupled(set.groups[g]);
+    converged = set.num_groups > 0;
+    for (uint32_t g = 0; g < set.num_groups; ++g)
+      converged = converged && done[g] && is_coupled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
   ZoneAnswer answer = {0, 0};

@@ -155,7 +155,8 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     result = {};
     result.model = PAL_MODEL_LINEAR;
     result.flags = flags | session.input_flags[c];
-    if (session.config.model == PAL_MODEL_AUTO && pack.polynomial_sites != nullptr)
+    if (session.config.model == PAL_MODEL_AUTO &&
+        (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     if (!is_sampled(pack, nearest_site(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;

@@ -116,7 +116,7 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   double* weights = set.weights;
   Force forces[kMostZoneContacts];
   double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
-  memset(mutual, 0, pack.num_mutual * sizeof *mutual);
+  if (set.num_contacts > 1) memset(mutual, 0, pack.num_mutual * sizeof *mutual);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     forces[c] = force_of(pack, set, c);
     double monomials[kFirst + pack::kZoneColumns];

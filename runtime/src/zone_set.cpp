@@ -224,7 +224,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   // The exterior answers to the forces that were: those of contacts that stay.
   memset(set.force, 0, size_t{3} * set.num_contacts * sizeof *set.force);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    for (uint32_t old = 0; old < before.num_contacts && before.ready; ++old) {
+    for (uint32_t old = 0; old < before.num_contacts && before.ready && set.sound; ++old) {
       if (before.sites[old] != set.sites[c]) continue;
       memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
       break;
@@ -255,6 +255,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   }
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
+    memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
     const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
     if (!(strain.smallest_jacobian > kLeastJacobian)) rest_group(pack, set, set.groups[g]);
   }

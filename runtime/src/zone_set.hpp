@@ -56,6 +56,7 @@ struct ZoneGroup {
   bool has_tangent;
   bool is_shifted;     // the stiffness was made positive definite
   double moved;        // how far contacts and nodes have moved since it was begun
+  double left;         // of the residual, by its last step
   double* spare;       // the next one, as `factor`
   bool is_making;      // it is not eliminated yet:
   uint32_t shift;      // attempts before

@@ -144,6 +144,7 @@ bool take_tangent(ZoneFrame& frame, ZoneGroup& group) {
   group.has_tangent = true;
   group.is_shifted = group.shift > 0;
   group.moved = group.moved_since;
+  group.left = 0;
   return true;
 }
 
@@ -161,8 +162,10 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   group.is_making = false;
   for (uint32_t shift = 0; shift < kNumShifts; ++shift) {
     begin_tangent(frame, group, shift);
-    if (eliminate(frame.state.kernel, group.spare, group.stride, group.size, group.unknowns))
-      return take_tangent(frame, group);
+    if (!eliminate(frame.state.kernel, group.spare, group.stride, group.size, group.unknowns)) continue;
+    if (take_tangent(frame, group)) return true;
+    frame.flags |= PAL_FLAG_NOT_FINITE;
+    break;
   }
   return false;
 }
@@ -184,7 +187,11 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
                                              group.column))
       continue;
     group.is_making = group.shift + 1 < kNumShifts;
-    if (group.is_making) begin_tangent(frame, group, group.shift + 1);
+    if (group.is_making) {
+      begin_tangent(frame, group, group.shift + 1);
+    } else {
+      group.has_tangent = false;  // as make_tangent(), where all shifts are in vain
+    }
     return;
   }
   if (group.column < group.size) return;
@@ -194,10 +201,10 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kStiffening =
-      2;  // by a move of one mean edge, of the stiffness: elements about a patch are strained by 1
-  constexpr double kOfShifted = 0.5;  // as good as any shift leaves it
-  if (group.is_shifted) return kOfShifted;
-  return fmin(1.0, kStiffening * group.moved / frame.pack.mean_surface_edge);
+      2;  // by a move of one mean edge, of the stiffness: elements at a patch are strained by 1
+  constexpr double kOfShifted = 0.5;
+  const double expected = kStiffening * group.moved / frame.pack.mean_surface_edge;
+  return fmin(1.0, fmax(group.is_shifted ? fmax(expected, kOfShifted) : expected, group.left));
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {

@@ -34,7 +34,8 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
 // Goes on with the next one, if anything has moved since this one was begun.
 void advance_tangent(ZoneFrame& frame, ZoneGroup& group);
 
-// Of an error, the part that a step of it leaves: what it expects, 0 .. 1.
+// Of an error, the part that a step leaves: what is expected of how far the tangent's place is, or what the last step has left
+// of the residual, if that is more. 0 .. 1.
 double contraction(const ZoneFrame& frame, const ZoneGroup& group);
 
 // Newton's step K_uu^-1 r_u, [unknowns], of find_residual() before.

@@ -230,6 +230,39 @@ TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
 }
 
 // Around a closed path the force does no work, but for the same.
+// What a pack carries of pairs is nothing to a session of one contact.
+TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
+  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  OwnedSession alone(organ.pack->get(), organ.config(1));
+  OwnedSession of_several(organ.pack->get(), organ.config(2));
+  const auto found = settle(alone, kOne).front();
+  const auto expected = settle(of_several, kOne).front();
+  const Eigen::Matrix3d stiffness = Eigen::Map<const Eigen::Matrix3d>(expected.stiffness[0]);
+  EXPECT_GT(stiffness.norm(), 0.1);
+  EXPECT_LE((Eigen::Map<const Eigen::Matrix3d>(found.stiffness[0]) - stiffness).norm(),
+            1e-9 * stiffness.norm());
+  EXPECT_LE((Eigen::Vector3d(found.force) - Eigen::Vector3d(expected.force)).norm(), 1e-9);
+}
+
+// A contact that comes finds the organ as the one before it in the list, and the deep one behind it, have left it.
+TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
+  const ZoneBlock organ(1, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(4));
+  settle(session, {kApart[1]});
+  std::vector<pal_contact> both = kApart;
+  both[0].displacement[0] = both[0].displacement[1] = 0;
+  both[0].displacement[2] = -0.001;
+  auto found = session.touch(both);
+  for (int frame = 0; frame < 8 && (found[0].flags & PAL_FLAG_UNCONVERGED) != 0; ++frame)
+    found = session.touch(both);
+  OwnedSession held(organ.pack->get(), organ.config(4));
+  const auto expected = settle(held, both);
+  for (size_t c = 0; c < both.size(); ++c) {
+    EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(),
+              2e-3 * Eigen::Vector3d(expected[1].force).norm());
+  }
+}
+
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), organ.config(1));

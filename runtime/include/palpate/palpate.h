@@ -132,7 +132,7 @@ enum {
   /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
    * force): the answer is for the shortened one. */
   PAL_FLAG_CLAMPED = 1 << 1,
-  /* The nonlinear model cannot answer several contacts or fixed nodes; linear_dd did. */
+  /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
   /* Two contacts hold the same node: it follows their mean. */
   PAL_FLAG_OVERLAPPING = 1 << 3,
@@ -377,7 +377,8 @@ typedef struct pal_contact_result {
   double force[3]; /* that the tool must apply to the tissue: N, or force unit. A device plays its negative */
   double displacement[3]; /* of the patch: as given, or what the given force makes of it */
   /* d force / d displacement of this contact, all others held where they are; symmetric. Of the shortened
-   * displacement where the answer is PAL_FLAG_CLAMPED. */
+   * displacement where the answer is PAL_FLAG_CLAMPED. Of nonlinear_zone as it was up to
+   * PAL_ZONE_STIFFNESS_FRAMES frames ago, and contacts whose zones share no node are not held, but follow. */
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
