@@ -8,6 +8,7 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/session_state.hpp"
+#include "runtime/src/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -241,7 +242,9 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     result.flags = answer.flags | session.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    if (length(d) > pack.max_displacement * (1 + kRounding)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    // Alone it has been surveyed; others can press on it from nearby.
+    if (length(d) > pack.max_displacement * (1 + kRounding) || (count > 1 && is_beyond_series(pack, set, c)))
+      result.flags |= PAL_FLAG_EXTRAPOLATED;
     // Surveyed were single contacts with all rings, once they had come to rest.
     estimate_errors(pack, PAL_MODEL_ZONE, count == 1 && session.zone.rings == pack.zone_rings, d, result);
     for (uint32_t i = 0; i < 3; ++i) {

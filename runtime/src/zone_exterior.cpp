@@ -128,6 +128,11 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   }
 }
 
+bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
+  const double* f = set.force + size_t{3} * contact;
+  return sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) > pack.zone_force_scale[set.sites[contact]];
+}
+
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]) {
   const Force force = force_of(pack, set, contact);

@@ -263,6 +263,19 @@ TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
   }
 }
 
+// Pulled apart, two neighbours bear more than either would alone.
+TEST(NonlinearZone, NeighboursThatPullAgainstEachOtherAreFlagged) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  const double d = 0.9 * organ.block.scene.max_displacement;
+  const auto together = settle(session, {{3, {d, 0, 0}, 0, {}, {}, {}}, {4, {d, 0, 0}, 0, {}, {}, {}}});
+  const auto apart = settle(session, {{3, {-d, 0, 0}, 0, {}, {}, {}}, {4, {d, 0, 0}, 0, {}, {}, {}}});
+  for (int c = 0; c < 2; ++c) {
+    EXPECT_EQ(together[static_cast<size_t>(c)].flags & PAL_FLAG_EXTRAPOLATED, 0U);
+    EXPECT_NE(apart[static_cast<size_t>(c)].flags & PAL_FLAG_EXTRAPOLATED, 0U);
+  }
+}
+
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), organ.config(1));
