@@ -234,6 +234,9 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   fill_zone_field(pack, session.zone, session.snapshots.slots[session.snapshots.back]);
   if (results == nullptr) return;
   const ZoneSet& set = session.zone.answering;
+  // One that others press on from nearby may, and what the organ outside then adds is felt by all.
+  bool is_beyond = false;
+  for (uint32_t c = 0; c < count && count > 1; ++c) is_beyond = is_beyond || is_beyond_series(pack, set, c);
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -242,8 +245,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     result.flags = answer.flags | session.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    // Alone it has been surveyed; others can press on it from nearby.
-    if (length(d) > pack.max_displacement * (1 + kRounding) || (count > 1 && is_beyond_series(pack, set, c)))
+    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     // Surveyed were single contacts with all rings, once they had come to rest.
     estimate_errors(pack, PAL_MODEL_ZONE, count == 1 && session.zone.rings == pack.zone_rings, d, result);
