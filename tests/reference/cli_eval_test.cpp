@@ -266,8 +266,18 @@ TEST_F(Eval, LinearModelIsTheFullSolveOfATinyPush) {
   }
 }
 
-TEST_F(Eval, SeveralContactsAreAnsweredByTheLinearModelAndSaySo) {
+TEST_F(Eval, SeveralContactsAreAnsweredByAZone) {
   const nlohmann::json json = answer({"--contact", "22=0,0,-0.01", "--contact", "23=0,0,-0.01"});
+  ASSERT_EQ(json["contacts"].size(), 2u);
+  for (const nlohmann::json& contact : json["contacts"]) {
+    EXPECT_EQ(contact["model"], "zone");
+    EXPECT_NE(contact["flags"].dump().find("overlapping"), std::string::npos) << "their patches share nodes";
+  }
+}
+
+TEST_F(Eval, WhatNoNonlinearModelAnswersIsLinearAndSaysSo) {
+  const nlohmann::json json =
+      answer({"--contact", "22=0,0,-0.01", "--contact", "23=0,0,-0.01", "--fix", "19"});
   ASSERT_EQ(json["contacts"].size(), 2u);
   for (const nlohmann::json& contact : json["contacts"]) {
     EXPECT_EQ(contact["model"], "linear");
