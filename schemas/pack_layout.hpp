@@ -56,8 +56,9 @@ struct PolynomialSite {
   uint64_t coefficients_start;  // in `coefficients`, numbers
   uint64_t field_start;         // in `field`, bytes; a multiple of 64
   uint32_t degree;
-  uint32_t rank;     // columns of B; even where they are int16
-  uint32_t samples;  // nonlinear solves that it was fitted to
+  uint32_t rank;  // columns of B; even where they are int16
+  uint32_t
+      samples;  // nonlinear solves that it was fitted to; 0: none, these are its derivatives at rest (affine_site)
   uint32_t reserved;
 };
 static_assert(sizeof(PolynomialSite) == 128);

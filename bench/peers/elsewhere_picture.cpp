@@ -11,7 +11,7 @@
 namespace palpate::peers {
 namespace {
 
-constexpr int kWidth = 1200;
+constexpr int kWidth = 1740;
 constexpr int kHeight = 560;
 constexpr double kText = 15;  // pixels
 // As in organ_picture.cpp: the darkest part of the map would show no shading.
@@ -55,7 +55,8 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
   const int top = static_cast<int>(3.2 * kText);
   const int bottom = static_cast<int>(kHeight - 3.0 * kText);
   const int left = static_cast<int>(kText);
-  const int panel_width = static_cast<int>((kWidth - 2.0 * kText - 7.0 * kText) / 2.0);
+  const int panel_width =
+      static_cast<int>((kWidth - 2.0 * kText - 7.0 * kText) / static_cast<double>(picture.panels.size()));
   std::vector<double> distance;  // in the second panel, which is the one to look at
   for (const Eigen::Vector3d& u : picture.panels[1].displacement) distance.push_back(u.norm());
   std::vector<Eigen::Vector3d> shown = moved(picture.rest, picture.panels[1].displacement);
@@ -103,8 +104,8 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
   }
   const double bar_height = 0.62 * (bottom - top);
   const double bar_top = top + 0.5 * (bottom - top - bar_height);
-  canvas.draw_colour_bar(left + 2 * panel_width + 2.0 * kText, bar_top, 1.2 * kText, bar_height, largest,
-                         0.85 * kText, displacement_colour);
+  canvas.draw_colour_bar(left + static_cast<int>(picture.panels.size()) * panel_width + 2.0 * kText, bar_top,
+                         1.2 * kText, bar_height, largest, 0.85 * kText, displacement_colour);
   canvas.draw_text("displacement, " + picture.length_unit, kWidth - kText, bar_top - kText, 11 * kText,
                    {0.85 * kText, false, Align::kRight, {0.30, 0.31, 0.34}});
   canvas.draw_text(picture.title, kText, 2.1 * kText, kWidth - 2 * kText, {1.4 * kText, true, Align::kLeft});

@@ -1,11 +1,11 @@
-// Two panels of an organ whose probe is at T while S is where it was prepared to be: the paper's figure 6.
+// Three panels of an organ whose probe is at T while S is where it was prepared to be: the paper's figure 6.
 //
-//     +-------------------------------------------+
-//     | title                                     |
-//     |    (field, S and         (field, S  |#|   |     both panels from the same eye, with the
-//     |     probe at T)           and T)    |#|   |     same colours: length of the displacement
-//     |   label                label              |
-//     +-------------------------------------------+
+//     +----------------------------------------------------+
+//     | title                                              |
+//     |    (field, S and    (field, S    (field, S   |#|   |     all panels from the same eye, with the
+//     |     probe at T)      and T)       and T)     |#|   |     same colours: length of the displacement
+//     |   label            label         label             |
+//     +----------------------------------------------------+
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ struct ElsewherePicture {
     std::vector<Eigen::Vector3d> displacement;  // of the nodes, length unit
     std::string label;
   };
-  std::array<Panel, 2> panels;
+  std::array<Panel, 3> panels;
   int prepared = 0;            // S: a node
   int touched = 0;             // T: a node
   Eigen::Vector3d probe = {};  // its displacement at T, length unit

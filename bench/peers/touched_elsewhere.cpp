@@ -1,9 +1,11 @@
-// Zhong et al. 2005 figure 6 (a) and (b): a probe that was prepared for S touches at T instead. PFE has one
-// tensor, that of S, and bends S; EPFE takes the blocks of T from the inverse stiffness.
+// Zhong et al. 2005 figure 6: a probe that was prepared for S touches at T instead. (a) PFE has one tensor, that of S, and
+// bends S; (b) EPFE takes the blocks of T from the inverse stiffness; (c) eq. (25) moves the tensor of S to T, in the sense that its
+// construction asks for.
 #include "bench/peers/elsewhere_picture.hpp"
 #include "bench/peers/fixed_tensor.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
+#include "offline/precompute/affine_site.hpp"
 
 namespace palpate::peers {
 namespace {
@@ -39,6 +41,21 @@ Eigen::VectorXd shown(const LinearOrgan& organ, const Eigen::VectorXd& displacem
     values.segment<3>(3 * i) =
         displacement.segment<3>(Eigen::Index{3} * organ.sites.packed_nodes[static_cast<size_t>(i)]);
   return values;
+}
+
+// The field of S, 3 shown nodes x 3, moved to T by eq. (25); where the map is singular it stays at S.
+Eigen::MatrixXd moved_field(const LinearOrgan& organ, const PreparedSite& prepared, std::uint32_t from,
+                            std::uint32_t to) {
+  SitePolynomial at_site;
+  at_site.to_unit.setIdentity();
+  at_site.degree = 1;
+  at_site.linear.resize(3 * organ.num_shown(), 3);
+  for (int axis = 0; axis < 3; ++axis) at_site.linear.col(axis) = shown(organ, prepared.field.col(axis));
+  at_site.basis.resize(at_site.linear.rows(), 0);
+  const auto placement = place_contact(organ.model, organ.sites, SiteMap::inverse, organ.sites.sites[from],
+                                       organ.sites.sites[to]);
+  if (!placement) return at_site.linear;
+  return moved(at_site, *placement, local_table(organ.model, organ.sites, *placement)).linear;
 }
 
 // Packed node that moves most.
@@ -103,8 +120,8 @@ std::vector<Eigen::Vector3d> as_vectors(const Eigen::VectorXd& field) {
 }
 
 void draw(const LinearOrgan& organ, std::uint32_t prepared, std::uint32_t touched, const Eigen::Vector3d& d,
-          const Eigen::VectorXd& by_pfe, const Eigen::VectorXd& by_epfe, const Eigen::VectorXd& exact,
-          const std::filesystem::path& png) {
+          const Eigen::VectorXd& by_pfe, const Eigen::VectorXd& by_epfe, const Eigen::VectorXd& by_map,
+          const Eigen::VectorXd& exact, const std::filesystem::path& png) {
   ElsewherePicture picture;
   for (const int node : organ.sites.packed_nodes)
     picture.rest.push_back(organ.model.positions[static_cast<size_t>(node)]);
@@ -119,6 +136,9 @@ void draw(const LinearOrgan& organ, std::uint32_t prepared, std::uint32_t touche
   picture.panels[1] = {
       as_vectors(kPicturedPush * by_epfe),
       fmt::format("(b) EPFE, linear_dd: error {:.0e} of the push", longest(by_epfe - exact) / d.norm())};
+  picture.panels[2] = {as_vectors(kPicturedPush * by_map),
+                       fmt::format("(c) PFE moved by eq. (25): error {:.0f} % of the push",
+                                   100 * longest(by_map - exact) / d.norm())};
   picture.title = fmt::format("Prepared at S (node {}), probed at T (node {}), {} edges away, by {:.1f} mm",
                               organ.model.labels[static_cast<size_t>(organ.site_node(prepared))],
                               organ.model.labels[static_cast<size_t>(organ.site_node(touched))],
@@ -133,7 +153,7 @@ std::vector<study::StudyTable> touched_elsewhere_page(const LinearOrgan& brain,
   std::vector<std::uint32_t> prepared_sites = random_sites(brain.num_sites(), kNumPrepared - 1, 6);
   prepared_sites.insert(prepared_sites.begin(), site_at(brain, kPushedLabel));
   LinearSession session(brain, 1);
-  std::array<Outcome, kDistances.size()> pfe, epfe;
+  std::array<Outcome, kDistances.size()> pfe, epfe, by_maps;
   std::array<Mean, kDistances.size()> apart;  // S and T, length unit
   for (size_t s = 0; s < prepared_sites.size(); ++s) {
     std::fprintf(stderr, "figure 6, site %zu of %zu\n", s + 1, prepared_sites.size());
@@ -154,13 +174,15 @@ std::vector<study::StudyTable> touched_elsewhere_page(const LinearOrgan& brain,
       session.visual_frame();
       const Eigen::VectorXd by_epfe = session.field().cast<double>();
 
+      const Eigen::VectorXd by_map = moved_field(brain, prepared, site, touched) * d;
       pfe[i].add(brain, node, by_pfe, prepared.force * d, exact_field, exact.force, d.norm());
       epfe[i].add(brain, node, by_epfe, session.force(1), exact_field, exact.force, d.norm());
+      by_maps[i].add(brain, node, by_map, prepared.force * d, exact_field, exact.force, d.norm());
       apart[i].add((brain.model.positions[static_cast<size_t>(node)] -
                     brain.model.positions[static_cast<size_t>(brain.site_node(site))])
                        .norm());
       if (s == 0 && kDistances[i] == kPicturedDistance)
-        draw(brain, site, touched, d, by_pfe, by_epfe, exact_field, pictures / "figure6.png");
+        draw(brain, site, touched, d, by_pfe, by_epfe, by_map, exact_field, pictures / "figure6.png");
     }
   }
   study::StudyTable table(
@@ -181,6 +203,7 @@ std::vector<study::StudyTable> touched_elsewhere_page(const LinearOrgan& brain,
     };
     row("PFE", pfe[i]);
     row("EPFE (linear_dd)", epfe[i]);
+    row("PFE moved by eq. (25)", by_maps[i]);
   }
   return {table};
 }

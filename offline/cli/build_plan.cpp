@@ -22,6 +22,7 @@ double dense_bytes(const ContactSites& sites) {
   return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
 }
 
+constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
 constexpr double kMostZoneBytes = 128e6;
 constexpr int kUsualRings = 2;
 
@@ -31,7 +32,7 @@ size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
   const bool half = scene.directions == Directions::inward;
   switch (scene.polynomial_method) {
     case PolynomialMethod::hermite:
-      return plan.least_samples;
+      return plan.fewest ? kChecksOfSeries : plan.least_samples;
     case PolynomialMethod::paper_grid:
       return grid_points(half).size();
     case PolynomialMethod::paper_ray:
@@ -113,6 +114,9 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   // Few sites are measured more often, so that 95 % of each bin's errors are told with a confidence of 95 %.
   constexpr int kFewestSurveySolves = 4 * 60;
   const int num_sites = static_cast<int>(sites.sites.size());
+  plan.fewest = scene.polynomial && scene.polynomial_method == PolynomialMethod::hermite &&
+                (scene.sampled_sites == SampledSites::fewest ||
+                 (scene.sampled_sites == SampledSites::automatic && num_sites > kManySites));
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
     // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin
@@ -176,6 +180,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   double factors = kFactorsPerSolve * solves;
+  constexpr double kFactorsPerSeries = 5;
+  if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
   constexpr PolynomialSize kUsual = {5, 20};
   double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? kUsual : PolynomialSize(),

@@ -164,10 +164,10 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
   command
       .add_option(
           "--model", arguments.model,
-          "auto, linear, polynomial or zone; default auto: the first of polynomial, zone and linear that "
-          "is in the pack and can answer")
+          "auto, linear, polynomial, affine or zone; default auto: the first of polynomial, zone and linear "
+          "that is in the pack and can answer. affine: polynomial, where a site was not sampled")
       ->type_name("MODEL")
-      ->check(CLI::IsMember({"auto", "linear", "polynomial", "zone"}));
+      ->check(CLI::IsMember({"auto", "linear", "polynomial", "affine", "zone"}));
   command
       .add_option("--rings", arguments.zone_rings,
                   "Rings of nonlinear elements about each patch; default: all that the pack carries")
@@ -200,12 +200,14 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   }
   const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
                           : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
+                          : arguments.model == "affine"     ? PAL_MODEL_AFFINE
                           : arguments.model == "zone"       ? PAL_MODEL_ZONE
                                                             : PAL_MODEL_AUTO;
   const auto count = static_cast<std::uint32_t>(answer.contacts.size());
-  if (model == PAL_MODEL_POLYNOMIAL && (count > 1 || !fixed.empty() || forces_given)) {
-    throw std::runtime_error(
-        "--model polynomial answers one contact that is moved, and no --fix; use auto or linear");
+  const bool is_polynomial = model == PAL_MODEL_POLYNOMIAL || model == PAL_MODEL_AFFINE;
+  if (is_polynomial && (count > 1 || !fixed.empty() || forces_given)) {
+    throw std::runtime_error(fmt::format(
+        "--model {} answers one contact that is moved, and no --fix; use auto or linear", arguments.model));
   }
   const pal_pack_info info = opened.info();
   if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty() || forces_given)) {
@@ -215,7 +217,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         "[models] "
         "linear = true");
   }
-  if (info.has_polynomial == 0 && model == PAL_MODEL_POLYNOMIAL)
+  if (info.has_polynomial == 0 && is_polynomial)
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   if (info.zone_rings == 0 && (model == PAL_MODEL_ZONE || arguments.zone_rings > 0))
     throw std::runtime_error("this pack has no nonlinear zone; build it with [models] zone = true");
@@ -239,8 +241,10 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
       throw std::runtime_error(
           "--gravity: the gravity of this pack may not turn; build it with [gravity] may_turn = true");
     }
-    if (model == PAL_MODEL_POLYNOMIAL)
-      throw std::runtime_error("--model polynomial answers the scene's gravity alone; use auto or linear");
+    if (is_polynomial) {
+      throw std::runtime_error(
+          fmt::format("--model {} answers the scene's gravity alone; use auto or linear", arguments.model));
+    }
     session.set_gravity(acceleration);
   }
   answer.results = session.settle(answer.contacts);

@@ -108,6 +108,12 @@ void print_polynomials(const OpenedPack& opened) {
       "{:.3f}\n",
       range_of(sites, &pack::PolynomialSite::degree), range_of(sites, &pack::PolynomialSite::samples), reach,
       opened.length_suffix(), reach / opened.tables().geometry()->mean_surface_edge(), min_jacobian);
+  const auto unsampled =
+      std::count_if(sites.begin(), sites.end(), [](const auto& site) { return site.samples == 0; });
+  if (unsampled > 0) {
+    fmt::print("                 {} of the {} sites were not sampled: affine_site answers there\n", unsampled,
+               sites.size());
+  }
   fmt::print("                 their fields in {} directions ({}), which leave out at most {:.2g} % of |d|\n",
              range_of(sites, &pack::PolynomialSite::rank), precision_name(*opened.tables().polynomial_dd()),
              100 * basis_error);

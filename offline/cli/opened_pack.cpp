@@ -44,6 +44,8 @@ const char* model_name(pal_model model) {
       return "polynomial";
     case PAL_MODEL_ZONE:
       return "zone";
+    case PAL_MODEL_AFFINE:
+      return "affine";
   }
   return "unknown";
 }
@@ -56,6 +58,8 @@ pal_model runtime_model(pack::ResponseModel model) {
       return PAL_MODEL_POLYNOMIAL;
     case pack::ResponseModel::nonlinear_zone:
       return PAL_MODEL_ZONE;
+    case pack::ResponseModel::affine_site:
+      return PAL_MODEL_AFFINE;
   }
   throw std::logic_error("no such model");
 }

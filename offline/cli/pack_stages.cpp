@@ -66,7 +66,11 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
-  if (content.polynomials != nullptr) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
+  if (content.polynomials != nullptr) {
+    const auto sampled = num_sampled(results);
+    if (sampled > 0) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
+    if (sampled < results.size()) survey(SurveyedModel::affine_site, PAL_MODEL_AFFINE);
+  }
   return surveys;
 }
 

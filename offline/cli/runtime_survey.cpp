@@ -25,8 +25,19 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
   ModelUnitSession session(opened, model, 1, 0);
   std::vector<std::uint32_t> sites(opened.info().num_sites);
   std::iota(sites.begin(), sites.end(), 0u);
-  return survey_of(samples, measure_pushes(truths_of(samples), runtime_method(session, std::move(sites))),
-                   max_displacement);
+  std::vector<MeasuredPush> pushes =
+      measure_pushes(truths_of(samples), runtime_method(session, std::move(sites)));
+  if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
+    return survey_of(samples, pushes, max_displacement);
+  const auto polynomials = opened.segment<pack::PolynomialSite>(*opened.tables().polynomial_dd()->sites());
+  std::vector<SurveySample> answered;
+  std::vector<MeasuredPush> measured;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if ((polynomials[samples[i].site].samples == 0) != (model == PAL_MODEL_AFFINE)) continue;
+    answered.push_back(samples[i]);
+    measured.push_back(pushes[i]);
+  }
+  return survey_of(answered, measured, max_displacement);
 }
 
 }  // namespace palpate

@@ -422,6 +422,8 @@ pack::ResponseModel schema_model(SurveyedModel model) {
       return pack::ResponseModel::polynomial_dd;
     case SurveyedModel::nonlinear_zone:
       return pack::ResponseModel::nonlinear_zone;
+    case SurveyedModel::affine_site:
+      return pack::ResponseModel::affine_site;
   }
   throw std::logic_error("no such model");
 }

@@ -16,7 +16,7 @@
 namespace palpate {
 
 // Errors measured with one response model.
-enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone };
+enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site };
 struct ModelSurvey {
   SurveyedModel model;
   SurveyTable table;

@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "offline/precompute/ball_polynomials.hpp"
+#include "offline/precompute/hermite_design.hpp"
 #include "schemas/monomials.hpp"
 
 namespace palpate {
@@ -139,6 +141,58 @@ Eigen::MatrixXd moved_rows(const Eigen::MatrixXd& rows, const Placement& placeme
 }
 
 }  // namespace
+
+SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const RestSeries& series,
+                                    const Eigen::Matrix3d& to_unit, bool half) {
+  // x = A d = s y: a coefficient of degree k goes with s^-k.
+  const double s = (to_unit * series.axes)(0, 0);
+  const auto per_power = [&](int first, int last) {
+    Eigen::VectorXd factors(pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(last)));
+    Eigen::Index place = 0;
+    for (int degree = first; degree <= last; ++degree) {
+      const Eigen::Index count = pack::num_monomials(static_cast<uint32_t>(degree));
+      factors.segment(place, count).setConstant(std::pow(s, -degree));
+      place += count;
+    }
+    return factors;
+  };
+  SitePolynomial polynomial;
+  polynomial.to_unit = to_unit;
+  polynomial.degree = kSeriesDegree;
+  const Eigen::Matrix3d from_unit = to_unit.inverse();
+  polynomial.linear = linear.field * from_unit;
+  // B m = (B T^-T) (T^T m): in orthonormal polynomials the size of a column is what it is for the field.
+  polynomial.coefficients = orthonormal_on_ball(2, kSeriesDegree, half);
+  polynomial.basis = polynomial.coefficients.partialPivLu()
+                         .solve(per_power(2, kSeriesDegree).asDiagonal() * series.field.transpose())
+                         .transpose();
+  const Eigen::Matrix3d S = from_unit.transpose() * linear.stiffness * from_unit;
+  polynomial.energy.resize(pack::num_monomials(2, kSeriesDegree + 1));
+  polynomial.energy << 0.5 * S(0, 0), S(0, 1), S(0, 2), 0.5 * S(1, 1), S(1, 2), 0.5 * S(2, 2),
+      per_power(3, kSeriesDegree + 1).asDiagonal() * series.energy;
+  return polynomial;
+}
+
+std::array<Eigen::Vector3d, 2> least_certain_points(const SitePolynomial& polynomial, bool half) {
+  constexpr int kDirections = 96;
+  constexpr double kApart = 0.5;  // cosine
+  const Eigen::Index terms = pack::num_monomials(static_cast<uint32_t>(polynomial.degree));
+  const Eigen::MatrixXd last = polynomial.basis * polynomial.coefficients.bottomRows(terms).transpose();
+  std::array<Eigen::Vector3d, 2> points = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
+  std::array<double, 2> largest = {-1, -1};
+  for (size_t i = 0; i < 2; ++i) {
+    for (const Eigen::Vector3d& x : sphere_points(kDirections)) {
+      if ((half && x.z() < 0) || (i == 1 && x.dot(points[0]) > kApart)) continue;
+      const Eigen::VectorXd field =
+          last * hermite_rows(x, polynomial.degree, polynomial.degree, 0).transpose();
+      const double size = field.reshaped(3, field.size() / 3).colwise().squaredNorm().maxCoeff();
+      if (size <= largest[i] * (1 + 1e-9)) continue;
+      largest[i] = size;
+      points[i] = x;
+    }
+  }
+  return points;
+}
 
 std::optional<Placement> place_contact(const Model& model, const ContactSites& sites, SiteMap map,
                                        const ContactSite& site, const ContactSite& contact) {

@@ -1,10 +1,16 @@
-// affine_site: the answer of a contact between sampled sites, from those of sites nearby.
+// affine_site: the answer of a contact where nothing was sampled.
 //
 // Source: Zhong et al. 2005 section 3.3 and eq. (25), by St. Venant's principle: near a contact the answer moves with
-// it. What moves is stated here as a placement, which takes a place near the contact to the place near the site whose
-// answer it takes, and vectors back. The paper's own map is linear through the origin: it depends on where that is, and
-// is singular where two nodes and the site lie in a plane with it. It is kept, in both senses, to be compared with.
-// Ours moves along with the surface, and never moves the linear part, which linear_dd gives exactly anywhere:
+// it, so that a sampled site can answer for its neighbours. On a mesh without regular order it cannot (bench/sites/SITES.md): what is
+// large in the answer, its first and second order, belongs to the place, and so does what is left: the tip takes hold of other
+// nodes. What a place does have without a solve is its own derivatives at rest. So what a pack carries where nothing was
+// sampled is the series of rest_series.hpp, a polynomial like that of a sampled site; nothing is mapped or looked up in a frame. The
+// worst of it is known beforehand: a series fails where its last term is large.
+//
+// The maps are kept to be compared with. What moves is stated as a placement, which takes a place near the contact to the place near the
+// site whose answer it takes, and vectors back. The paper's own map is linear through the origin: it depends on where
+// that is, and is singular where two nodes and the site lie in a plane with it; it is there in both senses. Ours moves along with the surface, and
+// never moves the linear part, which linear_dd gives exactly anywhere:
 //   u(p; d) = u_linear(p; d) + sum over sites s of w_s Q_s n_s(q_s(p); Q_s^T d),
 //   E(d)    = d . S d / 2    + sum over sites s of w_s e_s(Q_s^T d),       n, e: what is not linear / quadratic.
 #pragma once
@@ -18,6 +24,13 @@
 #include "offline/precompute/polynomial_dd.hpp"
 
 namespace palpate {
+
+// Of a contact with this exact linear answer. `to_unit` turns the axes of the series into a multiple of the unit ball's.
+SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const RestSeries& series,
+                                    const Eigen::Matrix3d& to_unit, bool half);
+
+// Two places on the edge of the domain, in x, apart from one another, where the highest order of the field is largest.
+std::array<Eigen::Vector3d, 2> least_certain_points(const SitePolynomial& polynomial, bool half);
 
 enum class SiteMap {
   printed,  // eq. (25), places looked up by phi as the text has it

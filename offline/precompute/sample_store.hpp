@@ -22,7 +22,7 @@ namespace palpate {
 
 // What a solve was asked for.
 struct PushRequest {
-  enum class Kind : std::uint32_t { sample = 1, survey = 2 };
+  enum class Kind : std::uint32_t { sample = 1, survey = 2, series = 3 };
   Kind kind = Kind::sample;
   int increments = 0;  // of a survey's path from rest
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();

@@ -1,18 +1,12 @@
 #include "offline/precompute/sampling.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "offline/precompute/hermite_design.hpp"
 #include "schemas/monomials.hpp"
-#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -21,144 +15,7 @@ namespace {
 // 2 h, nu = 0.147, the one survey push of 480 that was wrong by more than 1.5 % of |d| had 0.08.
 constexpr double kLeastJacobian = 0.1;
 
-// splitmix64: a small generator with the same numbers on every platform, which <random>'s distributions do
-// not promise.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform() {
-    state_ += 0x9e3779b97f4a7c15u;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
-
-// Spread evenly over the sphere by the golden angle.
-std::vector<Eigen::Vector3d> sphere_points(int count) {
-  const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / count;
-    const double ring = std::sqrt(1.0 - z * z);
-    points.emplace_back(ring * std::cos(golden * i), ring * std::sin(golden * i), z);
-  }
-  return points;
-}
-
-Eigen::MatrixXd weighed_rows(const Eigen::Vector3d& x, int degree) {
-  return derivative_weights(degree, 2).asDiagonal() * hermite_rows(x, 2, degree, 2);
-}
-
 }  // namespace
-
-SamplePoints::SamplePoints(bool half) {
-  constexpr int kDirections = 96;
-  for (const Eigen::Vector3d& direction : sphere_points(kDirections)) {
-    if (half && direction.z() < 0) continue;
-    for (const double radius : {1.0, 0.75, 0.5}) candidates_.push_back(radius * direction);
-    for (const double radius : {0.8, 0.6, 0.4, 0.2}) inner_candidates_.push_back(radius * direction);
-  }
-}
-
-Eigen::Vector3d SamplePoints::operator[](size_t index) {
-  const std::lock_guard lock(mutex_);
-  while (chosen_.size() <= index) choose_next();
-  return chosen_[index];
-}
-
-void SamplePoints::choose_next() {
-  constexpr size_t kFirstInner = 12;
-  constexpr size_t kEachInner = 3;
-  const Eigen::Vector3d next = chosen_.size() >= kFirstInner && chosen_.size() % kEachInner == 0
-                                   ? farthest_inner()
-                                   : most_informative();
-  const Eigen::MatrixXd rows = weighed_rows(next, degree_);
-  information_ += rows.transpose() * rows;
-  chosen_.push_back(next);
-}
-
-Eigen::Vector3d SamplePoints::farthest_inner() const {
-  const auto distance = [&](const Eigen::Vector3d& candidate) {
-    double least = candidate.norm();  // of the rest state, which is known
-    for (const Eigen::Vector3d& x : chosen_) least = std::min(least, (x - candidate).norm());
-    return least;
-  };
-  double farthest = 0;
-  Eigen::Vector3d best;
-  for (const Eigen::Vector3d& candidate : inner_candidates_) {
-    if (const double from_all = distance(candidate); from_all > farthest * (1.0 + 1e-9)) {
-      farthest = from_all;
-      best = candidate;
-    }
-  }
-  return best;
-}
-
-Eigen::Vector3d SamplePoints::most_informative() {
-  constexpr int kLeastDegree = 3;
-  constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
-  int degree = std::max(degree_, kLeastDegree);
-  while (degree < static_cast<int>(pack::kMaxDegree) &&
-         2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
-             kEquationsPerSample * (chosen_.size() + 1)) {
-    ++degree;
-  }
-  if (degree > degree_) {
-    degree_ = degree;
-    candidate_rows_.clear();
-    for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighed_rows(x, degree));
-    // A little prior information makes the first choices well defined.
-    const Eigen::Index terms = candidate_rows_.front().cols();
-    information_ = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
-    for (const Eigen::Vector3d& x : chosen_) {
-      const Eigen::MatrixXd rows = weighed_rows(x, degree);
-      information_ += rows.transpose() * rows;
-    }
-  }
-  const Eigen::LLT<Eigen::MatrixXd> factor(information_);
-  double best_gain = -1;
-  size_t best = 0;
-  for (size_t c = 0; c < candidates_.size(); ++c) {
-    const bool is_near = std::any_of(chosen_.begin(), chosen_.end(), [&](const Eigen::Vector3d& x) {
-      return (x - candidates_[c]).norm() < kLeastDistance;
-    });
-    if (is_near) continue;
-    // det(M + R^T R) = det M det(1 + R M^-1 R^T)
-    const Eigen::MatrixXd half_solved = factor.matrixL().solve(candidate_rows_[c].transpose());
-    const double gain = (Eigen::MatrixXd::Identity(kEquationsPerSample, kEquationsPerSample) +
-                         half_solved.transpose() * half_solved)
-                            .determinant();
-    if (gain > best_gain * (1.0 + 1e-9)) {
-      best_gain = gain;
-      best = c;
-    }
-  }
-  if (best_gain < 0) throw std::logic_error("no sample points are left");
-  return candidates_[best];
-}
-
-std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed, size_t skipped) {
-  Random random(seed);
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < count; ++i) {
-    const double z = half ? random.uniform() : 2.0 * random.uniform() - 1.0;
-    const double angle = 2.0 * std::numbers::pi * random.uniform();
-    const double ring = std::sqrt(1.0 - z * z);
-    const size_t quarter = 3 - (skipped + static_cast<size_t>(i)) % 4;
-    const double radius = 0.25 * (static_cast<double>(quarter) + (1.0 - random.uniform()));
-    points.emplace_back(radius * Eigen::Vector3d(ring * std::cos(angle), ring * std::sin(angle), z));
-  }
-  return points;
-}
-
-Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
-}
 
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
                          const RestState& rest_state, SampleFile* kept)
@@ -243,17 +100,18 @@ PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request
   each_field([&](double&) { ++num_fields; });
   std::optional<SolvedPush> push;
   if (kept_ != nullptr) push = kept_->find(request, num_numbers, num_fields);
+  const bool is_solve = request.kind != PushRequest::Kind::series;
   if (push) {
-    ++counts_.reused;
+    counts_.reused += is_solve ? 1 : 0;
   } else {
-    ++counts_.solves;
+    counts_.solves += is_solve ? 1 : 0;
     push.emplace();
     push->outcome = compute();
     if (push->outcome == PushOutcome::solved) {
       each_number([&](double& number) { push->numbers.push_back(number); });
       each_field([&](double& number) { push->fields.push_back(static_cast<float>(number)); });
     }
-    if (kept_ != nullptr && !kept_->keep(request, *push)) ++counts_.not_kept;
+    if (kept_ != nullptr && !kept_->keep(request, *push)) counts_.not_kept += is_solve ? 1 : 0;
   }
   if (push->outcome != PushOutcome::solved) return push->outcome;
   auto number = push->numbers.begin();
@@ -399,6 +257,31 @@ bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curva
   anchor.sample.hardening << E(0, 0), E(1, 0), E(2, 0), E(0, 3), E(0, 4), E(0, 5), E(1, 3), E(2, 3), E(1, 5),
       E(2, 5);
   return true;
+}
+
+RestSeries SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
+  RestSeries series;
+  series.axes = axes;
+  series.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()), pack::num_monomials(2, kSeriesDegree));
+  series.energy.resize(pack::num_monomials(3, kSeriesDegree + 1));
+  const PushOutcome outcome = recall_or(
+      [&] {
+        if (rest_anchor_) solver_->forget_factor();
+        const Anchor& from = rest();
+        return compute_rest_series(*solver_, load_for(Eigen::Vector3d::Zero()), from.u, from.tangent,
+                                   packed_dofs_, axes, series)
+                   ? PushOutcome::solved
+                   : PushOutcome::unstable;
+      },
+      {PushRequest::Kind::series, 0, Eigen::Vector3d::Zero()},
+      [&](auto&& visit) {
+        for (double& number : series.energy) visit(number);
+      },
+      [&](auto&& visit) {
+        for (double& number : series.field.reshaped()) visit(number);
+      });
+  if (outcome != PushOutcome::solved) throw std::logic_error("the stiffness at rest has become unstable");
+  return series;
 }
 
 bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample) {

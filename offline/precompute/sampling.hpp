@@ -1,59 +1,18 @@
-// Where to sample the ball of tool displacements, and the nonlinear solves there.
-//
-// Departs from Zhong et al. 2005 section 3.2, whose N^3 grid (in effect ten points on one ray) leaves most of
-// the polynomial undetermined. Points are chosen greedily to maximise the information about the polynomial
-// (D-optimality), counting that every converged solve also gives the exact first and second derivatives of the field
-// for nine back-solves, each refined, with the factor at hand: ten equations a point. On the brain at 1 h, degree 3 takes 4 solves
-// so, 6 with first derivatives alone, and degree 5 takes 8 in place of 16. Such points lie on the boundary, nearly all
-// of them; for what no polynomial follows, some are spread over the inside (the paper's cylinder at 40 % strain, 60
-// solves: p95 0.68 -> 0.33 %, with the weights of polynomial_dd.hpp).
+// The nonlinear solves at a contact site, each with the exact derivatives of the answer.
 #pragma once
 
 #include <Eigen/Core>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
+#include "offline/precompute/rest_series.hpp"
 #include "offline/precompute/rest_state.hpp"
+#include "offline/precompute/sample_points.hpp"
 #include "offline/precompute/sample_store.hpp"
 
 namespace palpate {
-
-// Value, three first and six second derivatives of each dof.
-inline constexpr int kEquationsPerSample = 10;
-
-// Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
-// constant and linear part: each next one chosen for the lowest degree that it and those before it do not yet determine
-// twice over;
-// of the later ones every third instead inside, the farthest from all before. Always the same sequence, made as far as it is asked for; thread-safe. Cost: some 20 ms a point, once.
-class SamplePoints {
- public:
-  explicit SamplePoints(bool half);
-  Eigen::Vector3d operator[](size_t index);
-
- private:
-  void choose_next();
-  Eigen::Vector3d most_informative();
-  Eigen::Vector3d farthest_inner() const;
-  std::mutex mutex_;
-  std::vector<Eigen::Vector3d> candidates_;
-  std::vector<Eigen::Vector3d> inner_candidates_;
-  std::vector<Eigen::MatrixXd> candidate_rows_;  // of the design, at each candidate
-  Eigen::MatrixXd information_;                  // M = sum over chosen points of R^T R, R their rows
-  int degree_ = 0;
-  std::vector<Eigen::Vector3d> chosen_;
-};
-
-// Points of the unit ball for the error survey: directions uniform, |x| uniform within one quarter of (0, 1]
-// after the other, so that every quarter is measured: from the outermost inward, the first `skipped` of that round
-// left out.
-std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
-                                                  size_t skipped = 0);
-
-// A rotation whose third column is `axis`: turns the half-ball z >= 0 to the half-ball about it.
-Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 
 // The organ's answer to one tool displacement, from the full nonlinear solve; all from rest.
 struct Sample {
@@ -94,6 +53,9 @@ class SiteSampler {
   // The truth for a survey: the straight path from rest in so many increments (more where Newton asks for
   // them), whatever the neighbours say. Field, energy and force only. False when no equilibrium was found.
   [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
+
+  // In y, d = axes y; kept as a solve is, and not counted as one. Throws as solve() does.
+  RestSeries rest_series(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;
 

@@ -40,7 +40,7 @@ void read_units(const SceneTable& units, Scene& scene) {
 }
 
 void read_contact(const SceneTable& contact, Scene& scene) {
-  contact.allow({"sites", "max_displacement", "directions", "tip_radius", "max_contacts"});
+  contact.allow({"sites", "sampled", "max_displacement", "directions", "tip_radius", "max_contacts"});
   const std::optional<double> displacement = contact.number_above_zero("max_displacement");
   if (!displacement) {
     contact.fail("max_displacement",
@@ -53,6 +53,8 @@ void read_contact(const SceneTable& contact, Scene& scene) {
                  "contact.max_displacement lies outside 1e-15 to 1e15; state the model in other units");
   }
   if (contact.choice("directions", {"all", "inward"}) == 1) scene.directions = Directions::inward;
+  constexpr SampledSites kSampled[] = {SampledSites::automatic, SampledSites::all, SampledSites::fewest};
+  scene.sampled_sites = kSampled[contact.choice("sampled", {"auto", "all", "fewest"}).value_or(0)];
   scene.tip_radius = contact.number_from_zero("tip_radius").value_or(scene.tip_radius);
   scene.max_contacts = contact.integer("max_contacts", 1, pack::kMostContacts).value_or(scene.max_contacts);
 }

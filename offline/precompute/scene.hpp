@@ -22,6 +22,10 @@ enum class FieldPrecision { automatic, real, rounded };
 // How polynomial_dd samples and fits; all but the first as the paper does (paper_quadratic.hpp).
 enum class PolynomialMethod { hermite, paper_grid, paper_ray };
 
+// At which sites solves are made for polynomials; fewest: where derivatives at rest alone do not keep the target; automatic:
+// fewest of a whole surface, all of some sites.
+enum class SampledSites { automatic, all, fewest };
+
 struct Scene {
   std::filesystem::path file;
   std::filesystem::path model_file;  // resolved against the folder of `file`
@@ -45,6 +49,7 @@ struct Scene {
   ComplianceForm compliance = ComplianceForm::automatic;
   bool polynomial = true;  // carry polynomial_dd
   PolynomialMethod polynomial_method = PolynomialMethod::hermite;
+  SampledSites sampled_sites = SampledSites::automatic;
   FieldPrecision precision = FieldPrecision::automatic;
   std::optional<bool>
       zone;  // carry nonlinear_zone; unset: where several contacts are to be answered within the budget

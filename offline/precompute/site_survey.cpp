@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "offline/precompute/affine_site.hpp"
+#include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 #include "offline/precompute/solver_threads.hpp"
 #include "schemas/monomials.hpp"
@@ -116,7 +118,6 @@ class SiteDomain {
 // Samples a site until its fit keeps the target, and fits it.
 SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
-  domain.sample_rest();
   size_t next = 0;
   for (size_t wanted = plan.least_samples;;
        wanted = std::min(plan.most_samples, std::max(wanted + 2, wanted * 5 / 4))) {
@@ -128,6 +129,43 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
     const bool is_kept = std::max(error, result.held_out_force_error) <= plan.target;
     if (is_kept || wanted == plan.most_samples) return fit_polynomial(samples, degree);
   }
+}
+
+// A polynomial's errors at a sample, as the survey has them; the force's floored at 5 % of `largest_force`.
+std::pair<double, double> errors_at(const SitePolynomial& polynomial, const Sample& sample,
+                                    double largest_force) {
+  constexpr double kFloor = 0.05;
+  const Eigen::Vector3d x = polynomial.to_unit * sample.displacement;
+  const Eigen::VectorXd wrong = field_at(polynomial, sample.displacement) - sample.field;
+  const Eigen::Vector3d force =
+      polynomial.to_unit.transpose() *
+      (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
+  return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / sample.displacement.norm(),
+          (force - sample.force).norm() / std::max(sample.force.norm(), kFloor * largest_force)};
+}
+
+// affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to; else these
+// are the first samples of a fit.
+SitePolynomial fit_where_needed(SiteSampler& sampler, SiteDomain& domain, const ContactSites& sites,
+                                const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
+                                const SiteSamples& samples, SiteResult& result) {
+  const RestSeries series = sampler.rest_series(sites.mean_surface_edge * site.frame);
+  domain.sample_rest();
+  const SitePolynomial unsampled =
+      unsampled_polynomial(samples.linear, series, samples.to_unit, samples.half);
+  for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) domain.sample(x);
+  double largest_force = 0;
+  for (const Sample& sample : samples.samples) largest_force = std::max(largest_force, sample.force.norm());
+  for (size_t i = 1; i < samples.samples.size(); ++i) {
+    const auto [displacement, force] = errors_at(unsampled, samples.samples[i], largest_force);
+    result.held_out_error = std::max(result.held_out_error, displacement);
+    result.held_out_force_error = std::max(result.held_out_force_error, force);
+  }
+  if (result.cut_by != PushOutcome::solved ||
+      std::max(result.held_out_error, result.held_out_force_error) > plan.target)
+    return fit_to_target(domain, plan, points, samples, result);
+  result.samples = 0;
+  return unsampled;
 }
 
 SitePolynomial fit_as_paper(SiteDomain& domain, const Scene& scene, const Eigen::Vector3d& inward,
@@ -156,9 +194,14 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     samples.linear = linear.field_compliance.size() > 0 ? linear_response(linear, site)
                                                         : linear_response(solver, sites, site, rest);
     SiteDomain domain(sampler, scene, site, label, samples, result);
-    const SitePolynomial fit = scene.polynomial_method == PolynomialMethod::hermite
-                                   ? fit_to_target(domain, plan, points, samples, result)
-                                   : fit_as_paper(domain, scene, site.inward, samples);
+    const auto fit_site = [&] {
+      if (scene.polynomial_method != PolynomialMethod::hermite)
+        return fit_as_paper(domain, scene, site.inward, samples);
+      if (plan.fewest) return fit_where_needed(sampler, domain, sites, site, plan, points, samples, result);
+      domain.sample_rest();
+      return fit_to_target(domain, plan, points, samples, result);
+    };
+    const SitePolynomial fit = fit_site();
     constexpr double kBasisPart = 0.2;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
     for (const auto& [degree, tolerance, rounded] : plan.other_settings) {
@@ -166,10 +209,13 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
           reduce_basis(fit_polynomial(samples, degree), samples.half, tolerance, rounded));
     }
   }
+  // Few may be sampled of many: each of them is measured in each quarter of the range.
+  const int survey_samples =
+      plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
   // The label seeds the survey, so that adding a site leaves the others' surveys as they were, but for the quarters that
   // few pushes a site leave to the next sites.
   for (const Eigen::Vector3d& point :
-       choose_survey_points(plan.survey_samples, samples.half, static_cast<std::uint64_t>(label),
+       choose_survey_points(survey_samples, samples.half, static_cast<std::uint64_t>(label),
                             index * static_cast<size_t>(plan.survey_samples))) {
     result.survey.push_back(
         solve_push(sampler, {index, samples.to_unit.inverse() * point, survey_increments(point.norm())}));
@@ -234,6 +280,11 @@ std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, 
   }
   std::sort(chosen.begin(), chosen.end());
   return chosen;
+}
+
+size_t num_sampled(const std::vector<SiteResult>& results) {
+  return static_cast<size_t>(
+      std::count_if(results.begin(), results.end(), [](const SiteResult& site) { return site.samples > 0; }));
 }
 
 SolveCounts sum_of_counts(const std::vector<SiteResult>& results) {

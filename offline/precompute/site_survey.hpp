@@ -20,6 +20,7 @@ struct SamplingPlan {
   double target = 0.01;       // of displacement and force: samples are added to a site until its fit keeps it
   size_t least_samples = 10;  // nonlinear solves with their derivatives
   size_t most_samples = 60;
+  bool fewest = false;     // sites are sampled: those where affine_site does not keep the target
   bool rounded = false;    // the basis of the field, to int16
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
   int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
@@ -31,7 +32,7 @@ struct SamplingPlan {
 struct SiteResult {
   SitePolynomial polynomial;                 // of degree 0 when none was asked for
   std::vector<SitePolynomial> others;        // of SamplingPlan::other_settings
-  size_t samples = 0;                        // nonlinear solves that it was fitted to
+  size_t samples = 0;                        // nonlinear solves that it was fitted to; 0: affine_site
   double held_out_error = 0;                 // of the fit, displacement; 0 for the paper's, which has none
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
@@ -75,6 +76,9 @@ std::vector<SurveySample> solve_pushes(const Assembly& assembly, const ContactSi
 
 // So many sites far from one another, ascending: from the first one on, each the farthest from those before.
 std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, size_t count);
+
+// Of sites with polynomials; the others are affine_site's.
+size_t num_sampled(const std::vector<SiteResult>& results);
 
 // The sum over all sites.
 SolveCounts sum_of_counts(const std::vector<SiteResult>& results);

@@ -76,8 +76,7 @@ extern "C" pal_status pal_session_set_gravity(pal_session* session, const double
   }
   const bool turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
   // The polynomials know only the gravity that they were sampled in, a zone that of rest.
-  if (turned && (session->config.model == PAL_MODEL_POLYNOMIAL || session->config.model == PAL_MODEL_ZONE))
-    return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  if (turned && palpate::is_nonlinear_alone(session->config.model)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   for (int i = 0; i < 3; ++i) {
     session->gravity_changed = session->gravity_changed || session->gravity_turn[i] != turn[i];
     session->gravity_turn[i] = turn[i];

@@ -18,7 +18,7 @@ struct ErrorBinView {
   double force_bound;
 };
 
-inline constexpr uint32_t kNumModels = 3;  // ResponseModel of the schema that this library knows
+inline constexpr uint32_t kNumModels = 4;  // ResponseModel of the schema that this library knows
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model

@@ -21,10 +21,17 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/pack_view.hpp"
+
 namespace palpate {
 
 // Beyond this many radii the displacement itself is shortened.
 inline constexpr double kLargestExtrapolation = 4.0;
+
+// Whether the site's polynomial was fitted to nonlinear solves; else it is affine_site's.
+inline bool was_sampled(const pal_pack& pack, uint32_t site) {
+  return pack.polynomial_sites[site].samples > 0;
+}
 
 struct PolynomialAnswer {
   uint32_t flags;       // PAL_FLAG_EXTRAPOLATED, PAL_FLAG_CLAMPED

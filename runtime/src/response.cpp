@@ -195,8 +195,10 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   const ContactPlace place = place_of(contact);
   field.num_corners = place.count;
   PolynomialAnswer blend = {};
+  pal_model model = PAL_MODEL_POLYNOMIAL;  // whose errors these are
   for (uint32_t i = 0; i < place.count; ++i) {
     const auto [site, weight] = place.corners[i];
+    if (!was_sampled(pack, site)) model = PAL_MODEL_AFFINE;
     PolynomialAnswer answer;
     evaluate_polynomial(pack, site, session.displacements, answer, field.corners[i]);
     field.corners[i].weight = static_cast<pal_real>(weight);
@@ -206,8 +208,9 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
     for (int k = 0; k < 9; ++k) blend.stiffness[k] += weight * answer.stiffness[k];
   }
   session.stored_energy = blend.energy * pack.newtons * pack.metres;
-  if (results != nullptr)
-    give_result(session, PAL_MODEL_POLYNOMIAL, blend.flags, blend.force, blend.stiffness, results[0]);
+  if (results == nullptr) return;
+  give_result(session, model, blend.flags, blend.force, blend.stiffness, results[0]);
+  if (session.config.model == PAL_MODEL_AFFINE) results[0].model = PAL_MODEL_AFFINE;
 }
 
 void answer_linear_point(pal_session& session, const pal_contact& contact, pal_contact_result* results) {
@@ -273,7 +276,8 @@ bool zone_answers(const pal_session& session, uint32_t num_contacts, bool forces
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
   return !forces_given && !session.gravity_turned &&
-         (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_POLYNOMIAL) &&
+         (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_POLYNOMIAL ||
+          session.config.model == PAL_MODEL_AFFINE) &&
          session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
 }
 

@@ -119,6 +119,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     case PAL_MODEL_LINEAR:
       return pack->field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_POLYNOMIAL:
+    case PAL_MODEL_AFFINE:
       return pack->polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_ZONE:
       return pack->zone_nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
@@ -344,8 +345,7 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   }
   // The polynomials know nothing of nodes fixed later.
   if (count > 0 &&
-      (session->pack->field_compliance == nullptr || session->config.model == PAL_MODEL_POLYNOMIAL ||
-       session->config.model == PAL_MODEL_ZONE)) {
+      (session->pack->field_compliance == nullptr || palpate::is_nonlinear_alone(session->config.model))) {
     return PAL_STATUS_MODEL_CANNOT_ANSWER;
   }
   session->used = true;

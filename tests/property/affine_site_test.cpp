@@ -1,10 +1,13 @@
-// Maps that move a site's answer: what each one promises of places and vectors, and when there is none.
+// What a contact has without a solve, its series at rest; and maps that move a site's answer: what each one promises of
+// places and vectors, and when there is none.
 #include "offline/precompute/affine_site.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "offline/precompute/hermite_design.hpp"
 #include "tests/support/touched_block.hpp"
@@ -38,6 +41,90 @@ TouchedBlock flat_block(const Eigen::Vector3d& away,
   block.scene.output_nodes = extract_surface(block.model).nodes;
   block.sites = find_contact_sites(block.scene, block.model);
   return block;
+}
+
+// The middle one of the sites.
+struct SolvedSite {
+  TouchedBlock block;
+  Assembly assembly;
+  StaticSolver solver;
+  RestState rest;
+  const ContactSite& site;
+  SiteSampler sampler;
+  SitePolynomial polynomial;
+
+  explicit SolvedSite(TouchedBlock touched)
+      : block(std::move(touched)),
+        assembly(block.model, block.model.fixed_dofs()),
+        solver(assembly),
+        site(block.sites.sites[block.sites.sites.size() / 2]),
+        sampler(solver, block.sites, site, rest) {
+    const RestSeries series = sampler.rest_series(block.sites.mean_surface_edge * site.frame);
+    polynomial = unsampled_polynomial(linear_response(solver, block.sites, site, rest), series,
+                                      site.frame.transpose() / block.scene.max_displacement, false);
+  }
+};
+
+Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
+  return polynomial.to_unit.transpose() *
+         (hermite_rows(polynomial.to_unit * d, 2, polynomial.degree + 1, 1).bottomRows<3>() *
+          polynomial.energy);
+}
+
+// To fifth order in the field, and so in the force: what is left of the nonlinear answer is of sixth.
+TEST(AffineSite, SeriesAtRestConvergesWithItsOrder) {
+  for (const bool ten_nodes : {false, true}) {
+    SolvedSite solved(touched_block(ten_nodes ? 3 : 4, 0.3, ten_nodes));
+    const Eigen::Vector3d direction = Eigen::Vector3d(0.4, 0.3, -0.86).normalized();
+    std::array<double, 2> field_error = {};
+    std::array<double, 2> force_error = {};
+    for (size_t i = 0; i < 2; ++i) {
+      const Eigen::Vector3d d = (i == 0 ? 0.1 : 0.05) * direction;
+      Sample truth;
+      ASSERT_TRUE(solved.sampler.solve_from_rest(d, 4, truth));
+      field_error[i] = (field_at(solved.polynomial, d) - truth.field).norm() / d.norm();
+      force_error[i] = (force_at(solved.polynomial, d) - truth.force).norm() / truth.force.norm();
+    }
+    EXPECT_LT(field_error[0], 5e-4);
+    EXPECT_LT(force_error[0], 5e-5);
+    EXPECT_NEAR(std::log2(field_error[0] / field_error[1]), 5, 0.7) << ten_nodes;
+    EXPECT_NEAR(std::log2(force_error[0] / force_error[1]), 5, 0.7) << ten_nodes;
+  }
+}
+
+// Second derivatives of the field and third ones of the energy, known from the solver in another way.
+TEST(AffineSite, SeriesAtRestBeginsWithTheDerivativesThere) {
+  SolvedSite solved(touched_block(4, 0.3));
+  Sample rest;
+  ASSERT_EQ(solved.sampler.solve(Eigen::Vector3d::Zero(), rest), PushOutcome::solved);
+  const SitePolynomial& polynomial = solved.polynomial;
+  const double size = solved.block.scene.max_displacement;
+  for (const Eigen::Vector3d& along : sphere_points(7)) {
+    const Eigen::Vector3d d = solved.site.frame * along;
+    const Eigen::Vector<double, 6> squares(0.5 * d[0] * d[0], d[0] * d[1], d[0] * d[2], 0.5 * d[1] * d[1],
+                                           d[1] * d[2], 0.5 * d[2] * d[2]);
+    const Eigen::VectorXd expected = rest.field_curvature * squares * size * size;
+    const Eigen::VectorXd found = polynomial.basis * polynomial.coefficients.topRows<6>().transpose() *
+                                  hermite_rows(along, 2, 2, 0).transpose();
+    EXPECT_LE((found - expected).norm(), 1e-4 * expected.norm());
+    const auto& T = rest.hardening;
+    const double third = d[0] * d[0] * (T[0] * d[0] + 3 * T[1] * d[1] + 3 * T[2] * d[2]) +
+                         d[1] * d[1] * (3 * T[3] * d[0] + T[6] * d[1] + 3 * T[7] * d[2]) +
+                         d[2] * d[2] * (3 * T[5] * d[0] + 3 * T[8] * d[1] + T[9] * d[2]) +
+                         6 * T[4] * d[0] * d[1] * d[2];
+    const double energy = hermite_rows(along, 3, 3, 0).row(0).dot(polynomial.energy.segment<10>(6));
+    EXPECT_NEAR(energy, third * std::pow(size, 3) / 6, 1e-5 * rest.stiffness.norm() * size * size);
+  }
+}
+
+// Of a linear organ nothing is left beyond the linear answer.
+TEST(AffineSite, SeriesOfALinearOrganIsNil) {
+  TouchedBlock block = touched_block(3, 0.3);
+  for (Material& material : block.model.materials) material.law = LinearElastic{1.0, 4.0};
+  SolvedSite solved(std::move(block));
+  EXPECT_LE(solved.polynomial.basis.norm(), 1e-7 * solved.polynomial.linear.norm());
+  EXPECT_LE(solved.polynomial.energy.tail(solved.polynomial.energy.size() - 6).norm(),
+            1e-7 * solved.polynomial.energy.norm());
 }
 
 TEST(AffineSite, TakesTheContactToTheSite) {

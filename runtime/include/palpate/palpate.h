@@ -113,14 +113,20 @@ typedef enum pal_status {
 const char* pal_status_text(pal_status status) PAL_NOEXCEPT;
 
 typedef enum pal_model {
-  /* polynomial_dd where the pack has it and it can answer the contacts, else nonlinear_zone, else linear_dd */
+  /* polynomial_dd and affine_site where the pack has them and they can answer the contacts, else nonlinear_zone, else
+   * linear_dd */
   PAL_MODEL_AUTO = 0,
-  PAL_MODEL_LINEAR = 1,     /* linear_dd: any contacts, nodes fixed while running */
-  PAL_MODEL_POLYNOMIAL = 2, /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes */
+  PAL_MODEL_LINEAR = 1, /* linear_dd: any contacts, nodes fixed while running */
+  /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes. Where a site was not sampled affine_site answers, and the
+   * result says so. */
+  PAL_MODEL_POLYNOMIAL = 2,
   /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned
    * gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
    * stored energy but for some 1e-4 of it, and its stiffness symmetric. */
-  PAL_MODEL_ZONE = 3
+  PAL_MODEL_ZONE = 3,
+  /* affine_site: as polynomial_dd, at sites that were not sampled: their exact derivatives at rest, to fifth order. A site that
+   * was sampled answers with its own polynomial. */
+  PAL_MODEL_AFFINE = 4
 } pal_model;
 
 /* What is doubtful about an answer. */
