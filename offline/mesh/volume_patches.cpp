@@ -125,7 +125,10 @@ class PatchGrower {
       std::map<int, int> faces;  // shared with each neighbour
       for (const int e : patches_[p]) {
         for (const int other : neighbours_.of(e)) {
-          if (patch_of_[other] != static_cast<int>(p)) ++faces[patch_of_[other]];
+          const int neighbour = patch_of_[other];
+          const std::size_t together =
+              patches_[p].size() + patches_[static_cast<std::size_t>(neighbour)].size();
+          if (neighbour != static_cast<int>(p) && together < 3 * wanted_) ++faces[neighbour];
         }
       }
       if (faces.empty()) continue;
@@ -179,6 +182,13 @@ VolumePatchCount count_volume_patches(const Model& model) {
       std::ranges::minmax_element(elements, {}, [](const auto& one) { return one.second; });
   count = {static_cast<int>(elements.size()), fewest->second, most->second};
   return count;
+}
+
+bool shares_linear_volumes(const Model& model) {
+  return std::ranges::any_of(model.elements, [&](const Tetrahedron& element) {
+    return element.volume_patch >= 0 && std::holds_alternative<LinearElastic>(
+                                            model.materials[static_cast<std::size_t>(element.material)].law);
+  });
 }
 
 }  // namespace palpate

@@ -18,7 +18,7 @@ inline constexpr int kElementsPerVolumePatch = 8;
 
 // Sets Tetrahedron::volume_patch: to a number of its own for each element of ten nodes whose group is not -1; for
 // those of four nodes to that of a patch, compact and connected by faces, of elements of the same group. Patches of
-// up to half as many elements join a neighbour where they have one. The same input gives the same patches.
+// up to half as many elements join a neighbour where they have one and do not become thrice as large. The same input gives the same patches.
 void form_volume_patches(Model& model, const std::vector<int>& group_of_element,
                          int elements_per_patch = kElementsPerVolumePatch);
 
@@ -29,5 +29,8 @@ struct VolumePatchCount {
   int most_elements = 0;
 };
 VolumePatchCount count_volume_patches(const Model& model);
+
+// Whether elements of *ELASTIC at small strain share their volumes, which nonlinear zones do not know.
+bool shares_linear_volumes(const Model& model);
 
 }  // namespace palpate

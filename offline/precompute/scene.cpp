@@ -281,10 +281,12 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   read_models(top.table("models"), scene);
 
   loaded.model = read_model(top, scene);
-  if (scene.zone.value_or(false) && count_volume_patches(loaded.model).patches > 0) {
-    top.table("models").fail("zone",
-                             "a nonlinear zone cannot hold elements that share their volume (MEAN "
-                             "DILATATION, C3D10H); remove models.zone = true");
+  if (scene.zone.value_or(false) && shares_linear_volumes(loaded.model)) {
+    top.table("models").fail(
+        "zone",
+        "a nonlinear zone cannot hold elements that share their volume (MEAN DILATATION, C3D10H) "
+        "where the material is *ELASTIC at small strain; remove models.zone = true, or add a "
+        "*STEP, NLGEOM");
   }
   if (scene.gravity) check_densities(gravity, loaded.model);
   const Body body(loaded.model);
