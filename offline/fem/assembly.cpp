@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 
 #include "offline/fem/parallel_for.hpp"
 #include "offline/material/volume_split.hpp"
@@ -77,10 +78,15 @@ Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes
 
 }  // namespace
 
-template <int kNodes>
+template <bool kShares, int kNodes>
 const Law& Assembly::law(const Batch<kNodes>& batch, int lane) const {
   const auto material = static_cast<size_t>(batch.materials[static_cast<size_t>(lane)]);
-  return batch.shares_volume ? laws_without_volume_[material] : model_->materials[material].law;
+  return kShares ? laws_without_volume_[material] : model_->materials[material].law;
+}
+
+template <int kNodes>
+const Law& Assembly::law(const Batch<kNodes>& batch, int lane) const {
+  return batch.shares_volume ? law<true>(batch, lane) : law<false>(batch, lane);
 }
 
 template <int kNodes>
@@ -94,7 +100,14 @@ void Assembly::for_each_batch(Work&& work) const {
   const int num_parts = static_cast<int>(parts_.size());
   parallel_for(num_parts, num_parts, [&](int part, int) {
     const auto visit = [&](const auto& kind) {
-      for (size_t i = 0; i < kind.batches.size(); ++i) work(part, kind.batches[i], kind.scatter[i]);
+      for (size_t i = 0; i < kind.batches.size(); ++i) {
+        // As a type, so that elements that share nothing pay nothing.
+        if (kind.batches[i].shares_volume) {
+          work(part, kind.batches[i], kind.scatter[i], std::true_type());
+        } else {
+          work(part, kind.batches[i], kind.scatter[i], std::false_type());
+        }
+      }
     };
     visit(parts_[static_cast<size_t>(part)].linear);
     visit(parts_[static_cast<size_t>(part)].quadratic);
@@ -346,45 +359,47 @@ void Assembly::place_patches() {
 SharedVolumes::State Assembly::volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const {
   SharedVolumes::State state = volumes_.begin(with_gradients);
   if (volumes_.empty()) return state;
-  for_each_batch([&]<int kNodes>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&) {
-    if (!batch.shares_volume) return;
-    const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
-    const NodalLanes<kNodes> u = gather(batch, displacement.data());
-    NodalLanes<kNodes> gradient = {};
-    std::array<double, kLanes> volume = {};
-    for (const auto& point : batch.points) {
-      KinematicsLanes kinematics;
-      kernels.deform(point, u, kinematics);
-      DyadicLanes terms = {};
-      for (int lane = 0; lane < batch.num_elements; ++lane) {
-        double& sum = volume[static_cast<size_t>(lane)];
-        if (batch.dyadic) {
-          sum += point.volume[lane] * kinematics.J[lane];
-          terms.transposed.set(lane, -kinematics.J[lane]);
-          continue;
+  for_each_batch(
+      [&]<int kNodes, typename Shares>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&, Shares) {
+        if (!Shares::value) return;
+        const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+        const NodalLanes<kNodes> u = gather(batch, displacement.data());
+        NodalLanes<kNodes> gradient = {};
+        std::array<double, kLanes> volume = {};
+        for (const auto& point : batch.points) {
+          KinematicsLanes kinematics;
+          kernels.deform(point, u, kinematics);
+          DyadicLanes terms = {};
+          for (int lane = 0; lane < batch.num_elements; ++lane) {
+            double& sum = volume[static_cast<size_t>(lane)];
+            if (batch.dyadic) {
+              sum += point.volume[lane] * kinematics.J[lane];
+              terms.transposed.set(lane, -kinematics.J[lane]);
+              continue;
+            }
+            const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
+            sum += point.volume[lane] * volume_measure(law(batch, lane), F);
+            if (!with_gradients) continue;
+            const Eigen::Matrix<double, 3, kNodes> at_nodes =
+                point.volume[lane] * volume_gradient(law(batch, lane), F) * gradients_of<kNodes>(point, lane);
+            for (int a = 0; a < kNodes; ++a) {
+              for (int axis = 0; axis < 3; ++axis)
+                gradient[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
+            }
+          }
+          if (batch.dyadic && with_gradients) kernels.add_force(point, kinematics, terms, gradient);
         }
-        const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
-        sum += point.volume[lane] * volume_measure(law(batch, lane), F);
-        if (!with_gradients) continue;
-        const Eigen::Matrix<double, 3, kNodes> at_nodes =
-            point.volume[lane] * volume_gradient(law(batch, lane), F) * gradients_of<kNodes>(point, lane);
-        for (int a = 0; a < kNodes; ++a) {
-          for (int axis = 0; axis < 3; ++axis)
-            gradient[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
+        for (int lane = 0; lane < batch.num_elements; ++lane) {
+          if (!owns(part, batch.nodes[0][static_cast<size_t>(lane)])) continue;
+          const auto e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
+          state.volumes[e] = volume[static_cast<size_t>(lane)];
+          if (!with_gradients) continue;
+          for (size_t a = 0; a < kNodes; ++a) {
+            for (size_t axis = 0; axis < 3; ++axis)
+              state.gradients[e][3 * a + axis] = gradient[a][axis][lane];
+          }
         }
-      }
-      if (batch.dyadic && with_gradients) kernels.add_force(point, kinematics, terms, gradient);
-    }
-    for (int lane = 0; lane < batch.num_elements; ++lane) {
-      if (!owns(part, batch.nodes[0][static_cast<size_t>(lane)])) continue;
-      const auto e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
-      state.volumes[e] = volume[static_cast<size_t>(lane)];
-      if (!with_gradients) continue;
-      for (size_t a = 0; a < kNodes; ++a) {
-        for (size_t axis = 0; axis < 3; ++axis) state.gradients[e][3 * a + axis] = gradient[a][axis][lane];
-      }
-    }
-  });
+      });
   volumes_.finish(state);
   return state;
 }
@@ -414,7 +429,8 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   const SharedVolumes::State volumes = volume_state(displacement, false);
   std::vector<ElementState> states(parts_.size());
   for (ElementState& state : states) state.min_jacobian = std::numeric_limits<double>::infinity();
-  for_each_batch([&]<int kNodes>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&) {
+  for_each_batch([&]<int kNodes, typename Shares>(int part, const Batch<kNodes>& batch,
+                                                  const Scatter<kNodes>&, Shares) {
     ElementState& state = states[static_cast<size_t>(part)];
     const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
@@ -425,7 +441,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       DyadicLanes terms = {};
       for (int lane = 0; lane < batch.num_elements; ++lane) {
         const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
-        const Law& element_law = law(batch, lane);
+        const Law& element_law = law<Shares::value>(batch, lane);
         // Small strain knows no inversion.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
         const bool equal = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
@@ -434,12 +450,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
           state.worst_element = static_cast<int>(e);
         }
         const bool counts_energy = energy != nullptr && owns(part, batch.nodes[0][static_cast<size_t>(lane)]);
-        const double shared = batch.shares_volume ? pressure(volumes, batch, lane) : 0.0;
-        if (batch.dyadic) {
-          DyadicTangent coefficients = dyadic_tangent(element_law, kinematics.I1[lane], J);
-          if (batch.shares_volume) add_volume_terms(shared, J, coefficients);
-          terms.set(lane, coefficients);
-        }
+        if (batch.dyadic) terms.set(lane, dyadic_tangent(element_law, kinematics.I1[lane], J));
         if (batch.dyadic && !counts_energy) continue;
         const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
         if (counts_energy) {
@@ -448,13 +459,18 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
         }
         if (batch.dyadic) continue;
         Eigen::Matrix3d stress = first_piola_kirchhoff(element_law, F);
-        if (batch.shares_volume) stress += shared * volume_gradient(element_law, F);
+        if constexpr (Shares::value)
+          stress += pressure(volumes, batch, lane) * volume_gradient(element_law, F);
         const Eigen::Matrix<double, 3, kNodes> at_nodes =
             point.volume[lane] * stress * gradients_of<kNodes>(point, lane);
         for (int a = 0; a < kNodes; ++a) {
           for (int axis = 0; axis < 3; ++axis)
             nodal[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
         }
+      }
+      if constexpr (Shares::value) {
+        for (int lane = 0; batch.dyadic && lane < batch.num_elements; ++lane)
+          terms.transposed.add(lane, -pressure(volumes, batch, lane) * kinematics.J[lane]);
       }
       if (batch.dyadic) kernels.add_force(point, kinematics, terms, nodal);
     }
@@ -492,7 +508,8 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
   double* values = stiffness.valuePtr();
   std::fill(values, values + stiffness.nonZeros(), 0.0);
   const SharedVolumes::State volumes = volume_state(displacement, true);
-  for_each_batch([&]<int kNodes>(int, const Batch<kNodes>& batch, const Scatter<kNodes>& scatter) {
+  for_each_batch([&]<int kNodes, typename Shares>(int, const Batch<kNodes>& batch,
+                                                  const Scatter<kNodes>& scatter, Shares) {
     constexpr int kDofs = 3 * kNodes;
     const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
@@ -502,19 +519,19 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
       kernels.deform(point, u, kinematics);
       DyadicLanes terms = {};
       for (int lane = 0; lane < batch.num_elements; ++lane) {
-        const Law& element_law = law(batch, lane);
-        const double shared = batch.shares_volume ? pressure(volumes, batch, lane) : 0.0;
+        const Law& element_law = law<Shares::value>(batch, lane);
         Matrix9d tangent;
         if (project || !batch.dyadic) {
           const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
           tangent = stress_and_tangent(element_law, F).tangent;
-          if (batch.shares_volume) add_volume_curvature(element_law, shared, F, tangent);
+          if constexpr (Shares::value)
+            add_volume_curvature(element_law, pressure(volumes, batch, lane), F, tangent);
         }
         const bool changed = project && clamp_negative_eigenvalues(tangent);
         if (batch.dyadic && !changed) {
           const double J = kinematics.J[lane];
           DyadicTangent coefficients = dyadic_tangent(element_law, kinematics.I1[lane], J);
-          if (batch.shares_volume) add_volume_terms(shared, J, coefficients);
+          if constexpr (Shares::value) add_volume_terms(pressure(volumes, batch, lane), J, coefficients);
           terms.set(lane, coefficients);
           continue;
         }

@@ -108,6 +108,8 @@ class Assembly {
   void places_of(int part, std::span<const int> nodes, std::span<int> places) const;
   void place_patches();
   bool owns(int part, int node) const { return node_part_[static_cast<size_t>(node)] == part; }
+  template <bool kShares, int kNodes>
+  const Law& law(const Batch<kNodes>& batch, int lane) const;
   template <int kNodes>
   const Law& law(const Batch<kNodes>& batch, int lane) const;  // W', where volumes are shared
   // U' of the patch of a lane's element.
@@ -116,13 +118,14 @@ class Assembly {
   // Empty where no volumes are shared.
   SharedVolumes::State volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const;
   void add_dyads(const SharedVolumes::State& volumes, double* values) const;
-  // Calls work(part, batch, its scatter) for each batch, each part on a thread of its own.
+  // Calls work(part, batch, its scatter, std::bool_constant of whether it shares volumes) for each batch, each part on a
+  // thread of its own.
   template <typename Work>
   void for_each_batch(Work&& work) const;
 
   const Model* model_;
   SharedVolumes volumes_;
-  std::vector<Law> laws_without_volume_;  // of each material
+  std::vector<Law> laws_without_volume_;  // of each material: W' of volume_split.hpp
   int threads_;
   // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
   // nodes, in an order of the elements that is the same for all (make_batches); those on the border of two

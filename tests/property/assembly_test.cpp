@@ -557,5 +557,29 @@ TEST(AssemblyProperty, SharedVolumesStoreTheMeansEnergy) {
   EXPECT_NEAR(stored_energy(assembly, bent), expected, kRounding * expected);
 }
 
+// Without a bulk modulus of their own, elements of a patch have no mode that costs less than those of a tissue without
+// any resistance to a change of volume but that of its shear.
+TEST(AssemblyProperty, SharedVolumesHaveNoSoftModes) {
+  const auto softest = [](Kind kind, double bulk) {
+    BlockShape shape;
+    shape.cells = {3, 3, 3};
+    InvariantLaw law;
+    law.c10 = 0.5;
+    law.volumetric.inverse_d[0] = 0.5 * bulk;
+    shape.law = law;
+    const Model model = test::with_fixed_base(in_kind(kind, tetrahedral_block(shape)));
+    const Assembly assembly(model, model.fixed_dofs());
+    Assembly::SparseLower lower;
+    assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, lower);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(dense_of(lower), Eigen::EigenvaluesOnly);
+    return modes.eigenvalues()[0];
+  };
+  const double compressible = softest(Kind::four_nodes, 2.0 / 3.0);  // mu = 1, lambda = 0
+  EXPECT_GE(softest(Kind::four_nodes_sharing, 2.0 / 3.0), 0.9 * compressible);
+  EXPECT_GE(softest(Kind::four_nodes_sharing, 5e3), compressible);
+  EXPECT_GE(softest(Kind::ten_nodes_sharing, 5e3), 0.1 * compressible)
+      << "half as far apart, an eighth of the volume";
+}
+
 }  // namespace
 }  // namespace palpate
