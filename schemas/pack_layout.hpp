@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 8;
+inline constexpr uint32_t kFormatVersion = 9;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -117,8 +117,14 @@ struct ZoneElement {
   uint32_t nodes[kZoneElementNodes];  // of NonlinearZone; those beyond num_nodes are 0
   uint32_t num_nodes;                 // 4 or 10
   uint32_t material;
+  // Elements of the same number share their volume change (offline/fem/shared_volumes.hpp) and follow one another,
+  // numbers ascending; kNoPatch, behind them: each point its own.
+  uint32_t volume_patch;
 };
-static_assert(sizeof(ZoneElement) == 48);
+static_assert(sizeof(ZoneElement) == 52);
+inline constexpr uint32_t kNoPatch = UINT32_MAX;
+// Nodes of all elements of a volume patch, those of several counted as often.
+inline constexpr uint32_t kMostPatchNodes = 128;
 
 // W as in dyadic_tangent.hpp and isotropic_law.hpp.
 enum class ZoneLaw : uint32_t {

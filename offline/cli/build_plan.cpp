@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <variant>
 
+#include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 
@@ -73,7 +74,7 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   const bool is_compressed = is_to_be_compressed(scene, sites);
   const bool is_wanted =
       scene.zone.value_or(scene.max_contacts > 1 && scene.linear && !is_compressed && is_nonlinear(model));
-  if (!is_wanted) return std::nullopt;
+  if (!is_wanted || (shares_linear_volumes(model) && !scene.zone)) return std::nullopt;
   if (is_compressed) {
     throw std::runtime_error(
         scene.file.string() +
@@ -200,6 +201,13 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     } else {
       fmt::print("compliance dense, {:.1f} MB\n", dense);
     }
+  }
+  if (const VolumePatchCount patches = count_volume_patches(model); patches.patches > 0) {
+    fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
+               patches.most_elements,
+               scene.max_contacts > 1 && shares_linear_volumes(model)
+                   ? "; nonlinear zones cannot hold those of *ELASTIC at small strain and are left out"
+                   : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
     const double of_zones = zone_bytes(*zone, sites, scene.max_contacts);

@@ -20,6 +20,7 @@
 #include "offline/fem/step_loads.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/volume_patches.hpp"
 #include "offline/output/finished_file.hpp"
 #include "offline/output/vtu_writer.hpp"
 
@@ -261,6 +262,7 @@ int run_solve(const SolveArguments& arguments) {
   nlohmann::json summary = {{"model", model.file},
                             {"nodes", model.num_nodes()},
                             {"elements", model.elements.size()},
+                            {"volume_patches", count_volume_patches(model).patches},
                             {"equations", assembly.num_equations()},
                             {"solver", arguments.solver},
                             {"steps", nlohmann::json::array()}};

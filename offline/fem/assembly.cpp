@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <type_traits>
 
 #include "offline/fem/parallel_for.hpp"
+#include "offline/material/volume_split.hpp"
 
 namespace palpate {
 namespace {
@@ -76,9 +78,21 @@ Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes
 
 }  // namespace
 
+template <bool kShares, int kNodes>
+const Law& Assembly::law(const Batch<kNodes>& batch, int lane) const {
+  const auto material = static_cast<size_t>(batch.materials[static_cast<size_t>(lane)]);
+  return kShares ? laws_without_volume_[material] : model_->materials[material].law;
+}
+
 template <int kNodes>
 const Law& Assembly::law(const Batch<kNodes>& batch, int lane) const {
-  return model_->materials[static_cast<size_t>(batch.materials[static_cast<size_t>(lane)])].law;
+  return batch.shares_volume ? law<true>(batch, lane) : law<false>(batch, lane);
+}
+
+template <int kNodes>
+double Assembly::pressure(const SharedVolumes::State& volumes, const Batch<kNodes>& batch, int lane) const {
+  const int patch = volumes_.patch_of(batch.elements[static_cast<size_t>(lane)]);
+  return volumes.pressures[static_cast<size_t>(patch)];
 }
 
 template <typename Work>
@@ -86,7 +100,14 @@ void Assembly::for_each_batch(Work&& work) const {
   const int num_parts = static_cast<int>(parts_.size());
   parallel_for(num_parts, num_parts, [&](int part, int) {
     const auto visit = [&](const auto& kind) {
-      for (size_t i = 0; i < kind.batches.size(); ++i) work(part, kind.batches[i], kind.scatter[i]);
+      for (size_t i = 0; i < kind.batches.size(); ++i) {
+        // As a type, so that elements that share nothing pay nothing.
+        if (kind.batches[i].shares_volume) {
+          work(part, kind.batches[i], kind.scatter[i], std::true_type());
+        } else {
+          work(part, kind.batches[i], kind.scatter[i], std::false_type());
+        }
+      }
     };
     visit(parts_[static_cast<size_t>(part)].linear);
     visit(parts_[static_cast<size_t>(part)].quadratic);
@@ -113,7 +134,9 @@ void Assembly::divide_nodes(int parts) {
 }
 
 Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int threads)
-    : model_(&model), threads_(std::max(1, threads)) {
+    : model_(&model), volumes_(model), threads_(std::max(1, threads)) {
+  for (const Material& material : model.materials)
+    laws_without_volume_.push_back(without_volume_term(material.law));
   std::vector<char> has_element(static_cast<size_t>(model.num_nodes()), 0);
   for (const Tetrahedron& element : model.elements) {
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
@@ -131,6 +154,7 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
   set_pattern();
   make_batches<4>();
   make_batches<10>();
+  place_patches();
 }
 
 int Assembly::first_equation(int node) const {
@@ -142,30 +166,35 @@ int Assembly::first_equation(int node) const {
 }
 
 void Assembly::set_pattern() {
-  std::vector<int> first_element(static_cast<size_t>(model_->num_nodes()) + 1, 0);
-  for (const Tetrahedron& element : model_->elements) {
-    for (const int node : element.nodes()) ++first_element[static_cast<size_t>(node) + 1];
-  }
-  std::partial_sum(first_element.begin(), first_element.end(), first_element.begin());
-  std::vector<int> elements(static_cast<size_t>(first_element.back()));  // of node after node
-  std::vector<int> next = first_element;
+  // Nodes that are coupled with each other: those of an element or of a volume patch.
+  std::vector<std::span<const int>> groups;
   for (size_t e = 0; e < model_->elements.size(); ++e) {
-    for (const int node : model_->elements[e].nodes())
-      elements[static_cast<size_t>(next[static_cast<size_t>(node)]++)] = static_cast<int>(e);
+    if (volumes_.patch_of(static_cast<int>(e)) < 0) groups.push_back(model_->elements[e].nodes());
+  }
+  for (int patch = 0; patch < volumes_.num_patches(); ++patch) groups.push_back(volumes_.nodes(patch));
+  std::vector<int> first_group(static_cast<size_t>(model_->num_nodes()) + 1, 0);
+  for (const std::span<const int> group : groups) {
+    for (const int node : group) ++first_group[static_cast<size_t>(node) + 1];
+  }
+  std::partial_sum(first_group.begin(), first_group.end(), first_group.begin());
+  std::vector<int> groups_of(static_cast<size_t>(first_group.back()));  // of node after node
+  std::vector<int> next = first_group;
+  for (size_t g = 0; g < groups.size(); ++g) {
+    for (const int node : groups[g])
+      groups_of[static_cast<size_t>(next[static_cast<size_t>(node)]++)] = static_cast<int>(g);
   }
 
   std::vector<int> starts = {0};
   std::vector<int> rows;
   std::vector<int>
-      coupled;  // the node and those above it that share an element with it: its columns hold their rows
+      coupled;  // the node and those above it that share a group with it: its columns hold their rows
   std::vector<int> coupled_to(static_cast<size_t>(model_->num_nodes()), -1);
   for (int node = 0; node < model_->num_nodes(); ++node) {
     if (first_equation(node) < 0) continue;
     coupled.clear();
-    for (int i = first_element[static_cast<size_t>(node)]; i < first_element[static_cast<size_t>(node) + 1];
+    for (int i = first_group[static_cast<size_t>(node)]; i < first_group[static_cast<size_t>(node) + 1];
          ++i) {
-      for (const int other :
-           model_->elements[static_cast<size_t>(elements[static_cast<size_t>(i)])].nodes()) {
+      for (const int other : groups[static_cast<size_t>(groups_of[static_cast<size_t>(i)])]) {
         if (other < node || coupled_to[static_cast<size_t>(other)] == node) continue;
         coupled_to[static_cast<size_t>(other)] = node;
         coupled.push_back(other);
@@ -208,12 +237,14 @@ void Assembly::make_batches() {
   }
   const auto smallest = [&](size_t e) { return std::ranges::min(model_->elements[e].nodes()); };
   std::ranges::stable_sort(order, {}, smallest);
-  for (const bool dyadic : {true, false}) {
+  for (const auto& [shares_volume, dyadic] :
+       {std::pair(false, true), std::pair(false, false), std::pair(true, true), std::pair(true, false)}) {
     std::vector<Batch<kNodes>*> open(parts_.size(), nullptr);
     for (const size_t e : order) {
       const Tetrahedron& element = model_->elements[e];
       const size_t material = static_cast<size_t>(element.material);
       if (has_dyadic_tangent(model_->materials[material].law) != dyadic) continue;
+      if ((volumes_.patch_of(static_cast<int>(e)) >= 0) != shares_volume) continue;
       Eigen::Matrix<double, 3, kNodes> positions;
       for (int a = 0; a < kNodes; ++a)
         positions.col(a) = model_->positions[static_cast<size_t>(element.nodes()[static_cast<size_t>(a)])];
@@ -233,6 +264,7 @@ void Assembly::make_batches() {
         if (open[part] == nullptr || open[part]->num_elements == kLanes) {
           open[part] = &of_part(part).batches.emplace_back();
           open[part]->dyadic = dyadic;
+          open[part]->shares_volume = shares_volume;
         }
         Batch<kNodes>& batch = *open[part];
         for (int lane = batch.num_elements++; lane < kLanes; ++lane) {
@@ -264,53 +296,141 @@ void Assembly::make_batches() {
 
 template <int kNodes>
 Assembly::Scatter<kNodes> Assembly::scatter_of(int part, const Batch<kNodes>& batch) const {
-  const int* starts = pattern_.outerIndexPtr();
-  const int* rows = pattern_.innerIndexPtr();
   Scatter<kNodes> scatter;
   for (size_t lane = 0; lane < kLanes; ++lane) {
-    // The equations of a node follow one another, so the rows of the larger node stand side by side in each
-    // column of the smaller one, equally far from its end.
-    std::array<std::array<int, kNodes>, kNodes> from_end;
-    std::array<int, kNodes> first;
-    for (size_t a = 0; a < kNodes; ++a) first[a] = first_equation(batch.nodes[a][lane]);
-    for (size_t b = 0; b < kNodes; ++b) {
-      for (size_t a = b; a < kNodes; ++a) {
-        const auto [column, row] = std::minmax(first[a], first[b]);
-        if (column < 0) continue;
-        const int* end = rows + starts[column + 1];
-        from_end[b][a] = static_cast<int>(end - std::lower_bound(rows + starts[column], end, row));
-      }
+    std::array<int, kNodes> nodes;
+    for (size_t a = 0; a < kNodes; ++a) nodes[a] = batch.nodes[a][lane];
+    places_of(part, nodes, scatter[lane]);
+  }
+  return scatter;
+}
+
+void Assembly::places_of(int part, std::span<const int> nodes, std::span<int> places) const {
+  const int* starts = pattern_.outerIndexPtr();
+  const int* rows = pattern_.innerIndexPtr();
+  // The equations of a node follow one another, so the rows of the larger node stand side by side in each column
+  // of the smaller one, equally far from its end.
+  std::vector<int> from_end(nodes.size());
+  size_t entry = 0;
+  for (size_t b = 0; b < nodes.size(); ++b) {
+    const int first_b = first_equation(nodes[b]);
+    for (size_t a = b; a < nodes.size(); ++a) {
+      const int first_a = first_equation(nodes[a]);
+      const auto [column, row] = std::minmax(first_a, first_b);
+      if (column < 0) continue;
+      const int* end = rows + starts[column + 1];
+      from_end[a] = static_cast<int>(end - std::lower_bound(rows + starts[column], end, row));
     }
-    size_t entry = 0;
-    for (size_t b = 0; b < 3 * kNodes; ++b) {
-      for (size_t a = b; a < 3 * kNodes; ++a, ++entry) {
-        const int node_a = batch.nodes[a / 3][lane];
-        const int node_b = batch.nodes[b / 3][lane];
-        const int at_a = dof_equations_[3 * static_cast<size_t>(node_a) + a % 3];
-        const int at_b = dof_equations_[3 * static_cast<size_t>(node_b) + b % 3];
-        const auto [column, row] = std::minmax(at_a, at_b);
-        int& place = scatter[lane][entry];
-        // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
-        if (column < 0 || !owns(part, std::min(node_a, node_b))) {
-          place = -1;
-        } else if (node_a == node_b) {
-          place = starts[column] + row - column;
-        } else {
-          place = starts[column + 1] - from_end[b / 3][a / 3] + row - std::max(first[a / 3], first[b / 3]);
+    for (size_t axis_b = 0; axis_b < 3; ++axis_b) {
+      for (size_t a = b; a < nodes.size(); ++a) {
+        for (size_t axis_a = a == b ? axis_b : 0; axis_a < 3; ++axis_a, ++entry) {
+          const int at_a = dof_equations_[3 * static_cast<size_t>(nodes[a]) + axis_a];
+          const int at_b = dof_equations_[3 * static_cast<size_t>(nodes[b]) + axis_b];
+          const auto [column, row] = std::minmax(at_a, at_b);
+          // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
+          if (column < 0 || !owns(part, std::min(nodes[a], nodes[b]))) {
+            places[entry] = -1;
+          } else if (a == b) {
+            places[entry] = starts[column] + row - column;
+          } else {
+            places[entry] =
+                starts[column + 1] - from_end[a] + row - std::max(first_equation(nodes[a]), first_b);
+          }
         }
       }
     }
   }
-  return scatter;
+}
+
+void Assembly::place_patches() {
+  parallel_for(static_cast<int>(parts_.size()), static_cast<int>(parts_.size()), [&](int number, int) {
+    Part& part = parts_[static_cast<size_t>(number)];
+    for (int patch = 0; patch < volumes_.num_patches(); ++patch) {
+      const std::span<const int> nodes = volumes_.nodes(patch);
+      if (std::ranges::none_of(nodes, [&](int node) { return owns(number, node); })) continue;
+      part.patches.push_back(patch);
+      const size_t entries = 3 * nodes.size() * (3 * nodes.size() + 1) / 2;
+      part.patch_places.resize(part.patch_places.size() + entries);
+      places_of(number, nodes, std::span(part.patch_places).last(entries));
+    }
+  });
+}
+
+SharedVolumes::State Assembly::volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const {
+  SharedVolumes::State state = volumes_.begin(with_gradients);
+  if (volumes_.empty()) return state;
+  for_each_batch(
+      [&]<int kNodes, typename Shares>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&, Shares) {
+        if (!Shares::value) return;
+        const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+        const NodalLanes<kNodes> u = gather(batch, displacement.data());
+        NodalLanes<kNodes> gradient = {};
+        std::array<double, kLanes> volume = {};
+        for (const auto& point : batch.points) {
+          KinematicsLanes kinematics;
+          kernels.deform(point, u, kinematics);
+          DyadicLanes terms = {};
+          for (int lane = 0; lane < batch.num_elements; ++lane) {
+            double& sum = volume[static_cast<size_t>(lane)];
+            if (batch.dyadic) {
+              sum += point.volume[lane] * kinematics.J[lane];
+              terms.transposed.set(lane, -kinematics.J[lane]);
+              continue;
+            }
+            const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
+            sum += point.volume[lane] * volume_measure(law(batch, lane), F);
+            if (!with_gradients) continue;
+            const Eigen::Matrix<double, 3, kNodes> at_nodes =
+                point.volume[lane] * volume_gradient(law(batch, lane), F) * gradients_of<kNodes>(point, lane);
+            for (int a = 0; a < kNodes; ++a) {
+              for (int axis = 0; axis < 3; ++axis)
+                gradient[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
+            }
+          }
+          if (batch.dyadic && with_gradients) kernels.add_force(point, kinematics, terms, gradient);
+        }
+        for (int lane = 0; lane < batch.num_elements; ++lane) {
+          if (!owns(part, batch.nodes[0][static_cast<size_t>(lane)])) continue;
+          const auto e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
+          state.volumes[e] = volume[static_cast<size_t>(lane)];
+          if (!with_gradients) continue;
+          for (size_t a = 0; a < kNodes; ++a) {
+            for (size_t axis = 0; axis < 3; ++axis)
+              state.gradients[e][3 * a + axis] = gradient[a][axis][lane];
+          }
+        }
+      });
+  volumes_.finish(state);
+  return state;
+}
+
+void Assembly::add_dyads(const SharedVolumes::State& volumes, double* values) const {
+  parallel_for(static_cast<int>(parts_.size()), static_cast<int>(parts_.size()), [&](int number, int) {
+    const Part& part = parts_[static_cast<size_t>(number)];
+    const int* place = part.patch_places.data();
+    std::vector<double> gradient;
+    for (const int patch : part.patches) {
+      volumes_.gradient(volumes, patch, gradient);
+      const double scale = volumes_.dyad_scale(volumes, patch);
+      for (size_t b = 0; b < gradient.size(); ++b) {
+        const double of_column = scale * gradient[b];
+        for (size_t a = b; a < gradient.size(); ++a, ++place) {
+          if (*place >= 0) values[*place] += gradient[a] * of_column;
+        }
+      }
+    }
+  });
 }
 
 ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                                       double* energy) const {
   force.setZero(num_dofs());
   std::vector<double> stored(energy != nullptr ? model_->elements.size() : 0, 0.0);
+  const SharedVolumes::State volumes = volume_state(displacement, false);
   std::vector<ElementState> states(parts_.size());
   for (ElementState& state : states) state.min_jacobian = std::numeric_limits<double>::infinity();
-  for_each_batch([&]<int kNodes>(int part, const Batch<kNodes>& batch, const Scatter<kNodes>&) {
+  for_each_batch([&]<int kNodes, typename Shares>(int part, const Batch<kNodes>& batch,
+                                                  const Scatter<kNodes>&, Shares) {
     ElementState& state = states[static_cast<size_t>(part)];
     const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
@@ -321,7 +441,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       DyadicLanes terms = {};
       for (int lane = 0; lane < batch.num_elements; ++lane) {
         const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
-        const Law& element_law = law(batch, lane);
+        const Law& element_law = law<Shares::value>(batch, lane);
         // Small strain knows no inversion.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
         const bool equal = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
@@ -338,12 +458,19 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
                              : std::numeric_limits<double>::infinity();
         }
         if (batch.dyadic) continue;
+        Eigen::Matrix3d stress = first_piola_kirchhoff(element_law, F);
+        if constexpr (Shares::value)
+          stress += pressure(volumes, batch, lane) * volume_gradient(element_law, F);
         const Eigen::Matrix<double, 3, kNodes> at_nodes =
-            point.volume[lane] * first_piola_kirchhoff(element_law, F) * gradients_of<kNodes>(point, lane);
+            point.volume[lane] * stress * gradients_of<kNodes>(point, lane);
         for (int a = 0; a < kNodes; ++a) {
           for (int axis = 0; axis < 3; ++axis)
             nodal[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
         }
+      }
+      if constexpr (Shares::value) {
+        for (int lane = 0; batch.dyadic && lane < batch.num_elements; ++lane)
+          terms.transposed.add(lane, -pressure(volumes, batch, lane) * kinematics.J[lane]);
       }
       if (batch.dyadic) kernels.add_force(point, kinematics, terms, nodal);
     }
@@ -356,7 +483,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       }
     }
   });
-  if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), 0.0);
+  if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), volumes.energy);
   ElementState worst = states.front();
   for (const ElementState& state : states) {
     if (std::isnan(worst.min_jacobian)) break;
@@ -380,7 +507,9 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
   if (stiffness.rows() != pattern_.rows()) stiffness = pattern_;
   double* values = stiffness.valuePtr();
   std::fill(values, values + stiffness.nonZeros(), 0.0);
-  for_each_batch([&]<int kNodes>(int, const Batch<kNodes>& batch, const Scatter<kNodes>& scatter) {
+  const SharedVolumes::State volumes = volume_state(displacement, true);
+  for_each_batch([&]<int kNodes, typename Shares>(int, const Batch<kNodes>& batch,
+                                                  const Scatter<kNodes>& scatter, Shares) {
     constexpr int kDofs = 3 * kNodes;
     const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
@@ -390,13 +519,20 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
       kernels.deform(point, u, kinematics);
       DyadicLanes terms = {};
       for (int lane = 0; lane < batch.num_elements; ++lane) {
-        const Law& element_law = law(batch, lane);
+        const Law& element_law = law<Shares::value>(batch, lane);
         Matrix9d tangent;
-        if (project || !batch.dyadic)
-          tangent = stress_and_tangent(element_law, lane_of(kinematics.F, lane)).tangent;
+        if (project || !batch.dyadic) {
+          const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
+          tangent = stress_and_tangent(element_law, F).tangent;
+          if constexpr (Shares::value)
+            add_volume_curvature(element_law, pressure(volumes, batch, lane), F, tangent);
+        }
         const bool changed = project && clamp_negative_eigenvalues(tangent);
         if (batch.dyadic && !changed) {
-          terms.set(lane, dyadic_tangent(element_law, kinematics.I1[lane], kinematics.J[lane]));
+          const double J = kinematics.J[lane];
+          DyadicTangent coefficients = dyadic_tangent(element_law, kinematics.I1[lane], J);
+          if constexpr (Shares::value) add_volume_terms(pressure(volumes, batch, lane), J, coefficients);
+          terms.set(lane, coefficients);
           continue;
         }
         Eigen::Matrix<double, kDofs, kDofs> element = Eigen::Matrix<double, kDofs, kDofs>::Zero();
@@ -415,11 +551,13 @@ void Assembly::tangent(const Eigen::VectorXd& displacement, bool project, Sparse
       }
     }
   });
+  add_dyads(volumes, values);
 }
 
 Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
                                         const Eigen::MatrixXd& vectors) const {
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(num_dofs(), vectors.cols());
+  const SharedVolumes::State volumes = volume_state(displacement, true);
   const auto add = [&]<int kNodes>(int part, const Batch<kNodes>& batch) {
     const auto moves = [&](int node) { return !vectors.middleRows<3>(3 * node).isZero(0.0); };
     const NodalLanes<kNodes> u = gather(batch, displacement.data());
@@ -430,7 +568,10 @@ Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
         const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
         const auto nodes = model_->elements[e].nodes();
         if (!owns(part, nodes[0]) || std::none_of(nodes.begin(), nodes.end(), moves)) continue;
-        const Matrix9d tangent = stress_and_tangent(law(batch, lane), lane_of(kinematics.F, lane)).tangent;
+        const Eigen::Matrix3d F = lane_of(kinematics.F, lane);
+        Matrix9d tangent = stress_and_tangent(law(batch, lane), F).tangent;
+        if (batch.shares_volume)
+          add_volume_curvature(law(batch, lane), pressure(volumes, batch, lane), F, tangent);
         const Eigen::Matrix<double, 3, kNodes> gradients = gradients_of<kNodes>(point, lane);
         for (Eigen::Index column = 0; column < vectors.cols(); ++column) {
           Eigen::Matrix<double, 3, kNodes> moved;
@@ -448,6 +589,18 @@ Eigen::MatrixXd Assembly::tangent_times(const Eigen::VectorXd& displacement,
   for (size_t part = 0; part < parts_.size(); ++part) {
     for (const auto& batch : parts_[part].linear.batches) add(static_cast<int>(part), batch);
     for (const auto& batch : parts_[part].quadratic.batches) add(static_cast<int>(part), batch);
+  }
+  std::vector<double> gradient;
+  for (int patch = 0; patch < volumes_.num_patches(); ++patch) {
+    const std::span<const int> nodes = volumes_.nodes(patch);
+    volumes_.gradient(volumes, patch, gradient);
+    const Eigen::Map<const Eigen::VectorXd> G(gradient.data(), static_cast<Eigen::Index>(gradient.size()));
+    Eigen::MatrixXd moved(G.size(), vectors.cols());
+    for (size_t a = 0; a < nodes.size(); ++a)
+      moved.middleRows<3>(3 * static_cast<Eigen::Index>(a)) = vectors.middleRows<3>(3 * nodes[a]);
+    const Eigen::MatrixXd dyad = G * (volumes_.dyad_scale(volumes, patch) * (G.transpose() * moved));
+    for (size_t a = 0; a < nodes.size(); ++a)
+      product.middleRows<3>(3 * nodes[a]) += dyad.middleRows<3>(3 * static_cast<Eigen::Index>(a));
   }
   return product;
 }

@@ -1,5 +1,6 @@
 // The discrete equations of an organ: internal force P(u), stored energy and tangent stiffness K(u) = dP/du,
-// assembled from tetrahedra of four and ten nodes on a sparsity pattern that is fixed once.
+// assembled from tetrahedra of four and ten nodes on a sparsity pattern that is fixed once. Elements of a volume
+// patch have the pressure that they share (shared_volumes.hpp).
 //
 // Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the
 // shape gradients g_a at an integration point that stands for the volume V,
@@ -12,10 +13,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 
 #include "offline/fem/cholesky.hpp"
+#include "offline/fem/shared_volumes.hpp"
 #include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
@@ -75,6 +78,7 @@ class Assembly {
     std::array<int, kLanes> materials;  // in Model::materials
     int num_elements = 0;               // the lanes after them repeat the last one
     bool dyadic = false;                // the laws of all have a dyadic tangent; of none otherwise
+    bool shares_volume = false;         // all are of volume patches; of none otherwise
   };
   // The lower triangle of each element's stiffness as positions in the value array; -1 where a dof is
   // eliminated or the place is another part's.
@@ -89,6 +93,8 @@ class Assembly {
   struct Part {
     Batches<4> linear;
     Batches<10> quadratic;
+    std::vector<int> patches;       // volume patches that touch its nodes
+    std::vector<int> patch_places;  // the lower triangles of their dyads, one behind the other
   };
 
   int first_equation(int node) const;  // of its free dofs, or -1
@@ -98,14 +104,28 @@ class Assembly {
   void make_batches();
   template <int kNodes>
   Scatter<kNodes> scatter_of(int part, const Batch<kNodes>& batch) const;
+  // Where the lower triangle of a matrix over these nodes' dofs goes, column by column.
+  void places_of(int part, std::span<const int> nodes, std::span<int> places) const;
+  void place_patches();
   bool owns(int part, int node) const { return node_part_[static_cast<size_t>(node)] == part; }
-  template <int kNodes>
+  template <bool kShares, int kNodes>
   const Law& law(const Batch<kNodes>& batch, int lane) const;
-  // Calls work(part, batch, its scatter) for each batch, each part on a thread of its own.
+  template <int kNodes>
+  const Law& law(const Batch<kNodes>& batch, int lane) const;  // W', where volumes are shared
+  // U' of the patch of a lane's element.
+  template <int kNodes>
+  double pressure(const SharedVolumes::State& volumes, const Batch<kNodes>& batch, int lane) const;
+  // Empty where no volumes are shared.
+  SharedVolumes::State volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const;
+  void add_dyads(const SharedVolumes::State& volumes, double* values) const;
+  // Calls work(part, batch, its scatter, std::bool_constant of whether it shares volumes) for each batch, each part on a
+  // thread of its own.
   template <typename Work>
   void for_each_batch(Work&& work) const;
 
   const Model* model_;
+  SharedVolumes volumes_;
+  std::vector<Law> laws_without_volume_;  // of each material: W' of volume_split.hpp
   int threads_;
   // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
   // nodes, in an order of the elements that is the same for all (make_batches); those on the border of two

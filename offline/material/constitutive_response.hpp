@@ -28,8 +28,8 @@ inline bool has_dyadic_tangent(const Law& law) {
          (invariant != nullptr && invariant->c01 == 0.0);
 }
 
-// For these laws only.
-inline DyadicTangent dyadic_tangent(const Law& law, double I1, double J) {
+// For these laws only. Called for every element in every pass: not left to the compiler.
+[[gnu::always_inline]] inline DyadicTangent dyadic_tangent(const Law& law, double I1, double J) {
   const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law);
   return neo_hookean != nullptr ? dyadic_tangent(*neo_hookean, I1, J)
                                 : dyadic_tangent(std::get<InvariantLaw>(law), I1, J);

@@ -63,6 +63,7 @@ struct DraftElement {
   int label = 0;
   Place place;
   int num_nodes = 4;
+  bool hybrid = false;  // C3D10H
   std::array<int, 10> node_labels = {};
 };
 
@@ -75,6 +76,7 @@ struct DraftMaterial {
 struct DraftSection {
   int element_set = 0;
   std::string material;
+  bool mean_dilatation = false;
   Place place;
 };
 

@@ -227,11 +227,15 @@ void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 }
 
 void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  lexer.allow_parameters(keyword, {"ELSET", "MATERIAL"});
+  lexer.allow_parameters(keyword, {"ELSET", "MATERIAL", "MEANDILATATION"});
   DraftSection section;
   section.element_set = known_set(lexer, draft.element_sets, "element set",
                                   lexer.required_value(keyword, "ELSET"), keyword.place);
   section.material = normalised_name(lexer.required_value(keyword, "MATERIAL"));
+  const Parameter* mean_dilatation = keyword.find("MEANDILATATION");
+  section.mean_dilatation = mean_dilatation != nullptr;
+  if (section.mean_dilatation && mean_dilatation->value)
+    lexer.fail(keyword.place, "MEAN DILATATION takes no value; write *SOLID SECTION, ..., MEAN DILATATION");
   section.place = keyword.place;
   draft.sections.push_back(section);
   if (const DataLine* line = lexer.next_data()) {

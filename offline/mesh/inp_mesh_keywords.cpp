@@ -93,9 +93,10 @@ void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   lexer.allow_parameters(keyword, {"TYPE", "ELSET"});
   const std::string type = normalised_name(lexer.required_value(keyword, "TYPE"));
-  if (type != "C3D4" && type != "C3D10") {
-    lexer.fail(keyword.place, "elements of type " + printable(type) +
-                                  " are not supported; mesh the body with tetrahedra, TYPE=C3D4 or C3D10");
+  if (type != "C3D4" && type != "C3D10" && type != "C3D10H") {
+    lexer.fail(keyword.place,
+               "elements of type " + printable(type) +
+                   " are not supported; mesh the body with tetrahedra, TYPE=C3D4, C3D10 or C3D10H");
   }
   const int set = set_of(lexer, keyword, "ELSET", draft.element_sets);
   const std::size_t num_nodes = type == "C3D4" ? 4 : 10;
@@ -123,6 +124,7 @@ void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     }
     element.label = numbers[0];
     element.num_nodes = static_cast<int>(num_nodes);
+    element.hybrid = type == "C3D10H";
     std::copy_n(numbers.begin() + 1, num_nodes, element.node_labels.begin());
     draft.elements.push_back(element);
     if (set >= 0) draft.element_sets[set].ranges.push_back({element.label, element.label, 1, element.place});

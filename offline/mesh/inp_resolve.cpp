@@ -8,6 +8,7 @@
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
+#include "offline/mesh/volume_patches.hpp"
 
 namespace palpate {
 namespace {
@@ -57,6 +58,7 @@ class Resolver {
     resolve_materials();
     resolve_sections();
     resolve_steps(draft_, files_, element_index_, model_);
+    form_volume_patches(model_, volume_groups_);
     check_model(model_, origin_);
     return std::move(model_);
   }
@@ -155,6 +157,7 @@ class Resolver {
 
   void resolve_sections() {
     std::vector<int> section_of(model_.elements.size(), -1);
+    volume_groups_.assign(model_.elements.size(), -1);
     int number = 0;
     for (const DraftSection& section : draft_.sections) {
       const int section_material = material(section);
@@ -170,6 +173,12 @@ class Resolver {
         }
         taken = number;
         tetrahedron.material = section_material;
+        const bool hybrid = draft_.elements[static_cast<std::size_t>(element)].hybrid;
+        if (section.mean_dilatation && tetrahedron.num_nodes == 10)
+          fail(section.place, "MEAN DILATATION is for elements of four nodes, and element " +
+                                  std::to_string(tetrahedron.label) +
+                                  " has ten; give its *ELEMENT TYPE=C3D10H and leave MEAN DILATATION out");
+        if (section.mean_dilatation || hybrid) volume_groups_[static_cast<std::size_t>(element)] = number;
       }
       ++number;
     }
@@ -187,6 +196,7 @@ class Resolver {
   Model model_;
   ModelOrigin origin_;
   std::vector<std::pair<int, int>> element_index_;  // (label, index), sorted
+  std::vector<int> volume_groups_;  // of each element: its section if it shares its volume, or -1
 };
 
 }  // namespace

@@ -38,6 +38,8 @@ struct Tetrahedron {
   int material = 0;  // index in Model::materials
   int num_nodes = 4;
   std::array<int, 10> node_array = {};  // indices in Model::positions, num_nodes of them
+  // Elements of the same number share their volume change (volume_patches.hpp); -1: each point has its own.
+  int volume_patch = -1;
 
   std::span<const int> nodes() const { return {node_array.data(), static_cast<std::size_t>(num_nodes)}; }
   std::span<int> nodes() { return {node_array.data(), static_cast<std::size_t>(num_nodes)}; }

@@ -129,9 +129,10 @@ void warn_unused_nodes(Model& model) {
 constexpr double kLockingPoissonRatio = 0.45;
 
 void warn_locking(Model& model) {
-  std::vector<char> linear(model.materials.size(), 0);  // has elements of four nodes
+  std::vector<char> linear(model.materials.size(), 0);  // has elements of four nodes that lock
   for (const Tetrahedron& element : model.elements) {
-    if (element.num_nodes == 4) linear[static_cast<std::size_t>(element.material)] = 1;
+    if (element.num_nodes == 4 && element.volume_patch < 0)
+      linear[static_cast<std::size_t>(element.material)] = 1;
   }
   for (std::size_t i = 0; i < linear.size(); ++i) {
     const Material& material = model.materials[i];
@@ -140,8 +141,8 @@ void warn_locking(Model& model) {
     if (nu <= kLockingPoissonRatio + 1e-12) continue;
     model.warnings.push_back(
         fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} tetrahedra of "
-                    "four nodes lock, and "
-                    "forces come out too large; mesh with C3D10",
+                    "four nodes lock, and forces come out too large; write MEAN DILATATION in its *SOLID "
+                    "SECTION, or mesh with C3D10H",
                     model.file, printable(material.name), nu, kLockingPoissonRatio));
   }
 }

@@ -235,6 +235,8 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
     pack::ZoneElement element = {};
     element.num_nodes = static_cast<uint32_t>(tetrahedron.num_nodes);
     element.material = static_cast<uint32_t>(tetrahedron.material);
+    element.volume_patch =
+        tetrahedron.volume_patch < 0 ? pack::kNoPatch : static_cast<uint32_t>(tetrahedron.volume_patch);
     for (size_t a = 0; a < tetrahedron.nodes().size(); ++a) {
       element.nodes[a] = place[static_cast<size_t>(tetrahedron.nodes()[a])];
       of_node[element.nodes[a]].push_back(static_cast<uint32_t>(elements.size()));

@@ -13,6 +13,10 @@ ZoneFinder::ZoneFinder(const Model& model)
   for (size_t e = 0; e < model.elements.size(); ++e) {
     for (const int node : model.elements[e].nodes())
       by_node_[static_cast<size_t>(node)].push_back(static_cast<int>(e));
+    const int patch = model.elements[e].volume_patch;
+    if (patch < 0) continue;
+    by_patch_.resize(std::max(by_patch_.size(), static_cast<size_t>(patch) + 1));
+    by_patch_[static_cast<size_t>(patch)].push_back(static_cast<int>(e));
   }
 }
 
@@ -31,6 +35,15 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
       }
     }
     outermost = std::move(found);
+  }
+  std::set<int> patches;
+  for (const int e : elements) {
+    const int patch = model_->elements[static_cast<size_t>(e)].volume_patch;
+    if (patch >= 0) patches.insert(patch);
+  }
+  for (const int patch : patches) {
+    const std::vector<int>& of_patch = by_patch_[static_cast<size_t>(patch)];
+    elements.insert(of_patch.begin(), of_patch.end());
   }
   return {elements.begin(), elements.end()};
 }
@@ -61,6 +74,11 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) 
     zone.elements.push_back(static_cast<int>(e));
     for (const int node : model.elements[e].nodes()) ++carried[static_cast<size_t>(node)];
   }
+  const auto patch_of = [&](int e) {
+    const int patch = model.elements[static_cast<size_t>(e)].volume_patch;
+    return patch < 0 ? pack::kNoPatch : static_cast<std::uint32_t>(patch);
+  };
+  std::ranges::stable_sort(zone.elements, {}, patch_of);
   const std::vector<char> fixed = model.fixed_dofs();
   const auto is_fixed = [&](size_t node) {
     return fixed[3 * node] != 0 && fixed[3 * node + 1] != 0 && fixed[3 * node + 2] != 0;

@@ -2,7 +2,7 @@
 // onto their boundary (runtime/src/zone_set.hpp has the equations).
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times. Carried are the elements and nodes of all sites' zones, and the compliance K^-1 at rest between those nodes,
+// times, and in the end the rest of their volume patches. Carried are the elements and nodes of all sites' zones, and the compliance K^-1 at rest between those nodes,
 // of which the rows and columns of contact nodes are linear_dd's; and what the organ outside adds to its linear answer
 // (zone_exterior.hpp).
 #pragma once
@@ -22,7 +22,7 @@ struct ZoneTables {
   std::vector<int>
       nodes;  // model nodes: contact nodes in their order, others that are free along some axis, fixed ones
   int num_free = 0;              // of them the first
-  std::vector<int> elements;     // in Model::elements, ascending
+  std::vector<int> elements;     // in Model::elements: patch by patch, then those that share no volume
   std::vector<int> num_outside;  // of each node: elements of the model that are not among these
   // Largest zone of a site.
   int most_nodes = 0;
@@ -60,6 +60,7 @@ class ZoneFinder {
  private:
   const Model* model_;
   std::vector<std::vector<int>> by_node_;
+  std::vector<std::vector<int>> by_patch_;
 };
 
 // Which nodes and elements; the compliance is left empty.

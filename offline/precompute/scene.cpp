@@ -10,6 +10,7 @@
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/surface.hpp"
 #include "offline/mesh/text_number.hpp"
+#include "offline/mesh/volume_patches.hpp"
 #include "offline/precompute/scene_table.hpp"
 #include "schemas/pack_layout.hpp"
 
@@ -282,6 +283,13 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   read_models(top.table("models"), scene);
 
   loaded.model = read_model(top, scene);
+  if (scene.zone.value_or(false) && shares_linear_volumes(loaded.model)) {
+    top.table("models").fail(
+        "zone",
+        "a nonlinear zone cannot hold elements that share their volume (MEAN DILATATION, C3D10H) "
+        "where the material is *ELASTIC at small strain; remove models.zone = true, or add a "
+        "*STEP, NLGEOM");
+  }
   if (scene.gravity) check_densities(gravity, loaded.model);
   const Body body(loaded.model);
   scene.sites = read_sites(contact, body);

@@ -80,6 +80,7 @@ struct pal_pack {
   uint32_t most_zone_boundary;
   uint32_t most_zone_elements;
   uint32_t num_quadratic;  // of zone_elements
+  uint32_t num_sharing;    // of them, those of volume patches
   const palpate::pack::ZoneNode* zone_nodes;
   const palpate::pack::ZoneElement* zone_elements;
   const uint32_t* zone_node_elements;

@@ -39,15 +39,97 @@ PrincipalTangent principal_tangent(const pack::ZoneMaterial& material, const Kin
   return ogden_tangent({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}, F);
 }
 
+// U of offline/material/volume_split.hpp.
+struct VolumeTerm {
+  double energy;
+  double pressure;
+  double stiffness;
+};
+
+bool is_of_strain(const pack::ZoneMaterial& material) {
+  return material.law == pack::ZoneLaw::st_venant_kirchhoff;
+}
+
+double volume_measure(const pack::ZoneMaterial& material, double I1, double J) {
+  return is_of_strain(material) ? 0.5 * (I1 - 1.0) : J;
+}
+
+VolumeTerm volume_term(const pack::ZoneMaterial& material, double measure) {
+  const double half_lambda[3] = {0.5 * material.constants[1], 0, 0};
+  const double* d = material.law == pack::ZoneLaw::yeoh    ? material.constants + 3
+                    : material.law == pack::ZoneLaw::ogden ? material.constants + 6
+                                                           : half_lambda;
+  const double change = measure - 1.0;
+  const double v = change * change;
+  return {v * (d[0] + v * (d[1] + v * d[2])), change * (2 * d[0] + v * (4 * d[1] + v * 6 * d[2])),
+          2 * d[0] + v * (12 * d[1] + v * 30 * d[2])};
+}
+
+// A pressure in place of the element's own.
+void replace_pressure(const pack::ZoneMaterial& material, double I1, double J, double pressure,
+                      DyadicTangent& terms) {
+  const VolumeTerm own = volume_term(material, volume_measure(material, I1, J));
+  const double change = pressure - own.pressure;
+  if (is_of_strain(material)) {
+    terms.identity += change;
+    terms.ff -= own.stiffness;
+  } else {
+    terms.transposed -= change * J;
+    terms.hh += J * (change - own.stiffness * J);
+  }
+}
+
+// What dyadic_tangent.hpp makes the force of: the laws that it knows, and the pressures that elements share.
 template <int kNodes>
-DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const KinematicsLanes& kinematics) {
-  DyadicLanes terms;
+DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const ZonePatch* patches,
+                     const KinematicsLanes& kinematics) {
+  DyadicLanes lanes;
   for (int lane = 0; lane < kLanes; ++lane) {
     const pack::ZoneMaterial& material = *batch.materials[lane];
-    terms.set(lane, is_dyadic(material) ? dyadic_tangent(material, kinematics.I1[lane], kinematics.J[lane])
-                                        : DyadicTangent());
+    const double I1 = kinematics.I1[lane];
+    const double J = kinematics.J[lane];
+    DyadicTangent terms = is_dyadic(material) ? dyadic_tangent(material, I1, J) : DyadicTangent();
+    if (batch.patches[lane] != pack::kNoPatch)
+      replace_pressure(material, I1, J, patches[batch.patches[lane]].pressure, terms);
+    lanes.set(lane, terms);
   }
-  return terms;
+  return lanes;
+}
+
+template <int kNodes>
+void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
+                  ZonePatch* patches) {
+  for (uint32_t n = 0; n < count; ++n) {
+    const ZoneBatch<kNodes>& batch = batches[n];
+    const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
+    for (const auto& point : batch.elements.points) {
+      KinematicsLanes kinematics;
+      batch_kernels<kNodes>().deform(point, nodal, kinematics);
+      for (int lane = 0; lane < batch.count; ++lane) {
+        if (batch.patches[lane] == pack::kNoPatch) continue;
+        patches[batch.patches[lane]].measure +=
+            point.volume[lane] *
+            volume_measure(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]);
+      }
+    }
+  }
+}
+
+// Makes the pressures of the patches; their energy.
+double share_volumes(const ZoneBatches& batches, const double* displacement) {
+  if (batches.num_patches == 0) return 0;
+  for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].measure = 0;
+  add_measures(batches.linear, batches.num_linear, displacement, batches.patches);
+  add_measures(batches.quadratic, batches.num_quadratic, displacement, batches.patches);
+  double energy = 0;
+  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+    ZonePatch& patch = batches.patches[p];
+    const VolumeTerm term = volume_term(*patch.material, patch.measure / patch.volume);
+    patch.pressure = term.pressure;
+    patch.stiffness = term.stiffness / patch.volume;
+    energy += patch.volume * term.energy;
+  }
+  return energy;
 }
 
 // dN_a / dL_i, i = 1 .. 3, at an integration point: tetrahedron_shape.hpp says how they come about.
@@ -197,21 +279,24 @@ struct Target {
   }
 };
 
+// Calls use(first unknown, share) for each that moves a node.
+template <typename Use>
+void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
+  const uint32_t own = unknowns.of_node[node];
+  if (own == kNoUnknown) return;
+  if (own != kHeldUnknown) {
+    use(own, 1.0);
+    return;
+  }
+  for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m)
+    use(unknowns.masters[m].unknown, unknowns.masters[m].share);
+}
+
 // An element at a node that contacts hold, or at a fixed one.
 template <int kNodes>
 void scatter_held(const ZoneBatch<kNodes>& batch, const StiffnessLanes<kNodes>& stiffness, int lane,
                   const ZoneUnknowns& unknowns, const Target& target) {
   const auto node_of = [&](size_t a) { return batch.elements.nodes[a][static_cast<size_t>(lane)]; };
-  const auto for_each_master = [&](int node, auto&& use) {
-    const uint32_t own = unknowns.of_node[node];
-    if (own == kNoUnknown) return;
-    if (own != kHeldUnknown) {
-      use(own, 1.0);
-      return;
-    }
-    for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m)
-      use(unknowns.masters[m].unknown, unknowns.masters[m].share);
-  };
   for (size_t b = 0; b < kNodes; ++b) {
     for (size_t a = b; a < kNodes; ++a) {
       double block[3][3];
@@ -223,8 +308,8 @@ void scatter_held(const ZoneBatch<kNodes>& batch, const StiffnessLanes<kNodes>& 
                                       : stiffness[lower_place<kNodes>(column, row)][lane];
         }
       }
-      for_each_master(node_of(a), [&](uint32_t row, double row_share) {
-        for_each_master(node_of(b), [&](uint32_t column, double column_share) {
+      for_each_master(unknowns, node_of(a), [&](uint32_t row, double row_share) {
+        for_each_master(unknowns, node_of(b), [&](uint32_t column, double column_share) {
           const double factor = row_share * column_share;
           if (a != b) {
             target.add_block(block, row, column, factor);
@@ -261,9 +346,84 @@ void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint3
   }
 }
 
+// d(V theta) of a patch by the unknowns that move its nodes.
+struct PatchGradient {
+  static constexpr uint32_t kMost = pack::kMostPatchNodes + pack::kMostZoneContacts;
+  uint32_t count = 0;
+  uint32_t first[kMost];  // of three
+  double values[kMost][3];
+
+  void add(uint32_t unknown, double share, const double value[3]) {
+    uint32_t i = 0;
+    while (i < count && first[i] != unknown) ++i;
+    if (i == count) {
+      first[count++] = unknown;
+      for (double& one : values[i]) one = 0;
+    }
+    for (int axis = 0; axis < 3; ++axis) values[i][axis] += share * value[axis];
+  }
+};
+
 template <int kNodes>
-void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
-                   ZoneStrain& strain, double* forces) {
+void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t patch,
+                  const double* displacement, const ZoneUnknowns& unknowns, PatchGradient& gradient) {
+  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+  for (uint32_t n = 0; n < count; ++n) {
+    const ZoneBatch<kNodes>& batch = batches[n];
+    bool holds = false;
+    for (int lane = 0; lane < batch.count; ++lane) holds = holds || batch.patches[lane] == patch;
+    if (!holds) continue;
+    const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
+    NodalLanes<kNodes> sums = {};
+    for (const auto& point : batch.elements.points) {
+      KinematicsLanes kinematics;
+      kernels.deform(point, nodal, kinematics);
+      DyadicLanes terms = {};
+      for (int lane = 0; lane < batch.count; ++lane) {
+        if (batch.patches[lane] != patch) continue;
+        if (is_of_strain(*batch.materials[lane])) {
+          terms.identity.set(lane, 1.0);
+        } else {
+          terms.transposed.set(lane, -kinematics.J[lane]);
+        }
+      }
+      kernels.add_force(point, kinematics, terms, sums);
+    }
+    for (int lane = 0; lane < batch.count; ++lane) {
+      if (batch.patches[lane] != patch) continue;
+      for (size_t a = 0; a < kNodes; ++a) {
+        const double value[3] = {sums[a][0][lane], sums[a][1][lane], sums[a][2][lane]};
+        for_each_master(unknowns, batch.elements.nodes[a][static_cast<size_t>(lane)],
+                        [&](uint32_t unknown, double share) { gradient.add(unknown, share, value); });
+      }
+    }
+  }
+}
+
+void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
+               const Target& target) {
+  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+    PatchGradient gradient;
+    add_gradient(batches.linear, batches.num_linear, p, displacement, unknowns, gradient);
+    add_gradient(batches.quadratic, batches.num_quadratic, p, displacement, unknowns, gradient);
+    for (uint32_t b = 0; b < gradient.count; ++b) {
+      for (uint32_t a = 0; a < gradient.count; ++a) {
+        for (uint32_t k = 0; k < 3; ++k) {
+          const double of_column = batches.patches[p].stiffness * gradient.values[b][k];
+          for (uint32_t i = 0; i < 3; ++i) {
+            const uint32_t row = gradient.first[a] + i;
+            const uint32_t column = gradient.first[b] + k;
+            if (row >= column) target.add(row, column, gradient.values[a][i] * of_column);
+          }
+        }
+      }
+    }
+  }
+}
+
+template <int kNodes>
+void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
+                   const double* displacement, ZoneStrain& strain, double* forces) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
@@ -272,11 +432,15 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const doubl
     for (const auto& point : batch.elements.points) {
       KinematicsLanes kinematics;
       kernels.deform(point, nodal, kinematics);
-      kernels.add_force(point, kinematics, terms_of(batch, kinematics), sums);
+      kernels.add_force(point, kinematics, terms_of(batch, patches, kinematics), sums);
       for (int lane = 0; lane < batch.count; ++lane) {
         const double J = kinematics.J[lane];
         if (!(J >= strain.smallest_jacobian)) strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
         const pack::ZoneMaterial& material = *batch.materials[lane];
+        if (batch.patches[lane] != pack::kNoPatch) {
+          const double measure = volume_measure(material, kinematics.I1[lane], J);
+          strain.energy -= point.volume[lane] * volume_term(material, measure).energy;
+        }
         if (is_dyadic(material)) {
           strain.energy += point.volume[lane] * dyadic_energy(material, kinematics.I1[lane], J);
         } else {
@@ -291,8 +455,9 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const doubl
 }
 
 template <int kNodes>
-void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const double* displacement,
-                      const ZoneUnknowns& unknowns, double* forces, const Target& target) {
+void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
+                      const double* displacement, const ZoneUnknowns& unknowns, double* forces,
+                      const Target& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
@@ -302,7 +467,7 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const do
     for (const auto& point : batch.elements.points) {
       KinematicsLanes kinematics;
       kernels.deform(point, nodal, kinematics);
-      const DyadicLanes terms = terms_of(batch, kinematics);
+      const DyadicLanes terms = terms_of(batch, patches, kinematics);
       kernels.add_force(point, kinematics, terms, sums);
       kernels.add_stiffness(point, kinematics, terms, stiffness);
       for (int lane = 0; lane < batch.count; ++lane) {
@@ -333,7 +498,7 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const do
 
 template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                      int lane, ZoneBatch<kNodes>& batch) {
+                      uint32_t patch, int lane, ZoneBatch<kNodes>& batch) {
   double positions[kNodes][3];
   for (size_t a = 0; a < kNodes; ++a) {
     const double* position = pack.zone_nodes[element.nodes[a]].position;
@@ -341,6 +506,7 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
     batch.elements.nodes[a][static_cast<size_t>(lane)] = nodes[a];
   }
   batch.materials[lane] = pack.zone_materials + element.material;
+  batch.patches[lane] = patch;
   for (int p = 0; p < ElementBatch<kNodes>::kPoints; ++p) {
     auto& point = batch.elements.points[static_cast<size_t>(p)];
     double gradients[kNodes][3];
@@ -354,23 +520,27 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
   return true;
 }
 
-template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4], int,
+template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4], uint32_t, int,
                                   ZoneBatch<4>&);
-template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], int,
+template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], uint32_t, int,
                                    ZoneBatch<10>&);
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
-  ZoneStrain strain = {0, double{INFINITY}};
-  add_forces_of(batches.linear, batches.num_linear, displacement, strain, forces);
-  add_forces_of(batches.quadratic, batches.num_quadratic, displacement, strain, forces);
+  ZoneStrain strain = {share_volumes(batches, displacement), double{INFINITY}};
+  add_forces_of(batches.linear, batches.num_linear, batches.patches, displacement, strain, forces);
+  add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, strain, forces);
   return strain;
 }
 
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                         double* forces, double* matrix, uint32_t stride) {
   const Target target = {matrix, stride};
-  add_stiffness_of(batches.linear, batches.num_linear, displacement, unknowns, forces, target);
-  add_stiffness_of(batches.quadratic, batches.num_quadratic, displacement, unknowns, forces, target);
+  share_volumes(batches, displacement);
+  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, displacement, unknowns, forces,
+                   target);
+  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, unknowns, forces,
+                   target);
+  add_dyads(batches, displacement, unknowns, target);
 }
 
 }  // namespace palpate

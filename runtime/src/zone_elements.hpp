@@ -9,11 +9,22 @@
 
 namespace palpate {
 
+// A volume patch that a zone holds: offline/fem/shared_volumes.hpp has the equations.
+struct ZonePatch {
+  const pack::ZoneMaterial* material;
+  uint32_t number;   // ZoneElement::volume_patch
+  double volume;     // in the mesh
+  double measure;    // sum of V theta
+  double pressure;   // U'
+  double stiffness;  // U'' / volume
+};
+
 template <int kNodes>
 struct ZoneBatch {
   ElementBatch<kNodes> elements;  // nodes: places in the zone's list
   const pack::ZoneMaterial* materials[kLanes];
-  int count;  // the lanes after them repeat the last one
+  uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
+  int count;                 // the lanes after them repeat the last one
 };
 
 struct ZoneBatches {
@@ -21,13 +32,16 @@ struct ZoneBatches {
   uint32_t num_quadratic;
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
+  uint32_t num_patches;
+  ZonePatch* patches;  // their state is that of the last evaluation
 };
 
-// Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list.
+// Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
+// `patch`: of ZoneBatch::patches.
 // False where it is inverted there.
 template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                      int lane, ZoneBatch<kNodes>& batch);
+                      uint32_t patch, int lane, ZoneBatch<kNodes>& batch);
 
 // Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements.
 inline constexpr uint32_t kNoUnknown = UINT32_MAX;        // fixed

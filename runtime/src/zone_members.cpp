@@ -38,27 +38,43 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
   for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
     if (!add_node(pack.patch_nodes[p])) return false;
   }
+  const auto add_element = [&](uint32_t index) {
+    uint64_t& contacts = state.element_contacts[index];
+    if ((contacts & bit) != 0) return true;
+    if (contacts == 0) {
+      if (state.num_found_elements == state.max_elements) return false;
+      state.found_elements[state.num_found_elements++] = index;
+    }
+    contacts |= bit;
+    const pack::ZoneElement& element = pack.zone_elements[index];
+    for (uint32_t a = 0; a < element.num_nodes; ++a) {
+      if (!add_node(element.nodes[a])) return false;
+    }
+    return true;
+  };
   uint32_t ring_begin = 0;
   for (uint32_t ring = 0; ring < state.rings; ++ring) {
     const uint32_t ring_end = num_queued;
     for (uint32_t q = ring_begin; q < ring_end; ++q) {
       const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
       for (uint32_t e = 0; e < node.num_elements; ++e) {
-        const uint32_t index = pack.zone_node_elements[node.first_element + e];
-        uint64_t& contacts = state.element_contacts[index];
-        if ((contacts & bit) != 0) continue;
-        if (contacts == 0) {
-          if (state.num_found_elements == state.max_elements) return false;
-          state.found_elements[state.num_found_elements++] = index;
-        }
-        contacts |= bit;
-        const pack::ZoneElement& element = pack.zone_elements[index];
-        for (uint32_t a = 0; a < element.num_nodes; ++a) {
-          if (!add_node(element.nodes[a])) return false;
-        }
+        if (!add_element(pack.zone_node_elements[node.first_element + e])) return false;
       }
     }
     ring_begin = ring_end;
+  }
+  // The rest of their volume patches, which follow one another.
+  for (uint32_t i = 0; i < state.num_found_elements; ++i) {
+    const uint32_t index = state.found_elements[i];
+    const uint32_t patch = pack.zone_elements[index].volume_patch;
+    if (patch == pack::kNoPatch || (state.element_contacts[index] & bit) == 0) continue;
+    const auto is_of_patch = [&](uint32_t other) { return pack.zone_elements[other].volume_patch == patch; };
+    for (uint32_t other = index; other > 0 && is_of_patch(other - 1); --other) {
+      if (!add_element(other - 1)) return false;
+    }
+    for (uint32_t other = index + 1; other < pack.num_zone_elements && is_of_patch(other); ++other) {
+      if (!add_element(other)) return false;
+    }
   }
   return true;
 }
@@ -169,28 +185,45 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
   }
 }
 
+// The place of an element's volume patch among the group's, or kNoPatch.
+uint32_t patch_of(const pal_pack& pack, const pack::ZoneElement& element, ZoneBatches& batches) {
+  if (element.volume_patch == pack::kNoPatch) return pack::kNoPatch;
+  uint32_t place = 0;
+  while (place < batches.num_patches && batches.patches[place].number != element.volume_patch) ++place;
+  if (place == batches.num_patches) {
+    batches.patches[place] = {pack.zone_materials + element.material, element.volume_patch, 0, 0, 0, 0};
+    ++batches.num_patches;
+  }
+  return place;
+}
+
 template <int kNodes>
 bool append_element(const pal_pack& pack, const pack::ZoneElement& element, const uint32_t* place_of,
-                    uint32_t count, ZoneBatch<kNodes>* batches) {
+                    uint32_t count, ZoneBatches& group, ZoneBatch<kNodes>* batches) {
   ZoneBatch<kNodes>& batch = batches[count / kLanes];
   int nodes[kNodes];
   for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(place_of[element.nodes[a]] - 1);
   const int first = static_cast<int>(count % kLanes);
   batch.count = first + 1;
+  const uint32_t patch = patch_of(pack, element, group);
   for (int lane = first; lane < kLanes; ++lane) {
-    if (!set_zone_element<kNodes>(pack, element, nodes, lane, batch)) return false;
+    if (!set_zone_element<kNodes>(pack, element, nodes, patch, lane, batch)) return false;
+  }
+  for (const auto& point : batch.elements.points) {
+    if (patch != pack::kNoPatch) group.patches[patch].volume += point.volume[first];
   }
   return true;
 }
 
 // The group's elements, in lanes.
 bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32_t& first_linear,
-                   uint32_t& first_quadratic, ZoneGroup& group) {
+                   uint32_t& first_quadratic, uint32_t& first_patch, ZoneGroup& group) {
   ZoneSet& set = state.next;
   for (uint32_t i = 0; i < group.num_nodes; ++i)
     state.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
   group.batches.linear = set.linear + first_linear;
   group.batches.quadratic = set.quadratic + first_quadratic;
+  group.batches.patches = set.patches + first_patch;
   uint32_t num_linear = 0;
   uint32_t num_quadratic = 0;
   bool sound = true;
@@ -199,9 +232,11 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
     if ((state.element_contacts[index] & mask) == 0) continue;
     const pack::ZoneElement& element = pack.zone_elements[index];
     if (element.num_nodes == 4) {
-      sound = append_element(pack, element, state.place_of, num_linear++, group.batches.linear);
+      sound =
+          append_element(pack, element, state.place_of, num_linear++, group.batches, group.batches.linear);
     } else if (num_quadratic < state.max_quadratic) {
-      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches.quadratic);
+      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches,
+                             group.batches.quadratic);
     } else {
       sound = false;
     }
@@ -211,6 +246,7 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
   group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
   first_linear += group.batches.num_linear;
   first_quadratic += group.batches.num_quadratic;
+  first_patch += group.batches.num_patches;
   return sound;
 }
 
@@ -225,6 +261,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
   uint32_t num_masters = 0;
   uint32_t first_linear = 0;
   uint32_t first_quadratic = 0;
+  uint32_t first_patch = 0;
   uint32_t num_boundary = 0;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) {
     if ((groups[c] & (uint64_t{1} << c)) == 0 || (groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
@@ -236,7 +273,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
     list_nodes(pack, state, groups[c], num_masters, set, group);
     num_boundary += group.num_boundary;
     sound = num_boundary <= state.max_boundary &&
-            list_elements(pack, state, groups[c], first_linear, first_quadratic, group);
+            list_elements(pack, state, groups[c], first_linear, first_quadratic, first_patch, group);
   }
   forget_marks(state);
   return sound;

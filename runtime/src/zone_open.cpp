@@ -46,6 +46,23 @@ bool is_element(const pal_pack& pack, const pack::ZoneElement& element, uint32_t
   return true;
 }
 
+// Elements of a volume patch follow one another, no more than a frame has room for, of one law with a volume.
+bool are_patches(const pal_pack& pack) {
+  uint32_t num_nodes = 0;
+  for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
+    const pack::ZoneElement& element = pack.zone_elements[i];
+    const bool goes_on = i > 0 && element.volume_patch == pack.zone_elements[i - 1].volume_patch;
+    num_nodes = goes_on ? num_nodes + element.num_nodes : element.num_nodes;
+    if (i > 0 && element.volume_patch < pack.zone_elements[i - 1].volume_patch) return false;
+    if (element.volume_patch == pack::kNoPatch) continue;
+    if (num_nodes > pack::kMostPatchNodes ||
+        pack.zone_materials[element.material].law == pack::ZoneLaw::linear_elastic ||
+        (goes_on && element.material != pack.zone_elements[i - 1].material))
+      return false;
+  }
+  return true;
+}
+
 bool is_material(const pack::ZoneMaterial& material) {
   if (static_cast<uint32_t>(material.law) >= pack::kZoneLaws ||
       !all_within(material.constants, pack::kZoneConstants, kLargestScale))
@@ -162,7 +179,9 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
     if (!is_element(pack, pack.zone_elements[i], zone.num_materials())) return false;
     if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
+    if (pack.zone_elements[i].volume_patch != pack::kNoPatch) ++pack.num_sharing;
   }
+  if (!are_patches(pack)) return false;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
     if (!are_elements_of(pack, nodes[i], i)) return false;
   }

@@ -308,6 +308,9 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
     const auto batches = [&](uint32_t elements) { return elements / kLanes + state.max_contacts; };
     set->linear = arena.take<ZoneBatch<4>>(batches(state.max_elements));
     if (state.max_quadratic > 0) set->quadratic = arena.take<ZoneBatch<10>>(batches(state.max_quadratic));
+    if (pack.num_sharing > 0)
+      set->patches = arena.take<ZonePatch>(state.max_elements < pack.num_sharing ? state.max_elements
+                                                                                 : pack.num_sharing);
     set->matrices = arena.take<double>(state.max_matrices);
     set->rows = arena.take<double>(state.max_rows);
   }

@@ -99,6 +99,7 @@ struct ZoneSet {
   double (*brought)[3 * kMostZoneContacts];    // [3 max_contacts] (1 - H)^-1, as the stiffness
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
+  ZonePatch* patches;
   double* matrices;  // [max_matrices] S, T, exterior and couplings of the groups
   double* rows;      // [max_rows] their sensitivities
 };

@@ -341,6 +341,16 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(with_element([&](pack::ZoneElement* e) { e[1].nodes[2] = zone.num_nodes(); }),
             PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].material = 7; }), PAL_STATUS_CORRUPT_CONTENT);
+  // Volume patches follow one another, and are no larger than a frame has room for.
+  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].volume_patch = e[1].volume_patch = 3; }),
+            PAL_STATUS_OK);
+  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].volume_patch = 3; }), PAL_STATUS_CORRUPT_CONTENT);
+  const uint32_t most = pack::kMostPatchNodes / 4;
+  ASSERT_GT(zone.num_elements(), most);
+  EXPECT_EQ(with_element([&](pack::ZoneElement* e) {
+              for (uint32_t i = 0; i <= most; ++i) e[i].volume_patch = 3;
+            }),
+            PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with<double>(
                 zone.compliance(), [](double* c) { c[1] = 1e30; }, original),
             PAL_STATUS_CORRUPT_CONTENT);

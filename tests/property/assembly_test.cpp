@@ -6,10 +6,15 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "offline/mesh/volume_patches.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
@@ -29,7 +34,28 @@ constexpr double kRounding = 1e-13;
 constexpr double kStep = 1e-5;
 constexpr double kDifference = 1e-7;
 
-enum class Kind { four_nodes, ten_nodes };
+// Sharing: volume patches of four-node elements; one of each ten-node element (C3D10H).
+enum class Kind { four_nodes, ten_nodes, four_nodes_sharing, ten_nodes_sharing };
+constexpr std::array kKinds = {Kind::four_nodes, Kind::ten_nodes, Kind::four_nodes_sharing,
+                               Kind::ten_nodes_sharing};
+
+bool has_ten_nodes(Kind kind) {
+  return kind == Kind::ten_nodes || kind == Kind::ten_nodes_sharing;
+}
+
+bool shares_volume(Kind kind) {
+  return kind == Kind::four_nodes_sharing || kind == Kind::ten_nodes_sharing;
+}
+
+// `model` of four nodes as one of the kind; ten-node elements have curved edges where `jitter` is above 0.
+Model in_kind(Kind kind, Model model, double jitter = 0.0) {
+  if (has_ten_nodes(kind)) model = test::with_middle_nodes(std::move(model), jitter);
+  if (!shares_volume(kind)) return model;
+  std::vector<int> groups;
+  for (const Tetrahedron& element : model.elements) groups.push_back(element.material);
+  form_volume_patches(model, groups);
+  return model;
+}
 
 Model several_materials(Kind kind = Kind::four_nodes) {
   BlockShape shape;
@@ -40,16 +66,20 @@ Model several_materials(Kind kind = Kind::four_nodes) {
   // One for each way in which a tangent is assembled: H alone, F and H (YEOH), and all 81 numbers.
   model.materials.push_back({"YEOH", InvariantLaw{0.5, 0.0, 0.2, 0.05, {{0.8}}}});
   model.materials.push_back({"MOONEY-RIVLIN", InvariantLaw{0.4, 0.2, 0.0, 0.0, {{0.9}}}});
-  for (size_t e = 0; e < model.elements.size(); ++e) model.elements[e].material = static_cast<int>(e % 4);
-  return kind == Kind::four_nodes ? model : test::with_middle_nodes(model, 0.02);
+  // Those that share volumes have a cell of six, or two, in a row: patches do not cross materials.
+  const size_t in_a_row = shares_volume(kind) ? 12 : 1;
+  if (shares_volume(kind)) model.materials[2].law = Ogden{{{0.7, 1.5}, {0.2, -2.5}}, {{0.8, 0.3, 0.1}}};
+  for (size_t e = 0; e < model.elements.size(); ++e)
+    model.elements[e].material = static_cast<int>(e / in_a_row % 4);
+  return in_kind(kind, std::move(model), 0.02);
 }
 
 // What must hold for elements of either kind; those of ten nodes have curved edges.
 class AssemblyOfEachKind : public ::testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(Assembly, AssemblyOfEachKind, ::testing::Values(Kind::four_nodes, Kind::ten_nodes),
-                         [](const auto& one) {
-                           return one.param == Kind::four_nodes ? "FourNodes" : "TenNodes";
-                         });
+INSTANTIATE_TEST_SUITE_P(Assembly, AssemblyOfEachKind, ::testing::ValuesIn(kKinds), [](const auto& one) {
+  return std::string(has_ten_nodes(one.param) ? "TenNodes" : "FourNodes") +
+         (shares_volume(one.param) ? "SharingVolume" : "");
+});
 
 // A state far from rest: large shear, stretch and rotation, and every node moved at random on top.
 Eigen::VectorXd distorted(const Model& model) {
@@ -168,15 +198,16 @@ TEST_P(AssemblyOfEachKind, ProjectionLeavesAPositiveTangentAlone) {
   Assembly::SparseLower projected;
   assembly.tangent(stretched, false, exact);
   assembly.tangent(stretched, true, projected);
-  EXPECT_EQ((dense_of(exact) - dense_of(projected)).norm(), 0.0);
+  // Without what keeps the volume, a point has modes that cost nothing: rounding makes some of them negative.
+  const double allowed = shares_volume(GetParam()) ? kRounding * exact.norm() : 0.0;
+  EXPECT_LE((dense_of(exact) - dense_of(projected)).norm(), allowed);
 }
 
 // Enough elements that every number of threads is really used.
 TEST_P(AssemblyOfEachKind, ThreadsDoNotChangeABit) {
   BlockShape shape;
   shape.cells = {14, 14, 14};
-  Model model = tetrahedral_block(shape);
-  if (GetParam() == Kind::ten_nodes) model = test::with_middle_nodes(std::move(model));
+  const Model model = in_kind(GetParam(), tetrahedral_block(shape));
   const Eigen::VectorXd displacement = 0.005 * TestRandom(9).vector(model.num_dofs());
   const Assembly alone(model, no_dofs(model));
   Eigen::VectorXd force;
@@ -277,11 +308,10 @@ TEST_P(AssemblyOfEachKind, ForcesBalanceInEveryState) {
 
 // The patch test: under F everywhere the stress is the law's everywhere, and no inner node feels a force.
 TEST(AssemblyProperty, ConstantStrainIsExact) {
-  for (const Kind kind : {Kind::four_nodes, Kind::ten_nodes}) {
+  for (const Kind kind : kKinds) {
     BlockShape shape;
     shape.cells = {2, 2, 2};
-    Model model = tetrahedral_block(shape);
-    if (kind == Kind::ten_nodes) model = test::with_middle_nodes(model);
+    const Model model = in_kind(kind, tetrahedral_block(shape));
     const Assembly assembly(model, no_dofs(model));
     const Eigen::Matrix3d F = rotation_about({1, 2, -1}, 0.4) * Eigen::Vector3d(1.3, 0.8, 1.1).asDiagonal() *
                               rotation_about({0, 1, 1}, 1.0);
@@ -443,6 +473,112 @@ TEST(AssemblyProperty, AnInvertedElementIsNamed) {
   displacement[17] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(stored_energy(assembly, displacement), std::numeric_limits<double>::infinity());
   EXPECT_FALSE(assembly.internal_force(displacement, force).min_jacobian > 0);
+}
+
+// Energy, force and tangent of laws whose measure of volume is not det F.
+TEST(AssemblyProperty, HookesLawSharesTheTrace) {
+  for (const Law& law : {Law(LinearElastic{1.0, 30.0}), Law(StVenantKirchhoff{1.0, 30.0})}) {
+    BlockShape shape;
+    shape.cells = {2, 1, 1};
+    shape.law = law;
+    const Model model = in_kind(Kind::four_nodes_sharing, tetrahedral_block(shape));
+    const Assembly assembly(model, no_dofs(model));
+    const Eigen::VectorXd displacement = 0.1 * TestRandom(11).vector(model.num_dofs());
+    Eigen::VectorXd force;
+    assembly.internal_force(displacement, force);
+    Assembly::SparseLower lower;
+    assembly.tangent(displacement, false, lower);
+    const Eigen::MatrixXd stiffness = dense_of(lower);
+    for (int dof = 0; dof < model.num_dofs(); ++dof) {
+      const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(model.num_dofs(), dof);
+      const double slope =
+          (stored_energy(assembly, displacement + step) - stored_energy(assembly, displacement - step)) /
+          (2 * kStep);
+      EXPECT_NEAR(force[dof], slope, kDifference * force.cwiseAbs().maxCoeff()) << "dof " << dof;
+      Eigen::VectorXd forward;
+      Eigen::VectorXd backward;
+      assembly.internal_force(displacement + step, forward);
+      assembly.internal_force(displacement - step, backward);
+      EXPECT_LE(((forward - backward) / (2 * kStep) - stiffness.col(dof)).cwiseAbs().maxCoeff(),
+                kDifference * stiffness.cwiseAbs().maxCoeff())
+          << "dof " << dof;
+    }
+  }
+}
+
+// The energy that shared_volumes.hpp states, formed element by element; and that of elements each in a patch of its
+// own is that of C3D4.
+TEST(AssemblyProperty, SharedVolumesStoreTheMeansEnergy) {
+  const Model apart = several_materials();
+  Model alone = apart;
+  for (size_t e = 0; e < alone.elements.size(); ++e) alone.elements[e].volume_patch = static_cast<int>(e);
+  const Eigen::VectorXd displacement = distorted(apart);
+  const auto answer = [&](const Model& model) {
+    const Assembly assembly(model, no_dofs(model));
+    Eigen::VectorXd force;
+    double energy = 0;
+    assembly.internal_force(displacement, force, &energy);
+    return std::pair(energy, force);
+  };
+  const auto [energy_apart, force_apart] = answer(apart);
+  const auto [energy_alone, force_alone] = answer(alone);
+  EXPECT_NEAR(energy_alone, energy_apart, kRounding * energy_apart);
+  EXPECT_LE((force_alone - force_apart).norm(), 10 * kRounding * force_apart.norm());
+
+  const double lambda = 50;
+  BlockShape shape;
+  shape.cells = {2, 2, 2};
+  shape.law = CompressibleNeoHookean{1, lambda};
+  const Model model = in_kind(Kind::four_nodes_sharing, tetrahedral_block(shape));
+  ASSERT_GT(count_volume_patches(model).fewest_elements, 1);
+  const Eigen::VectorXd bent = 0.05 * TestRandom(12).vector(model.num_dofs());
+  double expected = 0;
+  std::map<int, std::pair<double, double>> patches;  // volumes at rest and now
+  for (const Tetrahedron& element : model.elements) {
+    Eigen::Matrix3d rest;
+    Eigen::Matrix3d now;
+    for (int a = 0; a < 3; ++a) {
+      const auto at = [&](int node) { return model.positions[static_cast<size_t>(node)]; };
+      const int first = element.node_array[0];
+      const int other = element.node_array[static_cast<size_t>(a) + 1];
+      rest.col(a) = at(other) - at(first);
+      now.col(a) = rest.col(a) + bent.segment<3>(3 * other) - bent.segment<3>(3 * first);
+    }
+    const Eigen::Matrix3d F = now * rest.inverse();
+    const double volume = rest.determinant() / 6;
+    expected += volume * 0.5 * (F.squaredNorm() - 3 - 2 * std::log(F.determinant()));
+    auto& [before, after] = patches[element.volume_patch];
+    before += volume;
+    after += volume * F.determinant();
+  }
+  for (const auto& [number, volumes] : patches)
+    expected += 0.5 * lambda * volumes.first * std::pow(volumes.second / volumes.first - 1, 2);
+  const Assembly assembly(model, no_dofs(model));
+  EXPECT_NEAR(stored_energy(assembly, bent), expected, kRounding * expected);
+}
+
+// Without a bulk modulus of their own, elements of a patch have no mode that costs less than those of a tissue without
+// any resistance to a change of volume but that of its shear.
+TEST(AssemblyProperty, SharedVolumesHaveNoSoftModes) {
+  const auto softest = [](Kind kind, double bulk) {
+    BlockShape shape;
+    shape.cells = {3, 3, 3};
+    InvariantLaw law;
+    law.c10 = 0.5;
+    law.volumetric.inverse_d[0] = 0.5 * bulk;
+    shape.law = law;
+    const Model model = test::with_fixed_base(in_kind(kind, tetrahedral_block(shape)));
+    const Assembly assembly(model, model.fixed_dofs());
+    Assembly::SparseLower lower;
+    assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, lower);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(dense_of(lower), Eigen::EigenvaluesOnly);
+    return modes.eigenvalues()[0];
+  };
+  const double compressible = softest(Kind::four_nodes, 2.0 / 3.0);  // mu = 1, lambda = 0
+  EXPECT_GE(softest(Kind::four_nodes_sharing, 2.0 / 3.0), 0.9 * compressible);
+  EXPECT_GE(softest(Kind::four_nodes_sharing, 5e3), compressible);
+  EXPECT_GE(softest(Kind::ten_nodes_sharing, 5e3), 0.1 * compressible)
+      << "half as far apart, an eighth of the volume";
 }
 
 }  // namespace

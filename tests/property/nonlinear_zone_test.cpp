@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <set>
 #include <utility>
 
+#include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/zone_exterior.hpp"
 #include "offline/precompute/zone_mutual.hpp"
@@ -24,8 +26,8 @@ constexpr double kFieldTolerance = field_tolerance(2e-6);
 struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
             const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
-            bool pairs = false)
-      : block(made_of(law, quadratic, gravity, cells, tip_radius)) {
+            bool pairs = false, bool shares_volumes = false)
+      : block(made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {
     zone = find_zones(block.model, block.sites, rings);
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
@@ -95,8 +97,9 @@ struct ZoneBlock {
 
  private:
   static TouchedBlock made_of(const Law& law, bool quadratic, const Eigen::Vector3d& gravity, int cells,
-                              double tip_radius) {
+                              double tip_radius, bool shares_volumes) {
     TouchedBlock block = touched_block(cells, tip_radius, quadratic);
+    if (shares_volumes) form_volume_patches(block.model, std::vector<int>(block.model.elements.size(), 0));
     block.model.materials.front().law = law;
     block.model.materials.front().density = 1.0;
     if (gravity.norm() > 0) block.scene.gravity = gravity;
@@ -171,6 +174,34 @@ TEST(NonlinearZone, IsTheFullSolveOnTenNodes) {
   }
 }
 
+// Nearly incompressible, with the volumes of elements shared; at a patch that contacts hold in part, too.
+const Law kNearlyIncompressible[] = {
+    CompressibleNeoHookean{1.0, 50.0}, InvariantLaw{0.5, 0, 0.1, 0.05, {{25, 3, 0}}},
+    Ogden{{{0.5, 1.3}, {0.1, 5.0}, {0.3, -2.0}}, {{25, 0, 0.1}}}, StVenantKirchhoff{1.0, 20.0}};
+
+ZoneBlock sharing_block(int rings, const Law& law, bool quadratic = false,
+                        const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4,
+                        double tip_radius = 0.26) {
+  return {rings, law, quadratic, gravity, cells, tip_radius, false, true};
+}
+
+TEST(NonlinearZone, IsTheFullSolveWhereVolumesAreShared) {
+  for (const Law& law : kNearlyIncompressible) {
+    SCOPED_TRACE(law.index());
+    const ZoneBlock organ = sharing_block(8, law);
+    for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
+      SCOPED_TRACE(contacts->size());
+      expect_truth(organ, *contacts, kFieldTolerance, 1e-6);
+    }
+  }
+  expect_truth(sharing_block(8, kTissue, false, {0.02, 0.01, -0.06}), kOne, kFieldTolerance, 1e-6);
+  for (const Law& law : kNearlyIncompressible) {
+    SCOPED_TRACE(law.index());
+    expect_truth(sharing_block(8, law, true, Eigen::Vector3d::Zero(), 2, 0.3),
+                 {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}, kFieldTolerance, 1e-6);
+  }
+}
+
 TEST(NonlinearZone, IsTheFullSolveUnderGravity) {
   const ZoneBlock organ(8, kTissue, false, {0.02, 0.01, -0.06});
   ASSERT_GT(organ.rest.displacement.lpNorm<Eigen::Infinity>(), 5e-3);
@@ -226,6 +257,7 @@ TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
     SCOPED_TRACE(rings);
     expect_stiffness(ZoneBlock(rings, kTissue), tolerance);
+    expect_stiffness(sharing_block(rings, CompressibleNeoHookean{1.0, 20.0}), tolerance);
   }
 }
 
@@ -314,6 +346,34 @@ TEST(NonlinearZone, RingsBringItNearer) {
     const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.05;
     EXPECT_LT(error, before) << rings << " rings";
     before = 0.8 * error;
+  }
+  EXPECT_LT(before, 0.01);
+}
+
+// A zone holds whole volume patches, so that rings more are elements more.
+TEST(NonlinearZone, HoldsWholeVolumePatches) {
+  const ZoneBlock organ =
+      sharing_block(3, CompressibleNeoHookean{1.0, 50.0}, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const ZoneFinder finder(organ.block.model);
+  const auto patch_of = [&](int e) {
+    return organ.block.model.elements[static_cast<size_t>(e)].volume_patch;
+  };
+  for (const ContactSite& site : organ.block.sites.sites) {
+    const std::vector<int> inside = finder.elements_about(site, 1);
+    std::set<int> patches;
+    for (const int e : inside) patches.insert(patch_of(e));
+    for (int e = 0; e < static_cast<int>(organ.block.model.elements.size()); ++e)
+      EXPECT_EQ(patches.count(patch_of(e)) > 0, std::ranges::binary_search(inside, e));
+  }
+  const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
+  const ZoneBlock::Truth truth = organ.solve(contacts);
+  double before = 0.05;
+  for (const uint32_t rings : {1u, 2u, 3u}) {
+    OwnedSession session(organ.pack->get(), organ.config(1, rings));
+    settle(session, contacts);
+    const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.05;
+    EXPECT_LT(error, before) << rings << " rings";
+    before = error;
   }
   EXPECT_LT(before, 0.01);
 }

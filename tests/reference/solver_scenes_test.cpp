@@ -17,6 +17,7 @@ namespace {
 
 using test::Beam;
 using test::ElasticaTip;
+using test::Elements;
 using test::SceneRun;
 using test::SolverScene;
 using test::TipState;
@@ -232,7 +233,7 @@ TEST(SolverScenes, CooksMembraneIsThatOfOtherPrograms) {
   const double mu = 70 / (2 * (1 + 1.0 / 3));
   double tips[3];
   for (int i = 0; i < 3; ++i) {
-    const SolverScene scene = test::cooks_membrane(8 << i, true, LinearElastic{mu, 2 * mu});
+    const SolverScene scene = test::cooks_membrane(8 << i, test::Elements::c3d10, LinearElastic{mu, 2 * mu});
     const SceneRun run = run_scene(scene);
     expect_solved(scene, run);
     tips[i] = test::cooks_tip(scene, run);
@@ -245,32 +246,60 @@ TEST(SolverScenes, CooksMembraneIsThatOfOtherPrograms) {
 
 // At equal numbers of nodes, by Poisson's ratio: both elements agree, then only one of them is of use.
 TEST(SolverScenes, TenNodesDoNotLockWhereFourDo) {
-  const auto tip = [](int cells, bool ten_nodes, double poisson) {
+  const auto tip = [](int cells, Elements elements, double poisson) {
     const SolverScene scene =
-        test::cooks_membrane(cells, ten_nodes, test::neo_hooke_of(test::kCookShearModulus, poisson));
+        test::cooks_membrane(cells, elements, test::neo_hooke_of(test::kCookShearModulus, poisson));
     const SceneRun run = run_scene(scene);
     expect_solved(scene, run);
     return test::cooks_tip(scene, run);
   };
   for (const double poisson : {0.3, 0.499}) {
-    const double fine = tip(16, true, poisson);
-    EXPECT_NEAR(tip(8, true, poisson), fine, 0.04 * fine);
+    const double fine = tip(16, Elements::c3d10, poisson);
+    EXPECT_NEAR(tip(8, Elements::c3d10, poisson), fine, 0.04 * fine);
     if (poisson < 0.4) {
-      EXPECT_NEAR(tip(32, false, poisson), fine, 0.04 * fine);
+      EXPECT_NEAR(tip(32, Elements::c3d4, poisson), fine, 0.04 * fine);
     } else {
-      EXPECT_LE(tip(32, false, poisson), 0.5 * fine);
+      EXPECT_LE(tip(32, Elements::c3d4, poisson), 0.5 * fine);
     }
   }
-  const auto force = [](int cells, bool ten_nodes, double poisson) {
-    const SolverScene scene = test::bonded_block(cells, ten_nodes, poisson);
+  const auto force = [](int cells, Elements elements, double poisson) {
+    const SolverScene scene = test::bonded_block(cells, elements, poisson);
     const SceneRun run = run_scene(scene);
     expect_solved(scene, run);
     return test::plate_force(scene, run);
   };
-  EXPECT_NEAR(force(8, false, 0.3), force(4, true, 0.3), 0.015 * force(4, true, 0.3));
-  EXPECT_GE(force(8, false, 0.499), 2.5 * force(4, true, 0.499));
-  EXPECT_NEAR(force(4, true, 0.499), force(8, true, 0.499), 0.06 * force(8, true, 0.499));
+  EXPECT_NEAR(force(8, Elements::c3d4, 0.3), force(4, Elements::c3d10, 0.3),
+              0.015 * force(4, Elements::c3d10, 0.3));
+  EXPECT_GE(force(8, Elements::c3d4, 0.499), 2.5 * force(4, Elements::c3d10, 0.499));
+  EXPECT_NEAR(force(4, Elements::c3d10, 0.499), force(8, Elements::c3d10, 0.499),
+              0.06 * force(8, Elements::c3d10, 0.499));
 }
 
+// The middle meshes of VALIDATION.md's locking tables, against the limits of C3D10H's three.
+TEST(SolverScenes, SharedVolumesDoNotLock) {
+  constexpr double kPoisson = 0.499;
+  constexpr double kRise = 6.92;
+  constexpr double kForce = 0.4093;
+  constexpr double kStiffness = 0.854;
+  const Law rubber = test::neo_hooke_of(test::kCookShearModulus, kPoisson);
+  const auto solved = [](const SolverScene& scene, double (*value)(const SolverScene&, const SceneRun&)) {
+    const SceneRun run = run_scene(scene);
+    expect_solved(scene, run);
+    return value(scene, run);
+  };
+  for (const auto& [elements, refinement] :
+       {std::pair(Elements::c3d4_mean_dilatation, 2), std::pair(Elements::c3d10h, 1)}) {
+    EXPECT_NEAR(solved(test::cooks_membrane(16 * refinement, elements, rubber), test::cooks_tip), kRise,
+                0.03 * kRise);
+    EXPECT_NEAR(solved(test::bonded_block(4 * refinement, elements, kPoisson, true), test::plate_force),
+                kForce, 0.03 * kForce);
+    EXPECT_NEAR(solved(test::indented_block(4 * refinement, elements, kPoisson), test::indentation_stiffness),
+                kStiffness, 0.03 * kStiffness);
+  }
+  // Where nothing locks, sharing changes little.
+  const double apart = solved(test::bonded_block(8, Elements::c3d4, 0.3, true), test::plate_force);
+  EXPECT_NEAR(solved(test::bonded_block(8, Elements::c3d4_mean_dilatation, 0.3, true), test::plate_force),
+              apart, 0.01 * apart);
+}
 }  // namespace
 }  // namespace palpate

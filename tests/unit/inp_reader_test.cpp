@@ -353,8 +353,29 @@ TEST_F(InpReader, WarnsOfMaterialsThatLock) {
   ASSERT_EQ(warnings("49").size(), 1U);
   EXPECT_EQ(without_folder(warnings("49")[0]),
             "organ.inp: material TISSUE has a Poisson ratio of 0.49 at small strain; above 0.45 tetrahedra "
-            "of four nodes "
-            "lock, and forces come out too large; mesh with C3D10");
+            "of four nodes lock, and forces come out too large; write MEAN DILATATION in its *SOLID SECTION, "
+            "or mesh with C3D10H");
+  const std::string sharing = "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE, MEAN DILATATION";
+  EXPECT_EQ(read(with_line(14, "1, 49", with_line(15, sharing))).warnings.size(), 0U);
+}
+
+TEST_F(InpReader, SharesVolumesWhereASectionAsksForIt) {
+  for (const Tetrahedron& element : read(kBody).elements) EXPECT_EQ(element.volume_patch, -1);
+  const Model all = read(with_line(15, "*Solid section, elset=BODY, material=TISSUE, mean dilatation"));
+  EXPECT_EQ(all.elements[0].volume_patch, 0);
+  EXPECT_EQ(all.elements[1].volume_patch, 0) << "two elements are one patch";
+  const Model sections = read(
+      with_line(15,
+                "*ELSET, ELSET=ONE\n1\n*ELSET, ELSET=TWO\n2\n*SOLID SECTION, ELSET=ONE, MATERIAL=TISSUE\n"
+                "*SOLID SECTION, ELSET=TWO, MATERIAL=TISSUE, MEAN DILATATION"));
+  EXPECT_EQ(sections.elements[0].volume_patch, -1);
+  EXPECT_EQ(sections.elements[1].volume_patch, 0);
+
+  std::string text = test::block_inp(1, true);
+  text.replace(text.find("C3D10"), 5, "C3D10H");
+  const Model hybrid = read(text);
+  for (size_t e = 0; e < hybrid.elements.size(); ++e)
+    EXPECT_EQ(hybrid.elements[e].volume_patch, static_cast<int>(e));
 }
 
 TEST_F(InpReader, ReadsEveryLaw) {

@@ -1,7 +1,11 @@
 // Every mistake in a model file, and the whole message that answers it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "offline/mesh/inp_reader.hpp"
+#include "tests/support/block_mesh.hpp"
 #include "tests/support/inp_fixture.hpp"
 
 namespace palpate {
@@ -62,10 +66,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{3, "1, 1, 0, 0",
                 "organ.inp:3: node 1 is already defined at organ.inp:2; give one of them another label"},
         BadLine{7, "*ELEMENT, ELSET=BODY", "organ.inp:7: *ELEMENT needs TYPE=...; add it"},
+        BadLine{7, "*ELEMENT, TYPE=C3D10M, ELSET=BODY",
+                "organ.inp:7: elements of type C3D10M are not supported; mesh the body with tetrahedra, "
+                "TYPE=C3D4, C3D10 or C3D10H"},
         BadLine{7, "*ELEMENT, TYPE=C3D10H, ELSET=BODY",
-                "organ.inp:7: elements of type C3D10H are not supported; mesh the body with tetrahedra, "
-                "TYPE=C3D4 or "
-                "C3D10"},
+                "organ.inp:8: expected an element label and ten node labels, found 5 fields"},
         BadLine{7, "*ELEMENT, TYPE=C3D10, ELSET=BODY",
                 "organ.inp:8: expected an element label and ten node labels, found 5 fields"},
         BadLine{8, "1, 1, 2, 3",
@@ -183,6 +188,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "organ.inp:15: material X is not defined; define it with *MATERIAL"},
         BadLine{15, "*SOLID SECTION, ELSET=ORGAN, MATERIAL=TISSUE",
                 "organ.inp:15: element set ORGAN is not defined above this line"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE, MEAN DILATATION=YES",
+                "organ.inp:15: MEAN DILATATION takes no value; write *SOLID SECTION, ..., MEAN DILATATION"},
+        BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE, MEAN DILATION",
+                "organ.inp:15: *SOLID SECTION, MEAN DILATION is not supported; remove it"},
         BadLine{15, "*SOLID SECTION, ELSET=BODY, MATERIAL=TISSUE\n2.5",
                 "organ.inp:16: section attribute 2.5 is not supported; remove the line"},
         BadLine{
@@ -245,6 +254,17 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{17, "BASE, 1, 3\n*END STEP",
                 "organ.inp:18: *END STEP stands outside a step; move it between *STEP and *END STEP"},
         BadLine{17, "BASE, 1, 3\n*\n", "organ.inp:18: * is not supported; remove it"}));
+
+TEST_F(InpRefusals, MeanDilatationIsOfFourNodes) {
+  std::string text = test::block_inp(1, true);
+  const size_t at = text.find("*SOLID SECTION, ELSET=E") + std::string("*SOLID SECTION, ELSET=E").size();
+  const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n') + 1;
+  text.insert(at, ", MEAN DILATATION");
+  EXPECT_EQ(refusal(text),
+            "organ.inp:" + std::to_string(line) +
+                ": MEAN DILATATION is for elements of four nodes, and element 1 has ten; give its *ELEMENT "
+                "TYPE=C3D10H and leave MEAN DILATATION out");
+}
 
 struct BadStep {
   const char* text;
