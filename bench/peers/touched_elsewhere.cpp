@@ -1,9 +1,9 @@
 // Zhong et al. 2005 figure 6 (a) and (b): a probe that was prepared for S touches at T instead. PFE has one
 // tensor, that of S, and bends S; EPFE takes the blocks of T from the inverse stiffness.
 #include "bench/peers/elsewhere_picture.hpp"
-#include "bench/peers/fixed_tensor.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
+#include "offline/cli/fixed_tensor.hpp"
 
 namespace palpate::peers {
 namespace {
