@@ -13,13 +13,20 @@ import sys
 SETTINGS = {"polynomial_dd", "nonlinear_zone", "affine_site"}
 
 
-def number(cell, factor=1.0):
-    return f"{factor * float(cell):.3g}" if cell else ""
+def number(cell):
+    """Three digits, never as a power of ten."""
+    if not cell:
+        return ""
+    return f"{float(cell):.0f}" if float(cell) >= 1000 else f"{float(cell):.3g}"
+
+
+def percent(cell):
+    return f"{100 * float(cell):.2g}"
 
 
 def spread(row, error):
     """'0.12 (0.05)': max and p95 in percent"""
-    return f"{number(row[error + '_max'], 100)} ({number(row[error + '_p95'], 100)})"
+    return f"{percent(row[error + '_max'])} ({percent(row[error + '_p95'])})"
 
 
 def time(row, stage):

@@ -122,10 +122,11 @@ TEST(Report, PolynomialsAreMovedFromSitesNearby) {
   const std::filesystem::path folder = files.dir.path() / "report";
   ASSERT_EQ(report(files.pack, folder).exit_code, 0);
   const std::vector<std::vector<std::string>> rows = cells_of(folder / "block_methods.csv");
-  const auto error_of = [&](const std::string& method, const char* part) {
+  const auto error_of = [&](const std::string& method, const char* part,
+                            const char* error = "displacement_median") {
     for (const std::vector<std::string>& row : rows) {
       if (cell(rows, row, "method") == method && cell(rows, row, "part_of_max") == part)
-        return std::stod(cell(rows, row, "displacement_median"));
+        return std::stod(cell(rows, row, error));
     }
     ADD_FAILURE() << method;
     return 0.0;
@@ -136,10 +137,13 @@ TEST(Report, PolynomialsAreMovedFromSitesNearby) {
       EXPECT_GT(error_of(std::string("affine_site, ") + way + away, "0.25"), 0);
   }
   // At a small push the linear part is all there is, and what is not linear half as much as at twice of it.
-  const double exact = error_of("affine_site, exact linear part, remainder rigid, from 1 edge", "0.25");
-  EXPECT_LT(exact, 0.2 * error_of("affine_site, rigid, from 1 edge", "0.25"));
-  EXPECT_NEAR(exact / error_of("affine_site, exact linear part, remainder rigid, from 1 edge", "0.5"), 0.5,
-              0.1);
+  const char* exact = "affine_site, exact linear part, remainder rigid, from 1 edge";
+  const char* moved = "affine_site, rigid, from 1 edge";
+  for (const char* error : {"displacement_median", "force_median"}) {
+    EXPECT_LT(error_of(exact, "0.25", error), 0.2 * error_of(moved, "0.25", error)) << error;
+    EXPECT_LT(error_of(exact, "0.25", error), error_of("linear_dd", "0.25", error)) << error;
+    EXPECT_NEAR(error_of(exact, "0.25", error) / error_of(exact, "0.5", error), 0.5, 0.1) << error;
+  }
 }
 
 TEST(Report, ShowsTablesOfOthers) {
