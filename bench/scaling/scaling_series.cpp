@@ -9,6 +9,7 @@
 #include "offline/output/finished_file.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/plot_style.hpp"
+#include "offline/report/power_law.hpp"
 
 namespace palpate::scaling {
 namespace {
@@ -59,7 +60,7 @@ std::string plot_of(const std::vector<Series>& all) {
         low = std::min(low, x);
         high = std::max(high, x);
       }
-      const PowerLaw fit = fitted_power(series);
+      const PowerLaw fit = fit_power_law(series.points);
       const double x_last = series.points.back().first;
       const double x_first = std::sqrt(series.points.front().first * x_last);
       const Look& style = kLooks[look++ % std::size(kLooks)];
@@ -91,28 +92,6 @@ std::string plot_of(const std::vector<Series>& all) {
 
 }  // namespace
 
-PowerLaw fitted_power(const Series& series) {
-  const double middle = std::sqrt(series.points.front().first * series.points.back().first);
-  double sum_x = 0;
-  double sum_y = 0;
-  double sum_xx = 0;
-  double sum_xy = 0;
-  int count = 0;
-  const size_t last_two = series.points.size() - 2;
-  for (size_t i = 0; i < series.points.size(); ++i) {
-    if (series.points[i].first < middle && i < last_two) continue;
-    const double x = std::log(series.points[i].first);
-    const double y = std::log(series.points[i].second);
-    sum_x += x;
-    sum_y += y;
-    sum_xx += x * x;
-    sum_xy += x * y;
-    ++count;
-  }
-  const double exponent = (count * sum_xy - sum_x * sum_y) / (count * sum_xx - sum_x * sum_x);
-  return {exponent, std::exp((sum_y - exponent * sum_x) / count)};
-}
-
 void write_scaling(const std::vector<Series>& all, const std::string& caption,
                    const std::filesystem::path& folder) {
   std::string table = "what,unit,over,from,to,at the first,at the last,exponent fitted,expected\n";
@@ -122,7 +101,7 @@ void write_scaling(const std::vector<Series>& all, const std::string& caption,
     const auto& last = series.points.back();
     table += fmt::format("\"{}\",{},\"{}\",{:g},{:g},{:.3g},{:.3g},{:.2f},{:.2g}\n", series.name, series.unit,
                          series.size, first.first, last.first, first.second, last.second,
-                         fitted_power(series).exponent, series.expected);
+                         fit_power_law(series.points).exponent, series.expected);
     for (const auto& [x, y] : series.points)
       points += fmt::format("\"{}\",\"{}\",{:g},{:.6g},{}\n", series.name, series.size, x, y, series.unit);
   }

@@ -17,14 +17,6 @@ struct Series {
   std::vector<std::pair<double, double>> points;  // by rising x
 };
 
-// y = factor x^exponent, by least squares in logarithms over the points beyond the middle of the range, in logarithm, where
-// what does not grow has faded; of two points or more.
-struct PowerLaw {
-  double exponent = 0;
-  double factor = 0;
-};
-PowerLaw fitted_power(const Series& series);
-
 // scaling.csv, scaling_points.csv, scaling.svg and scaling.txt, what they show, in `folder`.
 void write_scaling(const std::vector<Series>& all, const std::string& caption,
                    const std::filesystem::path& folder);

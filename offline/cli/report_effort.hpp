@@ -43,8 +43,8 @@ struct ReportEffort {
     effort.every_setting = false;
     effort.seconds = effort.seconds_of_settings = 0.1;
     effort.most_frames = 10000;
-    effort.cold_frames = 8;
-    effort.cold_frames_of_settings = 3;
+    effort.cold_frames = 4;
+    effort.cold_frames_of_settings = 1;
     effort.reference_frames = 12;
     effort.newton_frames = 3;
     effort.scene_sites = 4;

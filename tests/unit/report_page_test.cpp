@@ -1,10 +1,13 @@
 // The page of a report: what stands on its front, and what is written into HTML and gnuplot scripts.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "offline/report/csv_tables.hpp"
 #include "offline/report/html_text.hpp"
 #include "offline/report/organ_section.hpp"
 #include "offline/report/plot_style.hpp"
+#include "offline/report/power_law.hpp"
 #include "offline/report/speed_plots.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -40,6 +43,19 @@ TEST(ReportPage, TheFrontIsOfAsManyContactsAndAsFarAPush) {
   add(3, 1, 9, 0.9);    // or with its contacts
   EXPECT_EQ(on_front(organ, SpeedError::field), (std::vector<bool>{true, false, true, true}));
   EXPECT_EQ(on_front(organ, SpeedError::force), (std::vector<bool>{true, true, true, true}));
+}
+
+TEST(ReportPage, AnExponentIsThatOfTheLargeSizes) {
+  std::vector<std::pair<double, double>> points;
+  for (double x = 1; x <= 4096; x *= 2) points.emplace_back(x, 3 * std::pow(x, 1.7));
+  constexpr double kRounding = 1e-12;
+  EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
+  EXPECT_NEAR(fit_power_law(points).factor, 3, 1e3 * kRounding);
+  for (auto& [x, y] : points) {
+    if (x < 64) y = 1e6;  // what does not grow
+  }
+  EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
+  EXPECT_NEAR(fit_power_law({{1, 7}, {2, 3}, {1000, 5}, {2000, 10}}).exponent, 1, kRounding);
 }
 
 TEST(ReportPage, ATableOfOthersIsReadCellByCell) {
