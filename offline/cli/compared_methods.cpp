@@ -79,9 +79,11 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
     notes.push_back(std::string("Other polynomials are not compared. ") + error.what());
   }
   for (const auto& pack : packs_) {
-    methods_.push_back({{MethodKind::polynomial, "polynomial_dd, " + pack->setting, false},
-                        &pack->opened,
-                        PAL_MODEL_POLYNOMIAL});
+    const std::string name = "polynomial_dd, " + pack->setting;
+    const auto is_there = [&](const ComparedMethod& method) { return method.name == name; };
+    if (std::any_of(methods_.begin(), methods_.end(), is_there))
+      continue;  // another tolerance, the same rank
+    methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
   for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {
     methods_.push_back({{MethodKind::affine_site, "affine_site, " + pack->setting, false},
