@@ -192,8 +192,10 @@ class Measurement {
                                                  : moving_method(session, sites, kFramesOfAnApproach);
     std::vector<size_t> rows;
     for (const Level& whole : levels) {
-      const bool is_slow = method.rings >= kThick && !method.carried;
-      const Level level = is_slow ? whole.first(effort_.pushes_of_slow_methods) : whole;
+      const bool is_slow = method.rings >= kThick && (!method.carried || contacts > 1);
+      const Level level = is_slow ? whole.first(contacts > 1 ? effort_.several_of_slow_methods
+                                                             : effort_.pushes_of_slow_methods)
+                                  : whole;
       const std::vector<MeasuredPush> pushes = measure_pushes(level.truths.truths, answer);
       rows_.add_pushes(level.about, method, pushes);
       rows.push_back(rows_.add_method(method, static_cast<int>(contacts), level.truths, pushes));

@@ -6,13 +6,13 @@
 namespace palpate {
 
 struct ReportEffort {
-  int random_pushes = 512;    // that a pack is judged by, and its distributions of errors are of
-  int most_sites = 12;        // at which methods are compared,
-  int pushes_at_level = 144;  // by so many pushes of each |d|;
-  int pushes_of_slow_methods =
-      36;                   //   of thick zones that the pack does not carry, or that move, the first so many
-  int several = 48;         // pushes of several contacts, of each |d|
-  int most_zone_rings = 4;  // of a method that the pack does not carry
+  int random_pushes = 512;           // that a pack is judged by, and its distributions of errors are of
+  int most_sites = 12;               // at which methods are compared,
+  int pushes_at_level = 144;         // by so many pushes of each |d|;
+  int pushes_of_slow_methods = 36;   //   of thick zones that move or are not carried
+  int several = 32;                  // pushes of several contacts, of each |d|,
+  int several_of_slow_methods = 12;  //   of thick zones, the first so many
+  int most_zone_rings = 4;           // of a method that the pack does not carry
   std::vector<int> zone_iterations = {1, 2, 3, 4, 5};            // of a frame of a zone that moves,
   int most_moving_rings = 4;                                     // with at most so many rings
   int most_moving_rings_of_several = 2;                          //   and so many where several contacts move
@@ -22,7 +22,7 @@ struct ReportEffort {
   double seconds_of_settings = 0.2;                              //   of one that the pack does not carry,
   int most_frames = 100000;                                      //   or so many of them
   int cold_frames = 60;
-  int cold_frames_of_settings = 20;
+  int cold_frames_of_settings = 12;
   int reference_frames = 120;  // of linear references,
   int newton_frames = 12;      // and of full Newton
   int scene_sites = 0;         // of a scene that is packed for the report: at most so many; 0: all
