@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "bench/peers/back_solve.hpp"
 #include "bench/peers/frame_times.hpp"
+#include "offline/cli/back_solve.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/linear_dd.hpp"
 

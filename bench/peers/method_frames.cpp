@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "bench/peers/fixed_tensor.hpp"
-#include "bench/peers/localized_cg.hpp"
+#include "offline/cli/fixed_tensor.hpp"
+#include "offline/cli/localized_cg.hpp"
 
 namespace palpate::peers {
 namespace {

@@ -131,12 +131,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
 
   std::optional<ZoneTables> zone = plan_zone(model, scene, sites);
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
-  PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(input_files), {}};
-  content.rest = &rest;
-  if (compliance.compressed) content.compressed = &*compliance.compressed;
-  if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
-  if (scene.polynomial) content.polynomials = &results;
-  if (zone) content.zone = &*zone;
+  PackContent content =
+      content_of(model, scene, sites, rest, plan, compliance, results, zone, std::move(input_files));
   const AlignedBytes bytes = write_surveyed_pack(assembly, rest, results, compliance, content);
   const OpenedPack opened(bytes);  // what the runtime refuses is not written
   write_finished_bytes(arguments.pack, bytes.bytes());

@@ -33,6 +33,13 @@ struct MeasuredPush {
 // Pushes of one contact.
 std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples);
 
+// The largest of any contact.
+double largest_force(const std::vector<ContactTruth>& truths);
+
+// Of a truth that was solved. `floor`: no |f_FE| counts as less. `worst` (null: not wanted) as below.
+MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer, double floor,
+                          std::vector<double>* worst = nullptr);
+
 // Of each truth; where there is none its defaults. `worst` (null: not wanted) gets the largest |u - u_FE| / |d| of each
 // packed node.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
@@ -40,5 +47,12 @@ std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths
 
 // The runtime's answer from rest, by a session that outlives it. `sites`: the pack's number of each site that contacts name.
 Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> sites);
+
+// The same, but of contacts that come straight from rest in so many frames: what they are told in the frame in which they
+// arrive, however far a model that iterates has got by then.
+Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
+
+// Of the largest of all truths: what the force error's denominator is floored at.
+inline constexpr double kForceFloor = 0.05;
 
 }  // namespace palpate

@@ -36,15 +36,17 @@ TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double
           kMicro * highest};
 }
 
-TimeSummary time_calls(int calls, const std::function<void(int)>& call) {
+TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches) {
   constexpr int kRounds = 3;
   call(0);
   std::vector<double> all;
   std::vector<double> medians;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> here;
-    for (int i = 0; i < std::max(1, calls / kRounds); ++i)
+    for (int i = 0; i < std::max(1, calls / kRounds); ++i) {
+      if (caches != nullptr) caches->evict();
       here.push_back(nanoseconds_of([&] { call(static_cast<int>(all.size()) + i + 1); }));
+    }
     all.insert(all.end(), here.begin(), here.end());
     std::sort(here.begin(), here.end());
     medians.push_back(at(here, 0.5));
@@ -53,14 +55,15 @@ TimeSummary time_calls(int calls, const std::function<void(int)>& call) {
 }
 
 MethodTimer::MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
-                         std::vector<std::vector<std::uint32_t>> site_sets, double part)
+                         std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets,
+                         double part)
     : site_sets_(std::move(site_sets)),
       reach_(part * opened.info().max_displacement),
       frames_(site_sets_.size(), 0),
       field_(size_t{3} * opened.info().num_nodes) {
   for (const std::vector<std::uint32_t>& set : site_sets_)
-    sessions_.push_back(
-        std::make_unique<TimedSession>(opened, model, static_cast<std::uint32_t>(set.size()), zone_rings));
+    sessions_.push_back(std::make_unique<TimedSession>(opened, model, static_cast<std::uint32_t>(set.size()),
+                                                       zone_rings, zone_iterations));
 }
 
 void MethodTimer::advance(size_t set, std::vector<pal_contact>& contacts) {

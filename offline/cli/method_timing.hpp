@@ -15,9 +15,10 @@ namespace palpate {
 // Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|.
 class MethodTimer {
  public:
-  // `site_sets`: of equally many sites each; frames are shared among them.
+  // `site_sets`: of equally many sites each; frames are shared among them. `zone_rings`, `zone_iterations`: as of a
+  // session.
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
-              std::vector<std::vector<std::uint32_t>> site_sets, double part);
+              std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
   // One more round, of so many seconds or frames, whichever is less.
   void time_warm(double seconds, int most_frames);
@@ -43,8 +44,8 @@ class MethodTimer {
   Stage visual_;
 };
 
-// Of frames that are no runtime's: so many calls, each timed alone.
-TimeSummary time_calls(int calls, const std::function<void(int)>& call);
+// Of frames that are no runtime's: so many calls, each timed alone; with `caches` those are emptied before each.
+TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches = nullptr);
 
 // `medians`: of the rounds, nanoseconds too; empty: it was one.
 TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double>& medians);

@@ -19,9 +19,11 @@ size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
 }
 
 pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                             std::uint32_t max_fixed, std::uint32_t zone_rings) {
+                             std::uint32_t max_fixed, std::uint32_t zone_rings,
+                             std::uint32_t zone_iterations) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
   config.zone_rings = zone_rings;
+  config.zone_iterations = zone_iterations;
   config.model = model;
   config.max_contacts = max_contacts;
   config.max_fixed = max_fixed;
@@ -118,10 +120,13 @@ int OpenedPack::label_of_site(size_t site) const {
 }
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                                   std::uint32_t max_fixed, std::uint32_t zone_rings)
+                                   std::uint32_t max_fixed, std::uint32_t zone_rings,
+                                   std::uint32_t zone_iterations)
     : opened_(&opened),
-      arena_(arena_bytes(opened.pack(), config_of(opened, model, max_contacts, max_fixed, zone_rings))) {
-  require_ok(session_.init(opened.pack(), config_of(opened, model, max_contacts, max_fixed, zone_rings),
+      arena_(arena_bytes(opened.pack(),
+                         config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations))) {
+  require_ok(session_.init(opened.pack(),
+                           config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations),
                            arena_.bytes()),
              "session");
 }

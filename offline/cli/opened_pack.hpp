@@ -43,9 +43,10 @@ class OpenedPack {
 // reason.
 class ModelUnitSession {
  public:
-  // `zone_rings`: of the nonlinear zone, 0: all that the pack carries.
+  // Of the nonlinear zone: `zone_rings`, 0: all that the pack carries, and Newton iterations of a frame, 0: the runtime's
+  // default.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                   std::uint32_t max_fixed, std::uint32_t zone_rings = 0);
+                   std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
   // The pack lets it turn, and not only polynomials answer.

@@ -51,6 +51,19 @@ void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSit
   }
 }
 
+PackContent content_of(const Model& model, const Scene& scene, const ContactSites& sites,
+                       const RestState& rest, const SamplingPlan& plan, const Compliance& compliance,
+                       const std::vector<SiteResult>& results, const std::optional<ZoneTables>& zone,
+                       std::vector<InputFile> inputs) {
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(inputs), {}};
+  content.rest = &rest;
+  if (compliance.compressed) content.compressed = &*compliance.compressed;
+  if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
+  if (scene.polynomial) content.polynomials = &results;
+  if (zone) content.zone = &*zone;
+  return content;
+}
+
 namespace {
 
 // The errors of the real runtime on a pack that is complete but for them.
@@ -103,12 +116,8 @@ AlignedBytes make_pack(const Assembly& assembly, const Scene& scene, const Conta
   }
   std::optional<ZoneTables> zone = plan_zone(assembly.model(), scene, sites);
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
-  PackContent content{assembly.model(), scene, sites, nullptr, nullptr, plan.rounded, std::move(inputs), {}};
-  content.rest = &rest;
-  if (compliance.compressed) content.compressed = &*compliance.compressed;
-  if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
-  if (scene.polynomial) content.polynomials = &results;
-  if (zone) content.zone = &*zone;
+  PackContent content =
+      content_of(assembly.model(), scene, sites, rest, plan, compliance, results, zone, std::move(inputs));
   return write_surveyed_pack(assembly, rest, results, compliance, content);
 }
 

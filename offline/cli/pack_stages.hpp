@@ -22,6 +22,12 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
 void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                   const RestState& rest, int jobs, ZoneTables& zone);
 
+// What a pack is to carry of these stages, as its scene asks for; they outlive it.
+PackContent content_of(const Model& model, const Scene& scene, const ContactSites& sites,
+                       const RestState& rest, const SamplingPlan& plan, const Compliance& compliance,
+                       const std::vector<SiteResult>& results, const std::optional<ZoneTables>& zone,
+                       std::vector<InputFile> inputs);
+
 // The bytes of a pack that is complete but for its surveys and what its compressed compliance is worth: both are
 // measured here, by the real runtime, and put into `content` and `compliance`.
 AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,

@@ -33,6 +33,7 @@ namespace {
 
 struct ReportArguments {
   std::vector<std::filesystem::path> organs;
+  std::vector<std::string> tables;  // TITLE=FILE.csv
   std::filesystem::path folder;
   bool quick = false;
   int jobs = 1;
@@ -80,6 +81,13 @@ std::string name_for(const std::filesystem::path& organ, std::set<std::string>& 
   std::string name = stem;
   for (int i = 2; !taken.insert(name).second; ++i) name = fmt::format("{}_{}", stem, i);
   return name;
+}
+
+IncludedTable read_table(const std::string& argument) {
+  const size_t equals = argument.find('=');
+  if (equals == 0 || equals == std::string::npos || equals + 1 == argument.size())
+    throw std::runtime_error("--table " + argument + ": not TITLE=FILE.csv");
+  return read_included_table(argument.substr(0, equals), argument.substr(equals + 1));
 }
 
 OrganReport report_on_pack(const std::filesystem::path& file, const ReportArguments& arguments,
@@ -151,6 +159,13 @@ int run_report(const ReportArguments& arguments) {
   const ReportEffort effort = arguments.quick ? ReportEffort::quick() : ReportEffort();
 
   Report report;
+  std::set<std::string> names;
+  for (const std::string& argument : arguments.tables) {
+    report.tables.push_back(read_table(argument));
+    if (!names.insert(report.tables.back().name).second)
+      throw std::runtime_error("--table " + argument +
+                               ": another table's file has that name; rename one of them");
+  }
   report.processor = processor_name();
   report.cores = std::thread::hardware_concurrency();
   report.compiler = PALPATE_COMPILER;
@@ -160,11 +175,11 @@ int run_report(const ReportArguments& arguments) {
   report.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
   report.command = "palpate report";
   for (const std::filesystem::path& organ : arguments.organs) report.command += " " + organ.string();
+  for (const std::string& argument : arguments.tables) report.command += " --table '" + argument + "'";
   report.command += fmt::format(" -o {}{} --jobs {} --seed {}", arguments.folder.string(),
                                 arguments.quick ? " --quick" : "", arguments.jobs, arguments.seed);
   report.seed = arguments.seed;
   report.quick = arguments.quick;
-  std::set<std::string> names;
   for (const std::filesystem::path& file : organs) {
     const std::string name = name_for(file, names);
     const std::filesystem::path map = arguments.folder / (name + "_error_map.png");
@@ -208,10 +223,20 @@ void add_report_command(CLI::App& app, int& exit_code) {
       "not as good\n"
       "as its pack says, judged as `palpate validate` does. Needs gnuplot (Debian: gnuplot-nox).\n\n"
       "Example: palpate report brain.pack -o report\n"
-      "         palpate report organ.toml -o report --quick");
+      "         palpate report organ.toml -o report --quick\n"
+      "         palpate report brain.pack -o report --table \"Hard cases=hard.csv\"");
   command->add_option("SCENE.toml|PACK", arguments->organs, "What to report on; default: the shipped scenes")
       ->type_name("");
   command->add_option("-o,--output", arguments->folder, "Folder to write")->type_name("DIR")->required();
+  command
+      ->add_option(
+          "--table", arguments->tables,
+          "A table that something else has measured, as a section under that title, with FILE.txt as its "
+          "text and FILE.svg and FILE_*.svg as its pictures, where they are; may be given again")
+      ->type_name("TITLE=FILE.csv")
+      ->allow_extra_args(false)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_flag("--quick", arguments->quick,
                     "A glance within two minutes: fewer pushes, scenes at 4 of their sites, short timings");
   command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")

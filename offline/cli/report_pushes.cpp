@@ -1,6 +1,7 @@
 #include "offline/cli/report_pushes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <numeric>
 #include <random>
@@ -10,6 +11,7 @@
 #include "offline/cli/held_out_pushes.hpp"
 #include "offline/cli/measured_push.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/precompute/local_thickness.hpp"
 
 namespace palpate {
 namespace {
@@ -40,12 +42,30 @@ std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt
 
 }  // namespace
 
+double median_thickness(const Organ& organ) {
+  const Surface surface = extract_surface(organ.model);
+  std::vector<double> thicknesses;
+  for (const ContactSite& site : organ.sites.sites)
+    thicknesses.push_back(local_thickness(organ.model, surface, site, site.inward));
+  const auto middle = thicknesses.begin() + static_cast<std::ptrdiff_t>(thicknesses.size() / 2);
+  std::nth_element(thicknesses.begin(), middle, thicknesses.end());
+  return *middle;
+}
+
+std::vector<double> compared_parts(const Organ& organ) {
+  constexpr double kPaperStrain = 0.3;
+  constexpr double kAlike = 0.01;
+  const double strain = organ.scene.max_displacement / median_thickness(organ);
+  if (std::abs(strain - kPaperStrain) < kAlike) return {0.05 / strain, 0.1 / strain, 0.2 / strain, 1};
+  return {0.25, 0.5, 0.75, 1};
+}
+
 std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
-                                      const std::vector<size_t>& sites, int count, std::int64_t seed,
-                                      int jobs) {
+                                      const std::vector<double>& parts, const std::vector<size_t>& sites,
+                                      int count, std::int64_t seed, int jobs) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 1);
   std::vector<Push> pushes;
-  for (const double part : kReportParts) {
+  for (const double part : parts) {
     const std::vector<Eigen::Vector3d> along = directions_of(count, organ.scene, random);
     for (size_t i = 0; i < along.size(); ++i) {
       const size_t site = sites[i % sites.size()];
@@ -58,7 +78,7 @@ std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& org
       organ.assembly, organ.sites, pushes, jobs, [&](int done, int) { bar.show(done); }, organ.rest));
   std::vector<LevelTruths> levels;
   auto next = truths.begin();
-  for (const double part : kReportParts) {
+  for (const double part : parts) {
     levels.push_back({part, {}});
     std::move(next, next + count, std::back_inserter(levels.back().truths));
     next += count;
@@ -66,12 +86,13 @@ std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& org
   return levels;
 }
 
-std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ, int contacts, int count,
+std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ,
+                                       const std::vector<double>& parts, int contacts, int count,
                                        std::int64_t seed, int jobs) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 2);
   std::vector<LevelTruths> levels;
-  ProgressBar bar("solving several contacts", count * static_cast<int>(kReportParts.size()));
-  for (const double part : kReportParts) {
+  ProgressBar bar("solving several contacts", count * static_cast<int>(parts.size()));
+  for (const double part : parts) {
     std::vector<std::vector<LinearContact>> sets;
     for (int i = 0; i < count; ++i) {
       const std::vector<size_t> sites = sites_apart(organ.sites, contacts, random);

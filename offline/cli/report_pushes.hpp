@@ -6,7 +6,6 @@
 
 #include "offline/cli/carried_scene.hpp"
 #include "offline/cli/opened_pack.hpp"
-#include "offline/cli/report_effort.hpp"
 #include "offline/precompute/contact_truth.hpp"
 
 namespace palpate {
@@ -17,14 +16,22 @@ struct LevelTruths {
   std::vector<ContactTruth> truths;
 };
 
-// One contact, at one of `sites` after the other, `count` of them for each of kReportParts.
+// How thick the organ is inward of its sites, the median: length unit; infinite where no ray leads into it.
+double median_thickness(const Organ& organ);
+
+// Of the largest |d|, at which methods are compared: quarters of it; where that is the 30 % strain that Zhong et al. 2005
+// go to, 5, 10, 20 and 30 %.
+std::vector<double> compared_parts(const Organ& organ);
+
+// One contact, at one of `sites` after the other, `count` of them for each of `parts`.
 std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
-                                      const std::vector<size_t>& sites, int count, std::int64_t seed,
-                                      int jobs);
+                                      const std::vector<double>& parts, const std::vector<size_t>& sites,
+                                      int count, std::int64_t seed, int jobs);
 
 // `contacts` of them at a time, at random sites whose patches share no node, all with the same |d|; fewer sets, or none,
 // where such sites are hard to find.
-std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ, int contacts, int count,
+std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ,
+                                       const std::vector<double>& parts, int contacts, int count,
                                        std::int64_t seed, int jobs);
 
 }  // namespace palpate

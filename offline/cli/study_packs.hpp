@@ -30,6 +30,13 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
                                                               std::vector<PolynomialSetting> settings,
                                                               const SampleStore* store);
 
+// affine_site: at all sites of `study`, some of the organ's, a polynomial moved there from another one of its sites, one edge
+// away and two, by each map, a pack for each; "rigid, from 1 edge". Where sites are too few or too far apart for that: a
+// note. `store`: as above.
+std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
+                                                         const SampleStore* store,
+                                                         std::vector<std::string>& notes);
+
 // nonlinear_zone of one contact at all sites of the organ, of as many rings, up to `most`, as take no more than 256 MB.
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings);
 

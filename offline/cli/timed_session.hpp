@@ -8,17 +8,13 @@
 
 namespace palpate {
 
-// With memory of its own. `zone_rings`: 0: all that the pack carries.
+// With memory of its own. `zone_rings`: 0: all that the pack carries; `zone_iterations`: 0: the runtime's default.
 class TimedSession {
  public:
   TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-               std::uint32_t zone_rings = 0)
-      : arena_(required_bytes(opened, config_of(opened, model, max_contacts, zone_rings))),
-        results_(max_contacts) {
-    require_ok(
-        session_.init(opened.pack(), config_of(opened, model, max_contacts, zone_rings), arena_.bytes()),
-        "session");
-  }
+               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0)
+      : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, zone_iterations)) {}
+
   void haptic(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
   }
@@ -31,10 +27,15 @@ class TimedSession {
   void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
 
  private:
+  TimedSession(const OpenedPack& opened, const pal_session_config& config)
+      : arena_(required_bytes(opened, config)), results_(config.max_contacts) {
+    require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
+  }
   static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                                      std::uint32_t zone_rings) {
+                                      std::uint32_t zone_rings, std::uint32_t zone_iterations) {
     pal_session_config config = pal_default_session_config(opened.pack().get());
     config.zone_rings = zone_rings;
+    config.zone_iterations = zone_iterations;
     config.model = model;
     config.max_contacts = max_contacts;
     config.max_tools = 1;

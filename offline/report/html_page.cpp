@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "offline/output/finished_file.hpp"
 #include "offline/report/html_text.hpp"
@@ -37,11 +39,10 @@ std::string verdict(const Report& report) {
   return "<p class=\"verdict broken\"><b>Not kept.</b> " + html_escaped(reasons) + "</p>\n";
 }
 
-std::string about(const Report& report) {
-  std::string text = "<table class=\"about\">\n";
-  const auto row = [&](const char* what, const std::string& value) {
-    text += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, html_escaped(value));
-  };
+// What was measured where, and how.
+std::vector<std::pair<std::string, std::string>> about(const Report& report) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  const auto row = [&](const char* what, const std::string& value) { rows.emplace_back(what, value); };
   row("processor",
       fmt::format("{}, {} core{}", report.processor, report.cores, report.cores == 1 ? "" : "s"));
   row("compiler", report.compiler + ", " + report.flags);
@@ -51,18 +52,40 @@ std::string about(const Report& report) {
   row("seed",
       fmt::format("{}{}", report.seed, report.quick ? "; quick: few pushes, few sites, short timings" : ""));
   row("took", fmt::format("{:.0f} s", report.seconds));
+  return rows;
+}
+
+std::string about_html(const Report& report) {
+  std::string text = "<table class=\"about\">\n";
+  for (const auto& [what, value] : about(report))
+    text += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, html_escaped(value));
   return text + "</table>\n";
+}
+
+std::string about_csv(const Report& report) {
+  std::string text = "what,value\n";
+  for (const auto& [what, value] : about(report)) {
+    std::string quoted;
+    for (const char c : value) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    text += fmt::format("{},\"{}\"\n", what, quoted);
+  }
+  return text;
 }
 
 }  // namespace
 
 void write_report(const Report& report, const std::filesystem::path& folder) {
+  write_finished_text(folder / "about.csv", about_csv(report));
   std::string sections;
   std::string contents;
   for (const OrganReport& organ : report.organs) {
     sections += write_organ_section(organ, folder);
     contents += fmt::format("{}<a href=\"#{}\">{}</a>", contents.empty() ? "" : " · ",
                             html_escaped(organ.name), html_escaped(organ.title));
+  }
+  for (const IncludedTable& table : report.tables) {
+    sections += write_included_table(table, folder);
+    contents += fmt::format(" · <a href=\"#{}\">{}</a>", html_escaped(table.name), html_escaped(table.title));
   }
   write_finished_text(
       folder / "index.html",
@@ -75,7 +98,7 @@ void write_report(const Report& report, const std::filesystem::path& folder) {
           "Wrong means: against full nonlinear finite element solves of the same model, at pushes that no "
           "fit has seen. "
           "{}</p>\n{}{}</body>\n</html>\n",
-          kStyle, verdict(report), contents, about(report), sections));
+          kStyle, verdict(report), contents, about_html(report), sections));
 }
 
 }  // namespace palpate

@@ -1,5 +1,7 @@
 #include "offline/report/html_text.hpp"
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <fstream>
 #include <iterator>
@@ -23,6 +25,19 @@ std::string html_escaped(std::string_view text) {
     }
   }
   return result;
+}
+
+std::string html_table(const std::vector<std::vector<std::string>>& rows) {
+  std::string text = "<table>\n";
+  for (size_t i = 0; i < rows.size(); ++i) {
+    text += "<tr>";
+    for (const std::string& cell : rows[i]) {
+      const char* tag = i == 0 ? "th" : "td";
+      text += fmt::format("<{0}>{1}</{0}>", tag, html_escaped(cell));
+    }
+    text += "</tr>\n";
+  }
+  return text + "</table>\n";
 }
 
 std::string data_uri(const std::filesystem::path& file, const char* type) {

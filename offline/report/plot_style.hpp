@@ -39,7 +39,7 @@ std::string plot_frame();
 double decade_below(double value);
 double decade_above(double value);
 
-// "8.24 mm (1.00 h)".
+// "8.24 mm (1.00 h, 8 % strain)": strain over the thickness under the sites, where it is known.
 std::string push_size(const OrganReport& organ, double part);
 
 }  // namespace palpate

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "offline/report/included_table.hpp"
+
 namespace palpate {
 
 struct ErrorSummary {
@@ -27,8 +29,17 @@ struct TimeSummary {
 };
 
 // Kinds of methods, in the order in which a legend has them.
-enum class MethodKind { linear, polynomial, zone, back_solve, newton };
-inline constexpr size_t kMethodKinds = 5;
+enum class MethodKind {
+  linear,
+  polynomial,
+  affine_site,
+  zone,
+  fixed_tensor,
+  back_solve,
+  localized_cg,
+  newton
+};
+inline constexpr size_t kMethodKinds = 8;
 
 // One method, asked at one |d|.
 struct MethodRow {
@@ -57,12 +68,12 @@ struct PushRow {
   MethodKind kind = MethodKind::linear;
   bool carried = false;
   int contacts = 1;
-  std::string sites;                        // labels, joined by '+'
-  std::array<double, 3> displacement = {};  // of the first contact; length unit
-  double size = 0;                          // the largest |d| of the contacts; length unit
-  double part = 0;                          // of the pack's largest
-  std::optional<double> strain;             // |d| / thickness of the organ along d; one contact
-  bool solved = true;                       // false: there is no truth, and errors are 1
+  std::string sites;                                 // labels, joined by ';'
+  std::vector<std::array<double, 3>> displacements;  // of each contact; length unit
+  double size = 0;                                   // the largest |d| of the contacts; length unit
+  double part = 0;                                   // of the pack's largest
+  std::optional<double> strain;                      // |d| / thickness of the organ along d; one contact
+  bool solved = true;                                // false: there is no truth, and errors are 1
   double displacement_error = 1;
   double force_error = 1;
   double force_error_unfloored = 1;
@@ -108,6 +119,7 @@ struct OrganReport {
   double pack_megabytes = 0;
   double mean_edge = 0;         // h; length unit
   double max_displacement = 0;  // length unit
+  double thickness = 0;         // of the organ under its sites, the median; length unit; 0: unknown
   int max_contacts = 1;
   int unsolved = 0;  // pushes without an equilibrium
   std::vector<PromiseRow> promises;
@@ -137,6 +149,7 @@ struct Report {
   bool quick = false;
   double seconds = 0;
   std::vector<OrganReport> organs;
+  std::vector<IncludedTable> tables;  // of what else was measured
   bool is_kept() const {
     for (const OrganReport& organ : organs) {
       if (!organ.is_kept()) return false;

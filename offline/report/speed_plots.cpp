@@ -42,8 +42,9 @@ double drawn(double error, double lowest) {
   return std::max(error, 1.5 * lowest);
 }
 
-bool is_reference(MethodKind kind) {
-  return kind == MethodKind::back_solve || kind == MethodKind::newton;
+// Those that a pack could carry under other settings.
+bool has_settings(MethodKind kind) {
+  return kind == MethodKind::linear || kind == MethodKind::polynomial || kind == MethodKind::zone;
 }
 
 std::string copy_line(const OrganReport& organ) {
@@ -62,16 +63,19 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
                   double first_to_left) {
   std::string script;
   std::map<std::pair<MethodKind, bool>, std::vector<std::string>> markers;
-  std::vector<std::string> labels;   // to the right of their points,
-  std::vector<std::string> to_left;  // or to the left, where the panel ends
+  std::vector<std::string> labels;       // to the right of their points,
+  std::vector<std::string> to_left;      // to the left, where the panel ends,
+  std::vector<std::string> below_front;  // or on the side of the front where nothing is
   std::vector<std::array<double, 2>> places;
   for (const Point& point : points) {
     places.push_back({point.time, drawn(point.error, lowest)});
     const std::string place = fmt::format("{:g} {:g}", point.time, places.back()[1]);
     markers[{point.row->kind, point.row->carried}].push_back(place);
-    if (point.row->carried || is_reference(point.row->kind))
-      (point.time > first_to_left ? to_left : labels)
-          .push_back(place + " \"" + short_name(*point.row) + "\"");
+    if (!point.row->carried && point.row->kind != MethodKind::newton) continue;
+    std::vector<std::string>& of_place = point.time > first_to_left                  ? to_left
+                                         : point.row->kind == MethodKind::polynomial ? below_front
+                                                                                     : labels;
+    of_place.push_back(place + " \"" + short_name(*point.row) + "\"");
   }
   std::vector<std::string> front;
   const std::vector<size_t> best = pareto_front(places);
@@ -79,7 +83,8 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
     if (i > 0) front.push_back(fmt::format("{:g} {:g}", places[best[i]][0], places[best[i - 1]][1]));
     front.push_back(fmt::format("{:g} {:g}", places[best[i]][0], places[best[i]][1]));
   }
-  script += data_block("Front", front) + data_block("Labels", labels) + data_block("ToLeft", to_left);
+  script += data_block("Front", front) + data_block("Labels", labels) + data_block("ToLeft", to_left) +
+            data_block("Below", below_front);
   std::string plots = "$Front using 1:2 with lines lw 5 lc rgb '#d0d0d0'";
   int number = 0;
   for (const auto& [kind, lines] : markers) {
@@ -91,7 +96,8 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
                     kind.second ? style.marker : style.hollow_marker, kind.second ? 1.1 : 0.75, style.colour);
   }
   for (const auto& [name, lines, where] : {std::tuple("Labels", &labels, "left offset 0.8,0.5"),
-                                           std::tuple("ToLeft", &to_left, "right offset -0.9,-0.3")}) {
+                                           std::tuple("ToLeft", &to_left, "right offset -0.9,0.55"),
+                                           std::tuple("Below", &below_front, "right offset -0.6,-0.7")}) {
     if (!lines->empty())
       plots += fmt::format(", ${} using 1:2:3 with labels {} font ',11' tc rgb '#222222'", name, where);
   }
@@ -116,13 +122,13 @@ std::string legend(const std::map<double, std::vector<Point>>& points) {
         fmt::format("{}NaN with points pt {} ps 1.1 lw 1.4 lc rgb '{}' title {}", plots.empty() ? "" : ", ",
                     kind.second ? style.marker : style.hollow_marker, style.colour,
                     quoted(std::string(style.name) +
-                           (kind.second || is_reference(kind.first) ? "" : ", other settings")));
+                           (kind.second || !has_settings(kind.first) ? "" : ", other settings")));
   }
   return "unset border\nunset tics\nunset grid\nunset title\nunset xlabel\nunset ylabel\nunset logscale\n"
          "set lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0.9\nset tmargin at screen "
          "1\n"
-         "set xrange [0:1]\nset yrange [0:1]\nset key center center horizontal maxrows 2 samplen 1 width "
-         "1\nplot " +
+         "set xrange [0:1]\nset yrange [0:1]\nset key center center horizontal maxcols 4 samplen 1 width "
+         "-1 font ',12'\nplot " +
          plots + ", NaN with lines lw 5 lc rgb '#d0d0d0' title 'nothing is both faster and better'\n";
 }
 
@@ -180,6 +186,20 @@ std::string speed_error_plot(const OrganReport& organ, SpeedError what, int cont
     ++i;
   }
   return script + legend(points) + "unset multiplot\n";
+}
+
+std::vector<bool> on_front(const OrganReport& organ, SpeedError what) {
+  std::map<std::pair<int, double>, std::vector<size_t>> alike;
+  for (size_t i = 0; i < organ.methods.size(); ++i)
+    alike[{organ.methods[i].contacts, organ.methods[i].part}].push_back(i);
+  std::vector<bool> is_on(organ.methods.size());
+  for (const auto& [of_what, rows] : alike) {
+    std::vector<std::array<double, 2>> places;
+    for (const size_t row : rows)
+      places.push_back({time_of(organ.methods[row], what), error_of(organ.methods[row], what)});
+    for (const size_t place : pareto_front(places)) is_on[rows[place]] = true;
+  }
+  return is_on;
 }
 
 int frame_plot_height(const OrganReport& organ) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,33 @@ size_t count_of(const std::string& text, const std::string& what) {
   size_t count = 0;
   for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++count;
   return count;
+}
+
+// Of a CSV whose quoted cells may hold commas; the headings first.
+std::vector<std::vector<std::string>> cells_of(const std::filesystem::path& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream stream(file_text(csv));
+  for (std::string line; std::getline(stream, line);) {
+    std::vector<std::string>& cells = rows.emplace_back(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') {
+        quoted = !quoted;
+      } else if (c == ',' && !quoted) {
+        cells.emplace_back();
+      } else {
+        cells.back() += c;
+      }
+    }
+  }
+  return rows;
+}
+
+std::string cell(const std::vector<std::vector<std::string>>& rows, const std::vector<std::string>& row,
+                 const std::string& heading) {
+  const auto found = std::find(rows.front().begin(), rows.front().end(), heading);
+  return found == rows.front().end() ? "no " + heading
+                                     : row[static_cast<size_t>(found - rows.front().begin())];
 }
 
 // A model and a scene that are not Palpate's own.
@@ -46,9 +75,100 @@ TEST(Report, AStrangersSceneGivesAWholePage) {
   const std::string methods = file_text(folder / "block_methods.csv");
   for (const char* method :
        {"\"linear_dd\",1,1,", "\"polynomial_dd, degree 2, ", "\"nonlinear_zone, 1 ring\",1,1,",
-        "\"nonlinear_zone, 2 rings\",0,1,", "\"linear, back-solve\",0,1,", "\"full Newton, warm\",0,1,",
-        "\"linear_dd\",1,2,"})
+        "\"nonlinear_zone, 2 rings\",0,1,", "\"nonlinear_zone, 1 ring, 1 iteration a frame\",0,1,",
+        "\"nonlinear_zone, 1 ring, 4 iterations a frame\",0,2,", "\"linear, back-solve\",0,1,",
+        "\"linear, PFE\",0,2,", "\"linear, LCG to 0.1\",0,1,", "\"full Newton, warm\",0,1,",
+        "\"full Newton, warm\",0,2,", "\"linear_dd\",1,2,"})
     EXPECT_NE(methods.find(method), std::string::npos) << method;
+}
+
+// A back-solve and PFE by CHOLMOD, with the patches held, and LCG share nothing with linear_dd but the stiffness.
+TEST(Report, LinearMethodsAreAsWrongAsEachOther) {
+  const SceneFiles files;
+  ASSERT_EQ(files.build().exit_code, 0);
+  const std::filesystem::path folder = files.dir.path() / "report";
+  ASSERT_EQ(report(files.pack, folder).exit_code, 0);
+  const std::vector<std::vector<std::string>> rows = cells_of(folder / "block_methods.csv");
+  constexpr double kRounding = 1e-6;      // of fields in float32
+  constexpr double kLcgTolerance = 1e-2;  // ten times that of its residual
+  int compared = 0;
+  for (const std::vector<std::string>& linear : rows) {
+    if (cell(rows, linear, "method") != "linear_dd" || cell(rows, linear, "contacts") != "1") continue;
+    for (const std::vector<std::string>& other : rows) {
+      const std::string name = cell(rows, other, "method");
+      const bool is_lcg = name == "linear, LCG to 0.001";
+      if ((name != "linear, back-solve" && name != "linear, PFE" && !is_lcg) ||
+          cell(rows, other, "contacts") != "1" ||
+          cell(rows, other, "part_of_max") != cell(rows, linear, "part_of_max"))
+        continue;
+      ++compared;
+      for (const char* error : {"displacement_p95", "displacement_max", "force_p95", "force_max"}) {
+        const double expected = std::stod(cell(rows, linear, error));
+        EXPECT_GT(expected, 1e-3) << error;
+        EXPECT_NEAR(std::stod(cell(rows, other, error)), expected, is_lcg ? kLcgTolerance : kRounding)
+            << name << ", " << error;
+      }
+    }
+  }
+  EXPECT_EQ(compared, 3 * 4);
+}
+
+// Nine sites in a square: each compared one has others an edge and two away.
+TEST(Report, PolynomialsAreMovedFromSitesNearby) {
+  const SceneFiles files(
+      "[contact]\nsites = [19, 20, 21, 22, 23, 24, 25, 26, 27]\nmax_displacement = 0.03\n[models]\nzone = "
+      "false\n");
+  ASSERT_EQ(files.build().exit_code, 0);
+  const std::filesystem::path folder = files.dir.path() / "report";
+  ASSERT_EQ(report(files.pack, folder).exit_code, 0);
+  const std::vector<std::vector<std::string>> rows = cells_of(folder / "block_methods.csv");
+  const auto error_of = [&](const std::string& method, const char* part,
+                            const char* error = "displacement_median") {
+    for (const std::vector<std::string>& row : rows) {
+      if (cell(rows, row, "method") == method && cell(rows, row, "part_of_max") == part)
+        return std::stod(cell(rows, row, error));
+    }
+    ADD_FAILURE() << method;
+    return 0.0;
+  };
+  for (const char* way : {"eq. (25) as printed", "eq. (25) inverse", "affine about the site", "rigid",
+                          "exact linear part, remainder rigid"}) {
+    for (const char* away : {", from 1 edge", ", from 2 edges"})
+      EXPECT_GT(error_of(std::string("affine_site, ") + way + away, "0.25"), 0);
+  }
+  // At a small push the linear part is all there is, and what is not linear half as much as at twice of it.
+  const char* exact = "affine_site, exact linear part, remainder rigid, from 1 edge";
+  const char* moved = "affine_site, rigid, from 1 edge";
+  for (const char* error : {"displacement_median", "force_median"}) {
+    EXPECT_LT(error_of(exact, "0.25", error), 0.2 * error_of(moved, "0.25", error)) << error;
+    EXPECT_LT(error_of(exact, "0.25", error), error_of("linear_dd", "0.25", error)) << error;
+    EXPECT_NEAR(error_of(exact, "0.25", error) / error_of(exact, "0.5", error), 0.5, 0.1) << error;
+  }
+}
+
+TEST(Report, ShowsTablesOfOthers) {
+  const SceneFiles files;
+  ASSERT_EQ(files.build().exit_code, 0);
+  const std::filesystem::path table =
+      files.dir.write("hard.csv", "case,error %\n\"thin, soft\",0.5\n\"says \"\"no\"\"\",2\n");
+  files.dir.write("hard.txt", "What is hard < for it.");
+  files.dir.write("hard_more.csv", "x\n1\n");
+  files.dir.write("hard.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"/>");
+  const std::filesystem::path folder = files.dir.path() / "report";
+  ASSERT_EQ(report(files.pack, folder, {"--table", "Hard cases=" + table.string()}).exit_code, 0);
+  const std::string page = file_text(folder / "index.html");
+  for (const char* part :
+       {"<h2>Hard cases</h2>", "<th>error %</th>", "<td>thin, soft</td>", "says &quot;no&quot;",
+        "What is hard &lt; for it.", "href=\"hard_more.csv\"", "href=\"#hard\"", "alt=\"Hard cases\""})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_EQ(file_text(folder / "hard.csv"), file_text(table));
+  const std::string to = (files.dir.path() / "other").string();
+  EXPECT_EQ(refusal_of({"report", files.pack.string(), "-o", to, "--table", "hard.csv"}),
+            "--table hard.csv: not TITLE=FILE.csv");
+  files.dir.write("bad.csv", "a,b\n1,2\n3\n");
+  const std::string bad = (files.dir.path() / "bad.csv").string();
+  EXPECT_EQ(refusal_of({"report", files.pack.string(), "-o", to, "--table", "Bad=" + bad}),
+            bad + ":3: 1 cells, where the first line has 2 headings");
 }
 
 TEST(Report, ASecondRunGivesTheSameErrorsToTheDigit) {
@@ -57,7 +177,14 @@ TEST(Report, ASecondRunGivesTheSameErrorsToTheDigit) {
   const auto errors = [&](const std::string& name, const std::vector<std::string>& more) {
     const std::filesystem::path folder = files.dir.path() / name;
     EXPECT_EQ(report(files.pack, folder, more).exit_code, 0);
-    return file_text(folder / "block_pushes.csv");
+    std::string text = file_text(folder / "block_pushes.csv");
+    const std::vector<std::vector<std::string>> rows = cells_of(folder / "block_methods.csv");
+    for (const std::vector<std::string>& row : rows) {
+      for (const char* column :
+           {"method", "displacement_max", "displacement_off_p95", "force_median", "force_max"})
+        text += cell(rows, row, column) + "\n";
+    }
+    return text;
   };
   const std::string first = errors("first", {"--jobs", "1"});
   EXPECT_GT(count_of(first, "\n"), 100u);

@@ -1,10 +1,13 @@
 // The page of a report: what stands on its front, and what is written into HTML and gnuplot scripts.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "offline/report/csv_tables.hpp"
 #include "offline/report/html_text.hpp"
 #include "offline/report/organ_section.hpp"
 #include "offline/report/plot_style.hpp"
+#include "offline/report/power_law.hpp"
 #include "offline/report/speed_plots.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -21,6 +24,59 @@ TEST(ReportPage, TheFrontIsWhatNothingBeatsInBoth) {
 TEST(ReportPage, TextIsEscaped) {
   EXPECT_EQ(html_escaped("a<b> & \"c\""), "a&lt;b&gt; &amp; &quot;c&quot;");
   EXPECT_EQ(quoted("it's _a_ {b}"), "'it''s \\_a\\_ \\{b\\}'");
+}
+
+TEST(ReportPage, TheFrontIsOfAsManyContactsAndAsFarAPush) {
+  OrganReport organ;
+  const auto add = [&](int contacts, double part, double time, double error) {
+    MethodRow& row = organ.methods.emplace_back();
+    row.contacts = contacts;
+    row.part = part;
+    row.haptic.median = time;
+    row.visual.median = 1;
+    row.displacement.p95 = error;
+    row.force.p95 = 1 / error;
+  };
+  add(1, 1, 2, 0.1);
+  add(1, 1, 3, 0.2);    // worse than the first in the field, better in the force
+  add(1, 0.5, 9, 0.9);  // alone at its |d|,
+  add(3, 1, 9, 0.9);    // or with its contacts
+  EXPECT_EQ(on_front(organ, SpeedError::field), (std::vector<bool>{true, false, true, true}));
+  EXPECT_EQ(on_front(organ, SpeedError::force), (std::vector<bool>{true, true, true, true}));
+}
+
+TEST(ReportPage, AnExponentIsThatOfTheLargeSizes) {
+  std::vector<std::pair<double, double>> points;
+  for (double x = 1; x <= 4096; x *= 2) points.emplace_back(x, 3 * std::pow(x, 1.7));
+  constexpr double kRounding = 1e-12;
+  EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
+  EXPECT_NEAR(fit_power_law(points).factor, 3, 1e3 * kRounding);
+  for (auto& [x, y] : points) {
+    if (x < 64) y = 1e6;  // what does not grow
+  }
+  EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
+  EXPECT_NEAR(fit_power_law({{1, 7}, {2, 3}, {1000, 5}, {2000, 10}}).exponent, 1, kRounding);
+}
+
+TEST(ReportPage, ATableOfOthersIsReadCellByCell) {
+  const TempDir dir;
+  const std::filesystem::path file = dir.write("t.csv", "a,\"b, c\"\r\n\"1 \"\"x\"\"\",\n\n2,3");
+  const IncludedTable table = read_included_table("T", file);
+  EXPECT_EQ(table.rows, (std::vector<std::vector<std::string>>{{"a", "b, c"}, {"1 \"x\"", ""}, {"2", "3"}}));
+  EXPECT_EQ(table.name, "t");
+  EXPECT_EQ(table.caption, "");
+  const auto refusal = [&](const std::string& text) {
+    try {
+      read_included_table("T", dir.write("bad.csv", text));
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what()).substr((dir.path() / "bad.csv").string().size());
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(refusal(""), ": no table; its first line must have the headings");
+  EXPECT_EQ(refusal("a,b\n\"1,2\n"), ":2: a quote is not closed; end it on its line");
+  EXPECT_EQ(refusal("a,b\n1,2,3\n"), ":2: 3 cells, where the first line has 2 headings");
+  EXPECT_THROW(read_included_table("T", dir.path() / "none.csv"), std::runtime_error);
 }
 
 // RFC 4648, section 10.
@@ -46,8 +102,10 @@ TEST(ReportPage, ABrokenPromiseIsNamedWithItsNumbers) {
 TEST(ReportPage, CsvHasACellForEachHeading) {
   OrganReport organ;
   organ.mean_edge = organ.max_displacement = 1;
-  organ.pushes.emplace_back();
+  organ.thickness = 2;
+  organ.pushes.emplace_back().displacements = {{1, 2, 3}, {4, 5, 6.5}};
   organ.methods.emplace_back();
+  EXPECT_NE(pushes_csv(organ).find(",1;4,2;5,3;6.5,"), std::string::npos) << pushes_csv(organ);
   const auto commas = [](const std::string& text, bool in_quotes) {
     size_t count = 0;
     bool quote = false;

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "bench/peers/held_contacts.hpp"
+#include "offline/cli/held_contacts.hpp"
 
-namespace palpate::peers {
+namespace palpate {
 
 class NodeBlocks {
  public:
@@ -56,4 +56,4 @@ class NodeBlocks {
   std::vector<Eigen::Matrix3d> blocks_;
 };
 
-}  // namespace palpate::peers
+}  // namespace palpate

@@ -1,5 +1,5 @@
-// The frame that every method is asked for: K u = 0 with k contact nodes displaced by d, a linear body at rest
-// otherwise. With f the free equations and c the contact nodes' ones,
+// The frame that every linear method is asked for: K u = 0 with k contacts displaced by d, a linear body at rest
+// otherwise. With f the free equations and c those of the contacts, a patch's nodes moving as one,
 //   K_ff u_f = -K_fc d,   force on the contacts K_cf u_f + K_cc d.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 #include "offline/fem/assembly.hpp"
 
-namespace palpate::peers {
+namespace palpate {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 using SparseColumns = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
@@ -24,17 +24,24 @@ struct HeldContacts {
   Eigen::MatrixXd contact_contact;
   std::vector<int> free_dofs;  // of the model
 
-  // `nodes`: of the model, with three free dofs each.
-  HeldContacts(const Assembly& assembly, const std::vector<int>& nodes) {
+  // Contacts of one node each; `nodes`: of the model, with three free dofs each.
+  HeldContacts(const Assembly& assembly, const std::vector<int>& nodes)
+      : HeldContacts(assembly, patches_of(nodes), Eigen::VectorXd::Zero(assembly.num_dofs())) {}
+
+  // `patches`: nodes of the model, with three free dofs each, none of them in two patches; `rest`: all dofs.
+  HeldContacts(const Assembly& assembly, const std::vector<std::vector<int>>& patches,
+               const Eigen::VectorXd& rest) {
     SparseLower lower;
-    assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, lower);
+    assembly.tangent(rest, false, lower);
     const Sparse all = lower.selfadjointView<Eigen::Lower>();
-    const int num_contact = 3 * static_cast<int>(nodes.size());
+    const int num_contact = 3 * static_cast<int>(patches.size());
     std::vector<int> place(static_cast<size_t>(all.rows()), -1);  // of an equation: contact c is -2 - c
-    for (size_t contact = 0; contact < nodes.size(); ++contact) {
-      for (int axis = 0; axis < 3; ++axis)
-        place[static_cast<size_t>(assembly.dof_equations()[static_cast<size_t>(3 * nodes[contact] + axis)])] =
-            -2 - static_cast<int>(3 * contact) - axis;
+    for (size_t contact = 0; contact < patches.size(); ++contact) {
+      for (const int node : patches[contact]) {
+        for (int axis = 0; axis < 3; ++axis)
+          place[static_cast<size_t>(assembly.dof_equations()[static_cast<size_t>(3 * node + axis)])] =
+              -2 - static_cast<int>(3 * contact) - axis;
+      }
     }
     for (size_t equation = 0; equation < place.size(); ++equation) {
       if (place[equation] != -1) continue;
@@ -51,7 +58,7 @@ struct HeldContacts {
         const int j = place[static_cast<size_t>(it.col())];
         if (i >= 0 && j >= 0) of_free.emplace_back(i, j, it.value());
         if (i >= 0 && j < 0) of_contact.emplace_back(i, -2 - j, it.value());
-        if (i < 0 && j < 0) contact_contact(-2 - i, -2 - j) = it.value();
+        if (i < 0 && j < 0) contact_contact(-2 - i, -2 - j) += it.value();
       }
     }
     free_free.resize(num_free, num_free);
@@ -63,6 +70,13 @@ struct HeldContacts {
   Eigen::VectorXd force(const Eigen::VectorXd& free, const Eigen::VectorXd& d) const {
     return free_contact.transpose() * free + contact_contact * d;
   }
+
+ private:
+  static std::vector<std::vector<int>> patches_of(const std::vector<int>& nodes) {
+    std::vector<std::vector<int>> patches;
+    for (const int node : nodes) patches.push_back({node});
+    return patches;
+  }
 };
 
-}  // namespace palpate::peers
+}  // namespace palpate

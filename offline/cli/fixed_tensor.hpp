@@ -8,15 +8,16 @@
 
 #include <algorithm>
 
-#include "bench/peers/back_solve.hpp"
+#include "offline/cli/back_solve.hpp"
 
-namespace palpate::peers {
+namespace palpate {
 
 class FixedTensor {
  public:
-  // A back-solve for each of the 3 k columns, in blocks.
-  FixedTensor(const HeldContacts& held, BackSolve& back_solve)
-      : tensor_(held.free_free.rows(), held.free_contact.cols()),
+  // A back-solve for each of the 3 k columns, in blocks. Of u_f the tensor has these rows; null: all.
+  FixedTensor(const HeldContacts& held, BackSolve& back_solve, const std::vector<int>* rows = nullptr)
+      : tensor_(rows == nullptr ? held.free_free.rows() : static_cast<Eigen::Index>(rows->size()),
+                held.free_contact.cols()),
         force_tensor_(tensor_.cols(), tensor_.cols()) {
     constexpr Eigen::Index kBlock = 48;
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(tensor_.cols(), tensor_.cols());
@@ -24,18 +25,24 @@ class FixedTensor {
       const Eigen::Index width = std::min(kBlock, tensor_.cols() - first);
       const Eigen::MatrixXd d = unit.middleCols(first, width);
       const Eigen::MatrixXd free = back_solve.solve(d);
-      tensor_.middleCols(first, width) = free.cast<pal_real>();
+      if (rows == nullptr) {
+        tensor_.middleCols(first, width) = free.cast<pal_real>();
+      } else {
+        tensor_.middleCols(first, width) = free(*rows, Eigen::all).cast<pal_real>();
+      }
       force_tensor_.middleCols(first, width) =
           held.free_contact.transpose() * free + held.contact_contact * d;
     }
   }
 
   void frame(const Eigen::VectorXd& d) {
-    displacement_.noalias() = tensor_ * d.cast<pal_real>();
-    force_.noalias() = force_tensor_ * d;
+    field_frame(d);
+    force_frame(d);
   }
+  void field_frame(const Eigen::VectorXd& d) { displacement_.noalias() = tensor_ * d.cast<pal_real>(); }
+  void force_frame(const Eigen::VectorXd& d) { force_.noalias() = force_tensor_ * d; }
   // Of the last frame.
-  const RealVector& displacement() const { return displacement_; }  // u_f
+  const RealVector& displacement() const { return displacement_; }  // the tensor's rows of u_f
   const Eigen::VectorXd& force() const { return force_; }
 
  private:
@@ -45,4 +52,4 @@ class FixedTensor {
   Eigen::VectorXd force_;
 };
 
-}  // namespace palpate::peers
+}  // namespace palpate

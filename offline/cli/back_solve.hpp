@@ -5,9 +5,9 @@
 #include <Eigen/CholmodSupport>
 #include <stdexcept>
 
-#include "bench/peers/held_contacts.hpp"
+#include "offline/cli/held_contacts.hpp"
 
-namespace palpate::peers {
+namespace palpate {
 
 class BackSolve {
  public:
@@ -33,4 +33,4 @@ class BackSolve {
   Eigen::VectorXd displacement_;
 };
 
-}  // namespace palpate::peers
+}  // namespace palpate

@@ -11,9 +11,9 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/peers/node_blocks.hpp"
+#include "offline/cli/node_blocks.hpp"
 
-namespace palpate::peers {
+namespace palpate {
 
 class LocalizedCg {
  public:
@@ -113,4 +113,4 @@ class LocalizedCg {
   int iterations_ = 0;
 };
 
-}  // namespace palpate::peers
+}  // namespace palpate

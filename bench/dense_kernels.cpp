@@ -1,0 +1,184 @@
+// Microbenchmarks of the dense kernels: of linear_dd's held inverse, of a zone's elimination and products, and of a batch of
+// its elements. Those that are bound by memory stand beside a memcpy of the bytes that they read; the others say how many
+// multiply-adds they do.
+#include <benchmark/benchmark.h>
+
+#include <cstring>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "runtime/kernels/element_batch.hpp"
+#include "runtime/src/elimination.hpp"
+#include "runtime/src/inverse_kernel.hpp"
+
+namespace {
+
+// Numbers on cache lines.
+struct Numbers {
+  explicit Numbers(size_t size)
+      : count(size),
+        values(static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t(64)))) {
+    for (size_t i = 0; i < size; ++i) values[i] = 1e-3 * static_cast<double>(i % 17);
+  }
+  ~Numbers() { ::operator delete(values, std::align_val_t(64)); }
+  Numbers(const Numbers&) = delete;
+  Numbers& operator=(const Numbers&) = delete;
+  size_t count;
+  double* values;
+};
+
+size_t up_to(size_t size, size_t multiple) {
+  return (size + multiple - 1) / multiple * multiple;
+}
+
+void count_work(benchmark::State& state, size_t bytes, double multiply_adds) {
+  if (bytes > 0)
+    state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(bytes));
+  state.counters["multiply_adds"] =
+      benchmark::Counter(multiply_adds, benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void copy(benchmark::State& state, size_t bytes) {
+  const Numbers from(bytes / sizeof(double));
+  const Numbers to(bytes / sizeof(double));
+  for (auto _ : state) {
+    std::memcpy(to.values, from.values, bytes);
+    benchmark::ClobberMemory();
+  }
+  count_work(state, bytes, 0);
+}
+
+// Matrix of so many nodes, padded rows.
+size_t inverse_stride(size_t nodes) {
+  return up_to(3 * nodes, palpate::kInverseLanes);
+}
+
+void inverse_multiply(benchmark::State& state, palpate::InverseKernel kernel) {
+  const auto nodes = static_cast<size_t>(state.range(0));
+  const size_t stride = inverse_stride(nodes);
+  const Numbers matrix(stride * stride);
+  const Numbers x(3 * stride);
+  const Numbers y(3 * stride);
+  for (auto _ : state) {
+    kernel.multiply(matrix.values, stride, static_cast<uint32_t>(nodes), x.values, y.values);
+    benchmark::DoNotOptimize(y.values[0]);
+    benchmark::ClobberMemory();
+  }
+  count_work(state, 3 * nodes * stride * sizeof(double), 27.0 * static_cast<double>(nodes * nodes));
+}
+
+void copy_of_inverse(benchmark::State& state) {
+  const auto nodes = static_cast<size_t>(state.range(0));
+  copy(state, 3 * nodes * inverse_stride(nodes) * sizeof(double));
+}
+
+void held_nodes(benchmark::internal::Benchmark* bench) {
+  bench->ArgName("nodes");
+  for (const int nodes : {3, 8, 32, 96}) bench->Arg(nodes);
+}
+
+// Columns of a zone's full matrix: what an iteration of a zone reads.
+void zone_product(benchmark::State& state, palpate::EliminationKernel kernel) {
+  const auto size = static_cast<uint32_t>(state.range(0));
+  const uint32_t stride = palpate::elimination_stride(size);
+  const Numbers matrix(size_t{stride} * size);
+  const Numbers x(stride);
+  const Numbers y(stride);
+  for (auto _ : state) {
+    kernel.add_product(matrix.values, stride, size, size, x.values, y.values);
+    benchmark::DoNotOptimize(y.values[0]);
+    benchmark::ClobberMemory();
+    y.values[0] = 0;
+  }
+  count_work(state, size_t{stride} * size * sizeof(double), 1.0 * size * size);
+}
+
+void copy_of_zone_product(benchmark::State& state) {
+  const auto size = static_cast<uint32_t>(state.range(0));
+  copy(state, size_t{palpate::elimination_stride(size)} * size * sizeof(double));
+}
+
+// All of a zone's unknowns, as for its stiffness; the matrix is copied anew each time, which is a small part.
+void zone_elimination(benchmark::State& state, palpate::EliminationKernel kernel) {
+  const auto size = static_cast<uint32_t>(state.range(0));
+  const uint32_t stride = palpate::elimination_stride(size);
+  const uint32_t columns = palpate::round_to_columns(size);
+  const size_t count = size_t{stride} * columns;
+  Numbers original(count);
+  std::memset(original.values, 0, count * sizeof(double));
+  for (uint32_t i = 0; i < columns; ++i) {
+    for (uint32_t j = 0; j < columns; ++j)
+      original.values[size_t{j} * stride + i] = i == j ? 2.0 * size : 1.0;
+  }
+  const Numbers matrix(count);
+  const uint32_t eliminated = size / palpate::kEliminationColumns * palpate::kEliminationColumns;
+  for (auto _ : state) {
+    std::memcpy(matrix.values, original.values, count * sizeof(double));
+    if (!palpate::eliminate(kernel, matrix.values, stride, size, eliminated))
+      state.SkipWithError("not positive definite");
+    benchmark::ClobberMemory();
+  }
+  const double n = size;
+  count_work(state, 0, n * n * n / 6);
+}
+
+void zone_sizes(benchmark::internal::Benchmark* bench) {
+  bench->ArgName("unknowns");
+  for (const int unknowns : {27, 123, 285}) bench->Arg(unknowns);
+}
+
+// Deformation gradients, forces and stiffness of four elements at a time.
+template <int kNodes>
+void element_batch(benchmark::State& state, const palpate::BatchKernels<kNodes>& kernels) {
+  typename palpate::ElementBatch<kNodes>::Point point = {};
+  palpate::NodalLanes<kNodes> displacement = {};
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (size_t i = 0; i < 3; ++i) {
+      for (int lane = 0; lane < palpate::kLanes; ++lane) {
+        point.gradients[a][i].set(lane, 0.1 * static_cast<double>(a + i) - 0.3);
+        displacement[a][i].set(lane, 0.01 * static_cast<double>(a));
+      }
+    }
+  }
+  palpate::DyadicLanes terms = {};
+  for (int lane = 0; lane < palpate::kLanes; ++lane) {
+    point.volume.set(lane, 1);
+    terms.set(lane, {1, 0.5, 0.1, 0.1, 0.1});
+  }
+  palpate::NodalLanes<kNodes> force = {};
+  palpate::StiffnessLanes<kNodes> stiffness = {};
+  palpate::KinematicsLanes kinematics = {};
+  for (auto _ : state) {
+    kernels.deform(point, displacement, kinematics);
+    kernels.add_force(point, kinematics, terms, force);
+    kernels.add_stiffness(point, kinematics, terms, stiffness);
+    benchmark::DoNotOptimize(stiffness);
+    benchmark::DoNotOptimize(force);
+  }
+}
+
+const bool dense_kernels_are_registered = [] {
+  palpate::InverseKernel inverse[palpate::kMostInverseKernels];
+  const uint32_t num_inverse = palpate::list_inverse_kernels(inverse);
+  for (uint32_t k = 0; k < num_inverse; ++k) {
+    held_nodes(benchmark::RegisterBenchmark((std::string("held_inverse_") + inverse[k].name).c_str(),
+                                            inverse_multiply, inverse[k]));
+  }
+  held_nodes(benchmark::RegisterBenchmark("copy_of_held_inverse", copy_of_inverse));
+  palpate::EliminationKernel elimination[palpate::kMostEliminationKernels];
+  const uint32_t num_elimination = palpate::list_elimination_kernels(elimination);
+  for (uint32_t k = 0; k < num_elimination; ++k) {
+    zone_sizes(benchmark::RegisterBenchmark((std::string("zone_product_") + elimination[k].name).c_str(),
+                                            zone_product, elimination[k]));
+    zone_sizes(benchmark::RegisterBenchmark((std::string("zone_elimination_") + elimination[k].name).c_str(),
+                                            zone_elimination, elimination[k]));
+  }
+  zone_sizes(benchmark::RegisterBenchmark("copy_of_zone_product", copy_of_zone_product));
+  benchmark::RegisterBenchmark("four_c3d4_portable", element_batch<4>, palpate::portable_batch_kernels<4>());
+  benchmark::RegisterBenchmark("four_c3d4", element_batch<4>, palpate::batch_kernels<4>());
+  benchmark::RegisterBenchmark("four_c3d10_point", element_batch<10>, palpate::batch_kernels<10>());
+  return true;
+}();
+
+}  // namespace
