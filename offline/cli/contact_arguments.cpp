@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 
 #include "schemas/pack_layout.hpp"
@@ -175,6 +176,30 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       ->check(CLI::Range(1, static_cast<int>(pack::kMostZoneRings)));
 }
 
+namespace {
+
+// The contact nodes of a site's patch.
+std::span<const std::uint32_t> patch_of(const OpenedPack& opened, std::uint32_t site) {
+  const pack::ContactSites& sites = *opened.tables().sites();
+  const auto starts = opened.segment(*sites.patch_starts());
+  return opened.segment(*sites.patch_nodes()).subspan(starts[site], starts[site + 1] - starts[site]);
+}
+
+void mark_fixed(const OpenedPack& opened, const std::vector<std::uint32_t>& fixed, ContactAnswer& answer) {
+  for (TouchedPlace& place : answer.places) {
+    for (const auto& [label, weight] : place.corners) {
+      std::uint32_t site = 0;
+      require_ok(opened.pack().find_site(label, site), "site");
+      const auto patch = patch_of(opened, site);
+      place.holds_fixed_node =
+          place.holds_fixed_node ||
+          std::find_first_of(patch.begin(), patch.end(), fixed.begin(), fixed.end()) != patch.end();
+    }
+  }
+}
+
+}  // namespace
+
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
   // The runtime's own bound: pal_session_config::max_contacts.
@@ -198,6 +223,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     }
     fixed.push_back(node);
   }
+  mark_fixed(opened, fixed, answer);
   const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
                           : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
                           : arguments.model == "affine"     ? PAL_MODEL_AFFINE

@@ -32,6 +32,7 @@ struct TouchedPlace {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // at rest, length unit
   double distance = 0;                                 // of the place that was asked for, length unit
   std::vector<std::pair<int, double>> corners;         // labels of the sites that answer, and their weights
+  bool holds_fixed_node = false;                       // of its patch --fix holds some
   int label() const;                                   // of the one that weighs most
 };
 

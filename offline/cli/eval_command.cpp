@@ -126,6 +126,22 @@ void add_point(const TouchedPlace& place, nlohmann::json& contact) {
     contact["corners"].push_back({{"node", label}, {"weight", weight}});
 }
 
+// In mean surface edges: a place so far from the surface may have been meant otherwise.
+constexpr double kFarFromSurface = 0.1;
+
+bool is_far_from_surface(const OpenedPack& opened, const TouchedPlace& place) {
+  return place.distance >
+         kFarFromSurface * opened.info().mean_surface_edge / opened.info().metres_per_length_unit;
+}
+
+// The runtime's, and what is doubtful about the question.
+std::vector<std::string> flags_of(const OpenedPack& opened, const ContactAnswer& answer, size_t c) {
+  std::vector<std::string> flags = flag_names(answer.results[c].flags);
+  if (is_far_from_surface(opened, answer.places[c])) flags.emplace_back("off_surface");
+  if (answer.places[c].holds_fixed_node) flags.emplace_back("holds_fixed_node");
+  return flags;
+}
+
 nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer) {
   nlohmann::json contacts = nlohmann::json::array();
   for (size_t c = 0; c < answer.results.size(); ++c) {
@@ -139,14 +155,11 @@ nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer
          {"stiffness", result.stiffness},
          {"model", model_name(result.model)},
          {"error_estimate", {{"displacement", result.displacement_error}, {"force", result.force_error}}},
-         {"flags", flag_names(result.flags)}});
+         {"flags", flags_of(opened, answer, c)}});
     if (!answer.places[c].is_site) add_point(answer.places[c], contacts.back());
   }
   return {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
 }
-
-// In mean surface edges: a place so far from the surface may have been meant otherwise.
-constexpr double kFarFromSurface = 0.1;
 
 std::string corner_names(const TouchedPlace& place) {
   std::vector<int> labels;
@@ -179,10 +192,10 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
       fmt::print("; moved by ({:.6g}, {:.6g}, {:.6g}){}", d[0], d[1], d[2], length);
     }
     if (answer.places[c].corners.size() > 1) fmt::print("; between nodes {}", corner_names(answer.places[c]));
-    if (answer.places[c].distance >
-        kFarFromSurface * opened.info().mean_surface_edge / opened.info().metres_per_length_unit)
+    if (is_far_from_surface(opened, answer.places[c]))
       fmt::print("; {:.3g}{} from the place given", answer.places[c].distance, length);
-    if (result.flags != 0) fmt::print("; {}", fmt::join(flag_names(result.flags), ", "));
+    if (const auto flags = flags_of(opened, answer, c); !flags.empty())
+      fmt::print("; {}", fmt::join(flags, ", "));
     fmt::print("\n");
   }
   fmt::print("largest displacement {:.6g}{}\n", largest_displacement(answer.field), length);

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "offline/cli/commands.hpp"
+#include "offline/fem/address_space.hpp"
 #include "offline/mesh/nearest_name.hpp"
 
 namespace {
@@ -71,6 +73,13 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "%s\npalpate: name a command\n", app.help().c_str());
     return 1;
   }
+  // As of a variable of the shell that was never set.
+  for (int i = 1; i < argc; ++i) {
+    if (argv[i][0] != '\0') continue;
+    std::fprintf(stderr, "palpate: argument %d is empty%s%s; name a file or give a value\n", i,
+                 i > 1 ? ", behind " : "", i > 1 ? argv[i - 1] : "");
+    return 1;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -88,6 +97,10 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   int exit_code = 0;
   try {
+    if (const std::string shortage = palpate::address_space_shortage(); !shortage.empty()) {
+      std::fprintf(stderr, "palpate: %s\n", shortage.c_str());
+      std::_Exit(1);
+    }
     exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");

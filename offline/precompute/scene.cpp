@@ -57,6 +57,9 @@ void read_contact(const SceneTable& contact, Scene& scene) {
   constexpr SampledSites kSampled[] = {SampledSites::automatic, SampledSites::all, SampledSites::fewest};
   scene.sampled_sites = kSampled[contact.choice("sampled", {"auto", "all", "fewest"}).value_or(0)];
   scene.tip_radius = contact.number_from_zero("tip_radius").value_or(scene.tip_radius);
+  if (scene.tip_radius > 1e15) {
+    contact.fail("tip_radius", "contact.tip_radius is above 1e15; correct it, or state the model in other units");
+  }
   scene.max_contacts = contact.integer("max_contacts", 1, pack::kMostContacts).value_or(scene.max_contacts);
 }
 
@@ -123,6 +126,7 @@ void read_precision(const SceneTable& output, Scene& scene) {
 // The node set as it is named in the scene: as the model file writes it, in upper or lower case.
 const std::vector<int>& node_set(const SceneTable& table, std::string_view key, const std::string& name,
                                  const Model& model) {
+  if (name.empty()) table.fail(key, table.path(key) + " is empty; name a node set of " + model.file);
   auto found = model.node_sets.find(name);
   if (found == model.node_sets.end()) found = model.node_sets.find(normalised_name(name));
   if (found == model.node_sets.end()) {

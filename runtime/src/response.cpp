@@ -238,8 +238,11 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   if (results == nullptr) return;
   const ZoneSet& set = session.zone.answering;
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
+  double largest = 0;
+  for (uint32_t c = 0; c < count; ++c) largest = fmax(largest, length(session.displacements + size_t{3} * c));
   bool is_beyond = false;
-  for (uint32_t c = 0; c < count && count > 1; ++c) is_beyond = is_beyond || is_beyond_series(pack, set, c);
+  for (uint32_t c = 0; c < count && count > 1; ++c)
+    is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];

@@ -31,15 +31,29 @@ struct Force {
   double per_force;  // dx / df; 0 where x has been shortened
 };
 
-Force force_of(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
-  constexpr double kFarthest = 2;  // in x; within the scene's largest displacement it stays about 1
+// How far the series is good for the forces of a set, in x; beyond, a force counts the less the larger it is: contacts that
+// pull against each other bear many times what they do alone, and what each of their forces adds outside, which nearly
+// cancels, would have to be known as much better. In place of it there is then almost none: the answer to first order.
+double reach_of(const pal_pack& pack, const ZoneSet& set) {
+  constexpr double kFarthest = 2;  // of one contact alone; within the scene's largest displacement x stays about 1
+  if (set.num_contacts == 1) return kFarthest;
+  double largest = 0;
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    const double* d = set.followed + size_t{3} * c;
+    largest = fmax(largest, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  return fmin(kFarthest, sqrt(largest) / pack.max_displacement);
+}
+
+Force force_of(const pal_pack& pack, const ZoneSet& set, double reach, uint32_t contact) {
   const double* f = set.force + size_t{3} * contact;
   const double per_force = 1 / pack.zone_force_scale[set.sites[contact]];
   Force force = {{f[0] * per_force, f[1] * per_force, f[2] * per_force}, per_force};
   double* x = force.x;
   const double length = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  if (length > kFarthest) {
-    for (int axis = 0; axis < 3; ++axis) x[axis] *= kFarthest / length;
+  if (length > reach) {
+    const double part = reach / length;
+    for (int axis = 0; axis < 3; ++axis) x[axis] *= set.num_contacts == 1 ? part : part * part;
     force.per_force = 0;
   }
   return force;
@@ -116,9 +130,10 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   double* weights = set.weights;
   Force forces[kMostZoneContacts];
   double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
+  const double reach = reach_of(pack, set);
   if (set.num_contacts > 1) memset(mutual, 0, pack.num_mutual * sizeof *mutual);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    forces[c] = force_of(pack, set, c);
+    forces[c] = force_of(pack, set, reach, c);
     double monomials[kFirst + pack::kZoneColumns];
     pack::evaluate_monomials(forces[c].x, pack::kZoneDegree, monomials);
     memcpy(weights + size_t{c} * pack::kZoneColumns, monomials + kFirst,
@@ -128,14 +143,17 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   }
 }
 
-bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
+bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
   const double* f = set.force + size_t{3} * contact;
-  return sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) > pack.zone_force_scale[set.sites[contact]];
+  const double part = fmin(1.0, largest / pack.max_displacement);
+  return sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) >
+         sqrt(part) * pack.zone_force_scale[set.sites[contact]];
 }
 
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]) {
-  const Force force = force_of(pack, set, contact);
+  const double reach = reach_of(pack, set);
+  const Force force = force_of(pack, set, reach, contact);
   double monomials[kFirst + pack::kZoneColumns];
   pack::evaluate_monomials(force.x, pack::kZoneDegree, monomials);
   for (uint32_t axis = 0; axis < 3; ++axis) {
@@ -151,7 +169,7 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
     });
     for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
       if (other == contact) continue;
-      const Force of_other = force_of(pack, set, other);
+      const Force of_other = force_of(pack, set, reach, other);
       add_pair(pack, set, rings, contact, other, derivatives_of(force.x, of_other.x, axis, force.per_force),
                by_axis + size_t{set.num_contacts} * pack::kZoneColumns);
     }

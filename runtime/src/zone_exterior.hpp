@@ -24,8 +24,11 @@ uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 // ZoneSet::weights := their weights at the forces of the set, which are shortened to what the series is good for.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
-// Whether a contact bears more than the series was made for: more than the scene's largest displacement takes of it alone.
-bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact);
+// Whether a contact bears more than the series was made for. What is of second order, as part of a push, goes as f^2 / d:
+// more of it than the scene's largest displacement D makes of the contact alone, whose force there is F, has
+// (f / F)^2 > d / D. So neighbours that pull against each other are beyond it even where they hardly move. `largest`:
+// displacement of the set, length unit.
+bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
 // Of those weights by the force of one contact; zero where that has been shortened.
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,

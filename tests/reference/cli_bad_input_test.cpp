@@ -60,6 +60,11 @@ TEST_F(BadScene, EachIsNamedByFileAndLine) {
        "model = \"organ.inp\"\n[contact]\nsites = [4, 1]\nmax_displacement = 1\n",
        kBody,
        {"organ.toml:3: ", "node 1", "fixed", "take it out"}},
+      {"empty name of a set",
+       "model = \"organ.inp\"\n[contact]\nsites = \"\"\nmax_displacement = 1\n",
+       kBody,
+       {"organ.toml:3: ", "contact.sites is empty", "name"}},
+      {"absurd tip", kGoodScene + "tip_radius = 1e16\n", kBody, {"organ.toml:5: ", "tip_radius", "1e15"}},
       {"TOML", "model = \"organ.inp\"\n[contact\nsites = [4]\n", kBody, {"organ.toml:2: ", "TOML"}},
       {"empty scene", "", kBody, {"organ.toml", "missing"}},
       {"empty model", kGoodScene, "", {"organ.inp"}},
@@ -113,6 +118,9 @@ TEST(CommandLine, MistakesAreNamedWithTheRightHelp) {
             "palpate solve: --output is required; see 'palpate solve --help'");
   EXPECT_EQ(refusal_of({"info", "a", "b"}),
             "palpate info: the argument b is one too many; see 'palpate info --help'");
+  EXPECT_EQ(refusal_of({"eval", "a.pack", "-o", ""}),
+            "palpate: argument 4 is empty, behind -o; name a file or give a value");
+  EXPECT_EQ(refusal_of({""}), "palpate: argument 1 is empty; name a file or give a value");
   for (const char* jobs : {"0", "-1", "many", "1e9"})
     EXPECT_NE(refusal_of({"build", "a.toml", "-o", "b", "--jobs", jobs}).find("--jobs"), std::string::npos);
 }

@@ -1,0 +1,93 @@
+// Bodies that several cases share.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/hard/hard_organ.hpp"
+#include "tests/support/hard_scenes.hpp"
+
+namespace palpate::hard {
+
+inline const CompressibleNeoHookean kTissue = {1, 4};  // nu = 0.4
+
+// The nodes of the top of a block of unit side that are not on its rim.
+inline std::vector<int> inner_top(const Model& model) {
+  std::vector<int> nodes;
+  for (const int node : test::nodes_on_plane(model, 2, 1.0)) {
+    const Eigen::Vector3d& at = model.positions[static_cast<size_t>(node)];
+    if (at.x() > 1e-9 && at.x() < 1 - 1e-9 && at.y() > 1e-9 && at.y() < 1 - 1e-9) nodes.push_back(node);
+  }
+  return nodes;
+}
+
+inline Model unit_block(int cells, const Law& law = kTissue, double jitter = 0.15) {
+  test::BlockShape shape;
+  shape.cells = {cells, cells, cells};
+  shape.law = law;
+  shape.jitter = jitter;
+  return test::with_fixed_base(test::tetrahedral_block(shape));
+}
+
+// A block of unit side with sites all over the inside of its top.
+inline OrganSpec touched(Model model, double max_displacement, double tip_radius) {
+  OrganSpec spec;
+  spec.model = std::move(model);
+  spec.sites = inner_top(spec.model);
+  spec.max_displacement = max_displacement;
+  spec.tip_radius = tip_radius;
+  return spec;
+}
+
+// Into the top of a block, out of it, aside, and askew.
+inline std::vector<Eigen::Vector3d> four_ways(double size) {
+  return {{0, 0, -size}, {0, 0, size}, {size, 0, 0}, size * Eigen::Vector3d(0.5, -0.4, -0.8).normalized()};
+}
+
+// One contact at a site, pushed four ways, asked of every model: of each the worst.
+inline std::vector<Answer> pushed_four_ways(const Organ& organ, std::uint32_t site, double size,
+                                            const Bar& bar) {
+  std::vector<std::vector<Answer>> sets;
+  for (const Eigen::Vector3d& d : four_ways(size)) sets.push_back(ask_all(organ, {push(site, d)}));
+  return worst_of(sets, bar);
+}
+
+// A solve beside what it should be: max |u - u'| / scale, |f - f'| / |f'| over the held nodes.
+inline Answer solved(const test::SceneRun& run, const Eigen::VectorXd& displacement, double scale,
+                     const Eigen::Vector3d& force, const Eigen::Vector3d& expected_force) {
+  Answer answer;
+  answer.by = "solve";
+  if (!run.converged) {
+    answer.refused = true;
+    answer.happened = "no equilibrium from load factor " + std::to_string(run.steps_done) + " on";
+    return answer;
+  }
+  answer.happened = std::to_string(run.increments) + " increments, " + std::to_string(run.iterations) +
+                    " iterations, smallest J " + std::to_string(run.min_jacobian).substr(0, 6);
+  answer.finite = run.displacement.allFinite() && force.allFinite();
+  answer.displacement_error = (run.displacement - displacement).lpNorm<Eigen::Infinity>() / scale;
+  answer.force_error = (force - expected_force).norm() / expected_force.norm();
+  return answer;
+}
+
+// The scene solved with the default settings, beside the same in many small increments with a factor of its own in each
+// iteration.
+inline Answer solved_on_two_paths(const test::SolverScene& scene, const std::vector<int>& held, double scale,
+                                  int increments = 16) {
+  SolverSettings fine;
+  fine.first_increment = fine.largest_increment = 1.0 / increments;
+  fine.max_increments = 10000;
+  fine.reuse_contraction = 0;
+  fine.residual_tolerance = 1e-11;
+  const test::SceneRun run = test::run_scene(scene);
+  const test::SceneRun reference = test::run_scene(scene, fine);
+  Answer answer = solved(run, reference.displacement, scale, test::sum_over(run.force, held),
+                         test::sum_over(reference.force, held));
+  if (!reference.converged && !answer.refused) {
+    answer.displacement_error = answer.force_error = Answer::kNotMeasured;
+    answer.flags = {"the reference does not converge"};
+  }
+  return answer;
+}
+
+}  // namespace palpate::hard
