@@ -58,7 +58,8 @@ void read_contact(const SceneTable& contact, Scene& scene) {
   scene.sampled_sites = kSampled[contact.choice("sampled", {"auto", "all", "fewest"}).value_or(0)];
   scene.tip_radius = contact.number_from_zero("tip_radius").value_or(scene.tip_radius);
   if (scene.tip_radius > 1e15) {
-    contact.fail("tip_radius", "contact.tip_radius is above 1e15; correct it, or state the model in other units");
+    contact.fail("tip_radius",
+                 "contact.tip_radius is above 1e15; correct it, or state the model in other units");
   }
   scene.max_contacts = contact.integer("max_contacts", 1, pack::kMostContacts).value_or(scene.max_contacts);
 }
