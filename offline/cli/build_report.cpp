@@ -56,12 +56,15 @@ std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   return best;
 }
 
+// In each bin by one of them: of few sites a model alone may have none.
 bool is_measured(const BuildResult& result) {
   const auto surveys = best_surveys(result);
-  return std::all_of(surveys.begin(), surveys.end(), [](const SurveyTable* table) {
-    return std::all_of(table->bins.begin(), table->bins.end(),
-                       [](const SurveyBin& bin) { return bin.samples > 0; });
-  });
+  for (size_t bin = 0; bin < surveys.front()->bins.size(); ++bin) {
+    if (std::none_of(surveys.begin(), surveys.end(),
+                     [&](const SurveyTable* table) { return table->bins[bin].samples > 0; }))
+      return false;
+  }
+  return true;
 }
 
 // The one that is furthest off.

@@ -50,7 +50,9 @@ void print_validated(const std::vector<KeptPromise>& models) {
   for (const KeptPromise& model : models) {
     fmt::print("  {:<14} {:12.2f} {:6.2f} {:17.1f} {:6.1f}   {}\n", model.model, model.displacement_ratio(),
                model.force_ratio(), 100 * model.displacement_coverage(), 100 * model.force_coverage(),
-               model.agrees() ? "agrees" : "DISAGREES");
+               model.measured.errors.empty() ? "not measured"
+               : model.agrees()              ? "agrees"
+                                             : "DISAGREES");
   }
 }
 

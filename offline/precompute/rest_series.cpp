@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/sample_points.hpp"
@@ -23,10 +25,12 @@ Eigen::Matrix<double, 3, kRays> rays() {
   return directions;
 }
 
-// c_j of `order` j, along each ray. `path`: a_1 .. a_(j-1); `lower`: the lower orders of P, zero but where dofs are held.
-Eigen::MatrixXd internal_force_of_order(const Assembly& assembly, const Eigen::VectorXd& at_rest,
-                                        const std::vector<Eigen::MatrixXd>& path,
-                                        const std::vector<Eigen::MatrixXd>& lower, int order) {
+// c_j of `order` j, along each ray. `path`: a_1 .. a_(j-1); `lower`: the lower orders of P, zero but where dofs are held. None
+// where an element inverts on the way.
+std::optional<Eigen::MatrixXd> internal_force_of_order(const Assembly& assembly,
+                                                       const Eigen::VectorXd& at_rest,
+                                                       const std::vector<Eigen::MatrixXd>& path,
+                                                       const std::vector<Eigen::MatrixXd>& lower, int order) {
   constexpr double kStep = 0.04;  // t: of rounding and the orders beyond, either leaves five digits or more
   const double sign = order % 2 == 0 ? 1 : -1;
   Eigen::VectorXd resting;
@@ -47,8 +51,10 @@ Eigen::MatrixXd internal_force_of_order(const Assembly& assembly, const Eigen::V
     std::array<Eigen::VectorXd, 2> estimates;
     for (size_t i = 0; i < 2; ++i) {
       const double t = kStep * static_cast<double>(i + 1);
-      assembly.internal_force(at_rest + sum(path, t), ahead);
-      assembly.internal_force(at_rest + sum(path, -t), behind);
+      for (const auto& [sign_of_t, force] : {std::pair(1, &ahead), std::pair(-1, &behind)}) {
+        const ElementState state = assembly.internal_force(at_rest + sum(path, sign_of_t * t), *force);
+        if (!(state.min_jacobian > 0) || !force->allFinite()) return std::nullopt;
+      }
       ahead -= resting + sum(lower, t);
       behind -= resting + sum(lower, -t);
       estimates[i] = (ahead + sign * behind) / (2 * std::pow(t, order));
@@ -72,7 +78,10 @@ bool compute_rest_series(StaticSolver& solver, const LoadCase& load, const Eigen
   std::vector<Eigen::MatrixXd> orders = {assembly.tangent_times(at_rest, path.front())};  // of P
   const Eigen::MatrixXd held = Eigen::MatrixXd::Zero(at_rest.size(), kRays);
   for (int order = 2; order <= kSeriesDegree; ++order) {
-    const Eigen::MatrixXd force = internal_force_of_order(assembly, at_rest, path, orders, order);
+    const std::optional<Eigen::MatrixXd> found =
+        internal_force_of_order(assembly, at_rest, path, orders, order);
+    if (!found) return false;
+    const Eigen::MatrixXd& force = *found;
     Eigen::MatrixXd& next = path.emplace_back();
     if (!solver.tangent_response(load, at_rest, held, next, -force)) return false;
     orders.push_back(force + assembly.tangent_times(at_rest, next));

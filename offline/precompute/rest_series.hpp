@@ -33,7 +33,7 @@ struct RestSeries {
 
 // Of a contact that is held at rest by `load`, where the displacement of all dofs is `at_rest` and du/dd is `tangent` (num_dofs x
 // 3). `axes`: orthogonal, of the length of a mean surface edge, which the differences are scaled by. False where the stiffness at
-// rest is not positive definite. Cost: 384 evaluations of P, 96 back-solves, each refined.
+// rest is not positive definite, or an element inverts within 0.08 of those axes. Cost: 384 evaluations of P, 96 back-solves, each refined.
 [[nodiscard]] bool compute_rest_series(StaticSolver& solver, const LoadCase& load,
                                        const Eigen::VectorXd& at_rest, const Eigen::MatrixXd& tangent,
                                        const std::vector<Eigen::Index>& packed_dofs,

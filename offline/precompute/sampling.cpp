@@ -259,7 +259,7 @@ bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curva
   return true;
 }
 
-RestSeries SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
+std::optional<RestSeries> SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
   RestSeries series;
   series.axes = axes;
   series.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()), pack::num_monomials(2, kSeriesDegree));
@@ -271,7 +271,7 @@ RestSeries SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
         return compute_rest_series(*solver_, load_for(Eigen::Vector3d::Zero()), from.u, from.tangent,
                                    packed_dofs_, axes, series)
                    ? PushOutcome::solved
-                   : PushOutcome::unstable;
+                   : PushOutcome::nearly_inverted;
       },
       {PushRequest::Kind::series, 0, Eigen::Vector3d::Zero()},
       [&](auto&& visit) {
@@ -280,7 +280,7 @@ RestSeries SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
       [&](auto&& visit) {
         for (double& number : series.field.reshaped()) visit(number);
       });
-  if (outcome != PushOutcome::solved) throw std::logic_error("the stiffness at rest has become unstable");
+  if (outcome != PushOutcome::solved) return std::nullopt;
   return series;
 }
 

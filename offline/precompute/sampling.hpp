@@ -54,8 +54,9 @@ class SiteSampler {
   // them), whatever the neighbours say. Field, energy and force only. False when no equilibrium was found.
   [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
 
-  // In y, d = axes y; kept as a solve is, and not counted as one. Throws as solve() does.
-  RestSeries rest_series(const Eigen::Matrix3d& axes);
+  // In y, d = axes y; kept as a solve is, and not counted as one. None where an element is so flat that the small pushes it is found by
+  // invert it. Throws as solve() does.
+  std::optional<RestSeries> rest_series(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;
 

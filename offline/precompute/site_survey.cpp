@@ -149,10 +149,11 @@ std::pair<double, double> errors_at(const SitePolynomial& polynomial, const Samp
 SitePolynomial fit_where_needed(SiteSampler& sampler, SiteDomain& domain, const ContactSites& sites,
                                 const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
                                 const SiteSamples& samples, SiteResult& result) {
-  const RestSeries series = sampler.rest_series(sites.mean_surface_edge * site.frame);
+  const std::optional<RestSeries> series = sampler.rest_series(sites.mean_surface_edge * site.frame);
   domain.sample_rest();
+  if (!series) return fit_to_target(domain, plan, points, samples, result);
   const SitePolynomial unsampled =
-      unsampled_polynomial(samples.linear, series, samples.to_unit, samples.half);
+      unsampled_polynomial(samples.linear, *series, samples.to_unit, samples.half);
   for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) domain.sample(x);
   double largest_force = 0;
   for (const Sample& sample : samples.samples) largest_force = std::max(largest_force, sample.force.norm());
@@ -161,8 +162,8 @@ SitePolynomial fit_where_needed(SiteSampler& sampler, SiteDomain& domain, const 
     result.held_out_error = std::max(result.held_out_error, displacement);
     result.held_out_force_error = std::max(result.held_out_force_error, force);
   }
-  if (result.cut_by != PushOutcome::solved ||
-      std::max(result.held_out_error, result.held_out_force_error) > plan.target)
+  const bool is_kept = result.held_out_error <= plan.target && result.held_out_force_error <= plan.target;
+  if (result.cut_by != PushOutcome::solved || !is_kept)
     return fit_to_target(domain, plan, points, samples, result);
   result.samples = 0;
   return unsampled;

@@ -195,10 +195,12 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   const ContactPlace place = place_of(contact);
   field.num_corners = place.count;
   PolynomialAnswer blend = {};
-  pal_model model = PAL_MODEL_POLYNOMIAL;  // whose errors these are
+  bool any_sampled = false;
+  bool all_sampled = true;
   for (uint32_t i = 0; i < place.count; ++i) {
     const auto [site, weight] = place.corners[i];
-    if (!was_sampled(pack, site)) model = PAL_MODEL_AFFINE;
+    any_sampled = any_sampled || was_sampled(pack, site);
+    all_sampled = all_sampled && was_sampled(pack, site);
     PolynomialAnswer answer;
     evaluate_polynomial(pack, site, session.displacements, answer, field.corners[i]);
     field.corners[i].weight = static_cast<pal_real>(weight);
@@ -209,8 +211,16 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   }
   session.stored_energy = blend.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
-  give_result(session, model, blend.flags, blend.force, blend.stiffness, results[0]);
-  if (session.config.model == PAL_MODEL_AFFINE) results[0].model = PAL_MODEL_AFFINE;
+  pal_contact_result& result = results[0];
+  give_result(session, all_sampled ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE, blend.flags, blend.force,
+              blend.stiffness, result);
+  if (any_sampled && !all_sampled) {
+    const double affine[2] = {result.displacement_error, result.force_error};
+    estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, session.displacements, result);
+    result.displacement_error = fmax(result.displacement_error, affine[0]);
+    result.force_error = fmax(result.force_error, affine[1]);
+  }
+  if (session.config.model == PAL_MODEL_AFFINE) result.model = PAL_MODEL_AFFINE;
 }
 
 void answer_linear_point(pal_session& session, const pal_contact& contact, pal_contact_result* results) {

@@ -21,7 +21,8 @@ inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * pack::kZone
 // Of so many contacts.
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// ZoneSet::weights := their weights at the forces of the set, which are shortened to what the series is good for.
+// ZoneSet::weights := their weights at the forces of the set. Those of several contacts that are larger than the pushes warrant count the
+// less the larger they are: the answer tends to that of first order outside.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
 // Whether a contact bears more than the series was made for. What is of second order, as part of a push, goes as f^2 / d:

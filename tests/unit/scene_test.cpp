@@ -237,10 +237,11 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         BadScene{"tip_raduis = 1\n",
                  "scene.toml:5: contact.tip_raduis is not known; did you mean tip_radius?"},
-        BadScene{"colour = 1\n",
-                 "scene.toml:5: contact.colour is not known; write sites, max_displacement, directions, "
-                 "tip_radius "
-                 "or max_contacts"},
+        BadScene{
+            "colour = 1\n",
+            "scene.toml:5: contact.colour is not known; write sites, sampled, max_displacement, directions, "
+            "tip_radius "
+            "or max_contacts"},
         BadScene{"\n[ouput]\nnodes = \"all\"\n", "scene.toml:6: ouput is not known; did you mean output?"},
         BadScene{"[gravity]\ng = 9.81\n",
                  "scene.toml:6: gravity.g is not known; write acceleration or may_turn"},

@@ -122,10 +122,10 @@ typedef enum pal_model {
   PAL_MODEL_POLYNOMIAL = 2,
   /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned
    * gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
-   * stored energy but for some 1e-4 of it, and its stiffness symmetric. */
+   * stored energy but for some 1e-4 of it, more where several contacts pull against each other, and its stiffness symmetric. */
   PAL_MODEL_ZONE = 3,
   /* affine_site: as polynomial_dd, at sites that were not sampled: their exact derivatives at rest, to fifth order. A site that
-   * was sampled answers with its own polynomial. */
+   * was sampled answers with its own polynomial, under this name. */
   PAL_MODEL_AFFINE = 4
 } pal_model;
 
