@@ -56,7 +56,7 @@ class Measurement {
   struct Timed {
     std::vector<size_t> rows;  // in report_.methods
     bool carried = false;
-    std::unique_ptr<MethodTimer> timer;
+    MethodTimer timer;
   };
 
   void describe() {
@@ -202,8 +202,8 @@ class Measurement {
       progress();
       if (method.kind != MethodKind::zone && &whole != &levels.back()) continue;
       timers_.push_back({std::exchange(rows, {}), method.carried,
-                         std::make_unique<MethodTimer>(*method.pack, method.model, method.rings,
-                                                       method.iterations, timed_sets, level.truths.part)});
+                         MethodTimer(*method.pack, method.model, method.rings, method.iterations, timed_sets,
+                                     level.truths.part)});
     }
   }
 
@@ -215,16 +215,17 @@ class Measurement {
     for (int round = 0; round < kRounds; ++round) {
       for (Timed& timed : timers_) {
         const double seconds = timed.carried ? effort_.seconds : effort_.seconds_of_settings;
-        timed.timer->time_warm(seconds / kRounds, effort_.most_frames / kRounds);
+        timed.timer.time_warm(seconds / kRounds, effort_.most_frames / kRounds);
         bar.show(++done);
       }
     }
     CacheEvictor caches;
     for (Timed& timed : timers_) {
-      timed.timer->time_cold(timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings, caches);
-      for (const size_t row : timed.rows) timed.timer->summarise(report_.methods[row]);
+      timed.timer.time_cold(timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings, caches);
+      for (const size_t row : timed.rows) timed.timer.summarise(report_.methods[row]);
       bar.show(++done);
     }
+    timers_.clear();
   }
 
   void time_copies() {
