@@ -101,6 +101,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
   SamplingPlan plan = plan_sampling(sampled.scene, sampled.sites, jobs);
   plan.survey_samples = 0;
   plan.rounded = false;
+  plan.fewest = false;  // what is moved is a fit, at each of them
   std::vector<SiteResult> results;
   try {
     const LinearDd linear = compute_linear_dd(sampled.assembly, sampled.sites, {}, sampled.rest);
