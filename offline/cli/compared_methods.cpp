@@ -88,7 +88,7 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
     methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
   for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {
-    methods_.push_back({{MethodKind::affine_site, "affine_site, " + pack->setting, false},
+    methods_.push_back({{MethodKind::moved, "moved polynomial, " + pack->setting, false},
                         &pack->opened,
                         PAL_MODEL_POLYNOMIAL});
     packs_.push_back(std::move(pack));
