@@ -10,7 +10,7 @@ import pathlib
 import sys
 
 # Whose rows are other settings where the pack does not carry them.
-SETTINGS = {"polynomial_dd", "nonlinear_zone", "affine_site"}
+SETTINGS = {"polynomial_dd", "nonlinear_zone", "moved polynomial"}
 
 
 def number(cell):

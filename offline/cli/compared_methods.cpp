@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "offline/mesh/volume_patches.hpp"
+
 namespace palpate {
 namespace {
 
@@ -86,13 +88,19 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
     methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
   for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {
-    methods_.push_back({{MethodKind::affine_site, "affine_site, " + pack->setting, false},
+    methods_.push_back({{MethodKind::moved, "moved polynomial, " + pack->setting, false},
                         &pack->opened,
                         PAL_MODEL_POLYNOMIAL});
     packs_.push_back(std::move(pack));
   }
   const auto carried = opened.info().zone_rings;
   if (static_cast<int>(carried) >= effort.most_zone_rings) return;
+  if (shares_linear_volumes(study.model)) {
+    notes.push_back(
+        "Other zones are not compared: a nonlinear zone cannot hold elements that share their volume where "
+        "the material is *ELASTIC at small strain.");
+    return;
+  }
   auto zone = make_zone_pack(study, jobs, effort.most_zone_rings);
   for (std::uint32_t rings = carried + 1; rings <= zone->opened.info().zone_rings; ++rings) {
     methods_.push_back({{MethodKind::zone, zone_name(rings), false}, &zone->opened, PAL_MODEL_ZONE, rings});

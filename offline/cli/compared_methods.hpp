@@ -35,7 +35,7 @@ std::vector<ComparedMethod> moving_zones(const std::vector<ComparedMethod>& meth
 class OtherSettings {
  public:
   // Rings that `opened` carries are left out; so are, with a note, polynomials that the organ's pushes do
-  // not bear.
+  // not bear, and zones of elements that share their volume at small strain.
   OtherSettings(const OpenedPack& opened, const Organ& organ, const std::vector<size_t>& sites,
                 const ReportEffort& effort, int jobs, const SampleStore* store,
                 std::vector<std::string>& notes);

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "offline/cli/timed_session.hpp"
+
 namespace palpate {
 namespace {
 
@@ -57,14 +59,13 @@ TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvi
 MethodTimer::MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
                          std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets,
                          double part)
-    : site_sets_(std::move(site_sets)),
+    : opened_(&opened),
+      model_(model),
+      zone_rings_(zone_rings),
+      zone_iterations_(zone_iterations),
+      site_sets_(std::move(site_sets)),
       reach_(part * opened.info().max_displacement),
-      frames_(site_sets_.size(), 0),
-      field_(size_t{3} * opened.info().num_nodes) {
-  for (const std::vector<std::uint32_t>& set : site_sets_)
-    sessions_.push_back(std::make_unique<TimedSession>(opened, model, static_cast<std::uint32_t>(set.size()),
-                                                       zone_rings, zone_iterations));
-}
+      frames_(site_sets_.size(), 0) {}
 
 void MethodTimer::advance(size_t set, std::vector<pal_contact>& contacts) {
   contacts.clear();
@@ -72,20 +73,25 @@ void MethodTimer::advance(size_t set, std::vector<pal_contact>& contacts) {
   ++frames_[set];
 }
 
-void MethodTimer::time_warm(double seconds, int most_frames) {
+void MethodTimer::warm_up(size_t set, TimedSession& session, std::vector<pal_contact>& contacts) {
   constexpr int kFramesToThePath = 20;  // of a zone that starts at rest
+  for (int i = 0; i < kFramesToThePath; ++i) {
+    advance(set, contacts);
+    session.haptic(contacts);
+  }
+}
+
+void MethodTimer::time_warm(double seconds, int most_frames) {
   const auto num_sets = static_cast<double>(site_sets_.size());
   const int most = std::max(1, static_cast<int>(most_frames / num_sets));
   std::vector<double> haptic;
   std::vector<double> visual;
   std::vector<pal_contact> contacts;
+  std::vector<pal_real> field(size_t{3} * opened_->info().num_nodes);
   for (size_t set = 0; set < site_sets_.size(); ++set) {
-    TimedSession& session = *sessions_[set];
-    const int to_warm = frames_[set] == 0 ? kFramesToThePath : 1;
-    for (int i = 0; i < to_warm; ++i) {
-      advance(set, contacts);
-      session.haptic(contacts);
-    }
+    TimedSession session(*opened_, model_, static_cast<std::uint32_t>(site_sets_[set].size()), zone_rings_,
+                         zone_iterations_);
+    warm_up(set, session, contacts);
     const Clock::time_point start = Clock::now();
     int timed = 0;
     do {
@@ -93,8 +99,8 @@ void MethodTimer::time_warm(double seconds, int most_frames) {
       haptic.push_back(nanoseconds_of([&] { session.haptic(contacts); }));
     } while (++timed < most &&
              std::chrono::duration<double>(Clock::now() - start).count() < seconds / num_sets);
-    session.visual(field_.data());
-    for (int i = 0; i < timed; ++i) visual.push_back(nanoseconds_of([&] { session.visual(field_.data()); }));
+    session.visual(field.data());
+    for (int i = 0; i < timed; ++i) visual.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
   }
   for (const auto& [stage, here] : {std::pair(&haptic_, &haptic), std::pair(&visual_, &visual)}) {
     stage->warm.insert(stage->warm.end(), here->begin(), here->end());
@@ -104,14 +110,22 @@ void MethodTimer::time_warm(double seconds, int most_frames) {
 }
 
 void MethodTimer::time_cold(int frames, CacheEvictor& caches) {
+  const size_t num_frames = static_cast<size_t>(std::max(0, frames));
+  const size_t num_sets = site_sets_.size();
   std::vector<pal_contact> contacts;
-  for (int i = 0; i < frames; ++i) {
-    const size_t set = static_cast<size_t>(i) % site_sets_.size();
-    advance(set, contacts);
-    caches.evict();
-    haptic_.cold.push_back(nanoseconds_of([&] { sessions_[set]->haptic(contacts); }));
-    caches.evict();
-    visual_.cold.push_back(nanoseconds_of([&] { sessions_[set]->visual(field_.data()); }));
+  std::vector<pal_real> field(size_t{3} * opened_->info().num_nodes);
+  for (size_t set = 0; set < std::min(num_sets, num_frames); ++set) {
+    TimedSession session(*opened_, model_, static_cast<std::uint32_t>(site_sets_[set].size()), zone_rings_,
+                         zone_iterations_);
+    warm_up(set, session, contacts);
+    session.visual(field.data());
+    for (size_t i = set; i < num_frames; i += num_sets) {
+      advance(set, contacts);
+      caches.evict();
+      haptic_.cold.push_back(nanoseconds_of([&] { session.haptic(contacts); }));
+      caches.evict();
+      visual_.cold.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
+    }
   }
 }
 

@@ -2,21 +2,23 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "offline/cli/frame_timing.hpp"
-#include "offline/cli/timed_session.hpp"
+#include "offline/cli/opened_pack.hpp"
 #include "offline/report/report_data.hpp"
 
 namespace palpate {
 
+class TimedSession;
+
 // Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|.
+// Each set of sites is timed in a session of its own that lives no longer than that, so that many timers hold no arenas.
 class MethodTimer {
  public:
   // `site_sets`: of equally many sites each; frames are shared among them. `zone_rings`, `zone_iterations`: as of a
-  // session.
+  // session. The pack outlives this.
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
               std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
@@ -34,12 +36,16 @@ class MethodTimer {
     std::vector<double> medians;  // of rounds
   };
   void advance(size_t set, std::vector<pal_contact>& contacts);
+  // From rest to the path of the set's contacts.
+  void warm_up(size_t set, TimedSession& session, std::vector<pal_contact>& contacts);
 
+  const OpenedPack* opened_;
+  pal_model model_;
+  std::uint32_t zone_rings_;
+  std::uint32_t zone_iterations_;
   std::vector<std::vector<std::uint32_t>> site_sets_;
   double reach_;
-  std::vector<int> frames_;                              // of each set, so far
-  std::vector<std::unique_ptr<TimedSession>> sessions_;  // one for each set
-  std::vector<pal_real> field_;
+  std::vector<int> frames_;  // of each set, so far
   Stage haptic_;
   Stage visual_;
 };

@@ -1,4 +1,4 @@
-// Packs of polynomials that were moved from other sites: what affine_site would answer.
+// Packs of polynomials that were moved from other sites, which no pack of a scene carries.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -78,10 +78,10 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
     std::vector<size_t> found;
     for (const ContactSite& contact : study.sites.sites) found.push_back(site_away(organ, contact, edges));
     if (std::count(found.begin(), found.end(), organ.sites.sites.size()) > 0) {
-      notes.push_back(
-          fmt::format("affine_site from {} edge{} away is not compared: some of the compared sites have no "
-                      "other one there.",
-                      edges, edges == 1 ? "" : "s"));
+      notes.push_back(fmt::format(
+          "Polynomials moved from {} edge{} away are not compared: some of the compared sites have no "
+          "other one there.",
+          edges, edges == 1 ? "" : "s"));
       continue;
     }
     sampled_sites.insert(sampled_sites.end(), found.begin(), found.end());
@@ -101,6 +101,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
   SamplingPlan plan = plan_sampling(sampled.scene, sampled.sites, jobs);
   plan.survey_samples = 0;
   plan.rounded = false;
+  plan.fewest = false;  // what is moved is a fit, at each of them
   std::vector<SiteResult> results;
   try {
     const LinearDd linear = compute_linear_dd(sampled.assembly, sampled.sites, {}, sampled.rest);
@@ -109,7 +110,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
         sampled.assembly, sampled.scene, sampled.sites, linear, plan, [&](int done, int) { bar.show(done); },
         sampled.rest, store);
   } catch (const std::runtime_error& error) {
-    notes.push_back(std::string("affine_site is not compared. ") + error.what());
+    notes.push_back(std::string("Moved polynomials are not compared. ") + error.what());
     return {};
   }
   const auto polynomial_at = [&](size_t site) -> const SitePolynomial& {
@@ -142,7 +143,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
       }
       const std::string setting = fmt::format("{}, from {} edge{}", way.name, edges, edges == 1 ? "" : "s");
       if (is_singular) {
-        notes.push_back("affine_site, " + setting +
+        notes.push_back("The moved polynomial, " + setting +
                         ", is not compared: at one of the sites its map is singular.");
         continue;
       }

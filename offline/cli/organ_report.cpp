@@ -17,7 +17,6 @@
 #include "offline/cli/reference_methods.hpp"
 #include "offline/cli/report_pushes.hpp"
 #include "offline/cli/report_rows.hpp"
-#include "offline/cli/survey_table.hpp"
 
 namespace palpate {
 namespace {
@@ -56,7 +55,7 @@ class Measurement {
   struct Timed {
     std::vector<size_t> rows;  // in report_.methods
     bool carried = false;
-    std::unique_ptr<MethodTimer> timer;
+    MethodTimer timer;
   };
 
   void describe() {
@@ -101,24 +100,16 @@ class Measurement {
       const std::vector<MeasuredPush> measured =
           measure_pushes(truths, runtime_method(session, all_sites()), &of_method.largest);
       rows_.add_pushes(about, method, measured);
-      if (method.model != PAL_MODEL_ZONE || method.rings == opened_.info().zone_rings)
-        add_promise(method.model, survey_of(samples, measured, organ_.scene.max_displacement));
     }
-    if (draw_error_map(opened_, organ_, std::move(worst), map)) report_.error_map = map;
-  }
-
-  // What the pack's own survey says of a model, and what this one does.
-  void add_promise(pal_model model, RuntimeSurvey measured) {
-    for (const ModelErrors& claimed : surveys_of(opened_.tables())) {
-      if (claimed.runtime_model != model) continue;
-      const KeptPromise promise{claimed.model, claimed.table.overall, std::move(measured)};
+    for (const KeptPromise& promise : judge_pack(opened_, samples, organ_.scene.max_displacement)) {
+      if (promise.measured.errors.empty()) continue;  // none of the pushes was at a site of this model
       const SurveyBin& found = promise.measured.table.overall;
       report_.promises.push_back({promise.model, found.samples, promise.claimed.displacement.p95,
                                   found.displacement.p95, promise.claimed.force.p95, found.force.p95,
                                   promise.displacement_coverage(), promise.force_coverage(),
                                   promise.agrees()});
-      return;
     }
+    if (draw_error_map(opened_, organ_, std::move(worst), map)) report_.error_map = map;
   }
 
   void compare_at_levels() {
@@ -202,8 +193,8 @@ class Measurement {
       progress();
       if (method.kind != MethodKind::zone && &whole != &levels.back()) continue;
       timers_.push_back({std::exchange(rows, {}), method.carried,
-                         std::make_unique<MethodTimer>(*method.pack, method.model, method.rings,
-                                                       method.iterations, timed_sets, level.truths.part)});
+                         MethodTimer(*method.pack, method.model, method.rings, method.iterations, timed_sets,
+                                     level.truths.part)});
     }
   }
 
@@ -215,16 +206,17 @@ class Measurement {
     for (int round = 0; round < kRounds; ++round) {
       for (Timed& timed : timers_) {
         const double seconds = timed.carried ? effort_.seconds : effort_.seconds_of_settings;
-        timed.timer->time_warm(seconds / kRounds, effort_.most_frames / kRounds);
+        timed.timer.time_warm(seconds / kRounds, effort_.most_frames / kRounds);
         bar.show(++done);
       }
     }
     CacheEvictor caches;
     for (Timed& timed : timers_) {
-      timed.timer->time_cold(timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings, caches);
-      for (const size_t row : timed.rows) timed.timer->summarise(report_.methods[row]);
+      timed.timer.time_cold(timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings, caches);
+      for (const size_t row : timed.rows) timed.timer.summarise(report_.methods[row]);
       bar.show(++done);
     }
+    timers_.clear();
   }
 
   void time_copies() {

@@ -4,7 +4,9 @@
 #include <utility>
 
 namespace palpate {
+namespace {
 
+// Of what was measured push by push.
 RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vector<MeasuredPush>& pushes,
                         double max_displacement) {
   RuntimeSurvey survey;
@@ -19,6 +21,8 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   survey.table = tabulate_errors(samples, survey.errors, max_displacement);
   return survey;
 }
+
+}  // namespace
 
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement) {

@@ -17,10 +17,6 @@ struct RuntimeSurvey {
   int force_covered = 0;
 };
 
-// Of what was measured push by push.
-RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vector<MeasuredPush>& pushes,
-                        double max_displacement);
-
 // Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of affine_site the
 // others. Sites of `samples` are the pack's, lengths and forces in the model's units.
 // Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual

@@ -112,7 +112,8 @@ void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, 
   const size_t num_sites = sites.sites.size();
   zone.force_scale.assign(num_sites, 0);
   zone.exterior.assign(static_cast<size_t>(zone.rings) * num_sites, {});
-  std::vector<std::unique_ptr<StaticSolver>> solvers(static_cast<size_t>(std::max(1, threads)));
+  std::vector<std::unique_ptr<StaticSolver>> solvers(
+      std::min(static_cast<size_t>(std::max(1, threads)), std::max<size_t>(1, num_sites)));
   for (std::unique_ptr<StaticSolver>& solver : solvers) {
     solver = std::make_unique<StaticSolver>(assembly);
     factor_at_rest(*solver, rest);

@@ -96,9 +96,8 @@ Table method_table(const OrganReport& organ, bool all) {
                "p99.9", "cold", "visual frame, µs", "p99.9", "cold"});
   const double half = level_near_half(organ);
   for (const MethodRow& row : organ.methods) {
-    const bool is_setting =
-        !row.carried && (row.kind == MethodKind::polynomial || row.kind == MethodKind::zone ||
-                         row.kind == MethodKind::affine_site);
+    const bool is_setting = !row.carried && (row.kind == MethodKind::polynomial ||
+                                             row.kind == MethodKind::zone || row.kind == MethodKind::moved);
     if (!all && (is_setting || (row.part != half && row.part != 1))) continue;
     const auto cold = [](const std::optional<TimeSummary>& time) {
       return time ? us_cell(time->median) : std::string();

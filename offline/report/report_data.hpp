@@ -32,7 +32,7 @@ struct TimeSummary {
 enum class MethodKind {
   linear,
   polynomial,
-  affine_site,
+  moved,  // a polynomial, from another site
   zone,
   fixed_tensor,
   back_solve,

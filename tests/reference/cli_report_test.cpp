@@ -134,11 +134,11 @@ TEST(Report, PolynomialsAreMovedFromSitesNearby) {
   for (const char* way : {"eq. (25) as printed", "eq. (25) inverse", "affine about the site", "rigid",
                           "exact linear part, remainder rigid"}) {
     for (const char* away : {", from 1 edge", ", from 2 edges"})
-      EXPECT_GT(error_of(std::string("affine_site, ") + way + away, "0.25"), 0);
+      EXPECT_GT(error_of(std::string("moved polynomial, ") + way + away, "0.25"), 0);
   }
   // At a small push the linear part is all there is, and what is not linear half as much as at twice of it.
-  const char* exact = "affine_site, exact linear part, remainder rigid, from 1 edge";
-  const char* moved = "affine_site, rigid, from 1 edge";
+  const char* exact = "moved polynomial, exact linear part, remainder rigid, from 1 edge";
+  const char* moved = "moved polynomial, rigid, from 1 edge";
   for (const char* error : {"displacement_median", "force_median"}) {
     EXPECT_LT(error_of(exact, "0.25", error), 0.2 * error_of(moved, "0.25", error)) << error;
     EXPECT_LT(error_of(exact, "0.25", error), error_of("linear_dd", "0.25", error)) << error;
