@@ -15,7 +15,6 @@
 
 #include "bench/solver/study_table.hpp"
 #include "offline/precompute/affine_site.hpp"
-#include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/monomials.hpp"
 
@@ -28,12 +27,6 @@ struct Errors {
   std::vector<double> displacement;
   std::vector<double> force;
 };
-
-Eigen::Vector3d force_of(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
-  const Eigen::Vector3d x = polynomial.to_unit * d;
-  return polynomial.to_unit.transpose() *
-         (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
-}
 
 // Its terms of orders first .. last of the field, and of the force.
 SitePolynomial orders_of(SitePolynomial polynomial, int first, int last) {
@@ -203,7 +196,7 @@ StudyTable moved_table(const Organ& organ) {
         if (!sample.solved) continue;
         const Eigen::Vector3d& d = sample.truth.displacement;
         const auto answer = [&](size_t way, const SitePolynomial& polynomial) {
-          organ.add(sample, field_at(polynomial, d), force_of(polynomial, d), ways[way].second);
+          organ.add(sample, field_at(polynomial, d), force_at(polynomial, d), ways[way].second);
         };
         answer(0, organ.polynomial(s));
         for (size_t m = 0; m < kMaps.size(); ++m) {
@@ -211,12 +204,12 @@ StudyTable moved_table(const Organ& organ) {
         }
         organ.add(sample, linear.field * d, linear.stiffness * d, ways[5].second);
         organ.add(sample, linear.field * d + field_at(*remainder, d),
-                  linear.stiffness * d + force_of(*remainder, d), ways[6].second);
+                  linear.stiffness * d + force_at(*remainder, d), ways[6].second);
         for (const int order : {2, 3, 4, 5})
           answer(static_cast<size_t>(order) + 5, orders_of(organ.series(t), 1, order));
         const SitePolynomial exact = orders_of(organ.series(t), 1, 3);
         const SitePolynomial beyond = orders_of(*remainder, 4, remainder->degree);
-        organ.add(sample, field_at(exact, d) + field_at(beyond, d), force_of(exact, d) + force_of(beyond, d),
+        organ.add(sample, field_at(exact, d) + field_at(beyond, d), force_at(exact, d) + force_at(beyond, d),
                   ways[11].second);
       }
     }
@@ -266,7 +259,7 @@ StudyTable blended_table(const Organ& organ) {
           Eigen::Vector3d force = linear.stiffness * d;
           for (size_t i = 0; i < near.size(); ++i) {
             field += weights[i] * field_at(remainders[i], d);
-            force += weights[i] * force_of(remainders[i], d);
+            force += weights[i] * force_at(remainders[i], d);
           }
           organ.add(sample, field, force, errors);
         }

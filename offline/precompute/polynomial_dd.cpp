@@ -222,6 +222,12 @@ Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d
   return polynomial.linear * x + polynomial.basis * (polynomial.coefficients.transpose() * monomials);
 }
 
+Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement) {
+  const Eigen::Vector3d x = polynomial.to_unit * displacement;
+  return polynomial.to_unit.transpose() *
+         (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
+}
+
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded) {
   if (polynomial.basis.cols() == 0) return polynomial;
   // Eigenvectors of B^T B: where the columns of B belong to orthonormal functions, the directions in which the field

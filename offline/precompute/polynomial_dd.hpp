@@ -54,6 +54,9 @@ SitePolynomial fit_polynomial(const SiteSamples& samples, int degree);
 // u of a displacement within the sampled domain: 3 packed nodes, length unit.
 Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
 
+// The force that the tool applies there, force unit: the gradient of the energy.
+Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
+
 // The polynomial in so few directions of its field that they leave out at most `tolerance` of |d| at any packed node,
 // measured at points all over the domain; at most pack::kMostRank, and `basis_error` says what they leave out. Entries of the basis then are within 1, and multiples of 1/32767 where it
 // is `rounded` (the rank is then even). Cost: an eigenvalue problem of the terms, and terms x 128 multiply-adds a

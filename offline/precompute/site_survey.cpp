@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "offline/precompute/affine_site.hpp"
-#include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 #include "offline/precompute/solver_threads.hpp"
 #include "schemas/monomials.hpp"
@@ -135,11 +134,8 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
 std::pair<double, double> errors_at(const SitePolynomial& polynomial, const Sample& sample,
                                     double largest_force) {
   constexpr double kFloor = 0.05;
-  const Eigen::Vector3d x = polynomial.to_unit * sample.displacement;
   const Eigen::VectorXd wrong = field_at(polynomial, sample.displacement) - sample.field;
-  const Eigen::Vector3d force =
-      polynomial.to_unit.transpose() *
-      (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
+  const Eigen::Vector3d force = force_at(polynomial, sample.displacement);
   return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / sample.displacement.norm(),
           (force - sample.force).norm() / std::max(sample.force.norm(), kFloor * largest_force)};
 }

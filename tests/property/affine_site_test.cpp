@@ -65,12 +65,6 @@ struct SolvedSite {
   }
 };
 
-Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
-  return polynomial.to_unit.transpose() *
-         (hermite_rows(polynomial.to_unit * d, 2, polynomial.degree + 1, 1).bottomRows<3>() *
-          polynomial.energy);
-}
-
 // To fifth order in the field, and so in the force: what is left of the nonlinear answer is of sixth.
 TEST(AffineSite, SeriesAtRestConvergesWithItsOrder) {
   for (const bool ten_nodes : {false, true}) {
