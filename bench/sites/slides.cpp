@@ -124,7 +124,7 @@ void run_study(const std::filesystem::path& file, const std::filesystem::path& f
       "slides", "Largest jump of the force between frames 0.01 h apart, in percent of the path's peak force.",
       {"model", "paths", "frames", "triangles entered", "median", "p95", "max"});
   for (const auto& [name, model] :
-       {std::pair{"linear_dd", PAL_MODEL_LINEAR}, {"polynomial_dd", PAL_MODEL_POLYNOMIAL}}) {
+       {std::pair{"linear_dd", PAL_MODEL_LINEAR}, {"polynomial_dd, affine_site", PAL_MODEL_POLYNOMIAL}}) {
     const Slides slides = slide_all_over(pack, model);
     const auto at = [&](double q) {
       return fmt::format(
