@@ -89,6 +89,8 @@ def main():
         for contacts in sorted({int(row["contacts"]) for row in rows}):
             count = "one contact" if contacts == 1 else f"{contacts} contacts at once, at random places"
             text += f"\n{title}, {count}:\n\n{table(rows, contacts, by_strain)}\n"
+            if any(row["method"].startswith("Bullet") and int(row["contacts"]) == contacts for row in rows):
+                text += "\nBullet is asked the first few of these pushes; its law is its own, of the same moduli at small strain.\n"
             picture = f"{organ}_{'speed_error' if contacts == 1 else 'several'}.svg"
             if organ == "brain":
                 text += f"\n![speed against error, {count}]({linked}/plots/{picture})\n"

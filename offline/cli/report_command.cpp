@@ -1,6 +1,7 @@
 // palpate report: speed against error, as a page.
 #include <fmt/chrono.h>
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
@@ -26,6 +27,7 @@
 #include "offline/output/finished_file.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/html_page.hpp"
+#include "offline/report/methods_elsewhere.hpp"
 #include "offline/report/organ_section.hpp"
 
 namespace palpate {
@@ -33,7 +35,8 @@ namespace {
 
 struct ReportArguments {
   std::vector<std::filesystem::path> organs;
-  std::vector<std::string> tables;  // TITLE=FILE.csv
+  std::vector<std::string> tables;   // TITLE=FILE.csv
+  std::vector<std::string> methods;  // ORGAN=FILE.csv
   std::filesystem::path folder;
   bool quick = false;
   int jobs = 1;
@@ -88,6 +91,25 @@ IncludedTable read_table(const std::string& argument) {
   if (equals == 0 || equals == std::string::npos || equals + 1 == argument.size())
     throw std::runtime_error("--table " + argument + ": not TITLE=FILE.csv");
   return read_included_table(argument.substr(0, equals), argument.substr(equals + 1));
+}
+
+// Of each organ that arguments name, those of each of its files.
+std::vector<std::vector<MethodsElsewhere>> read_methods(const std::vector<std::string>& arguments,
+                                                        const std::vector<std::string>& organs) {
+  std::vector<std::vector<MethodsElsewhere>> of_organs(organs.size());
+  for (const std::string& argument : arguments) {
+    const size_t equals = argument.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == argument.size())
+      throw std::runtime_error("--methods " + argument + ": not ORGAN=FILE.csv");
+    const auto organ = std::find(organs.begin(), organs.end(), argument.substr(0, equals));
+    if (organ == organs.end()) {
+      throw std::runtime_error(fmt::format("--methods {}: this report has no such organ, but {}", argument,
+                                           fmt::join(organs, ", ")));
+    }
+    of_organs[static_cast<size_t>(organ - organs.begin())].push_back(
+        read_methods_elsewhere(argument.substr(equals + 1)));
+  }
+  return of_organs;
 }
 
 OrganReport report_on_pack(const std::filesystem::path& file, const ReportArguments& arguments,
@@ -166,6 +188,9 @@ int run_report(const ReportArguments& arguments) {
       throw std::runtime_error("--table " + argument +
                                ": another table's file has that name; rename one of them");
   }
+  std::vector<std::string> organ_names;
+  for (const std::filesystem::path& file : organs) organ_names.push_back(name_for(file, names));
+  const std::vector<std::vector<MethodsElsewhere>> elsewhere = read_methods(arguments.methods, organ_names);
   report.processor = processor_name();
   report.cores = std::thread::hardware_concurrency();
   report.compiler = PALPATE_COMPILER;
@@ -176,15 +201,18 @@ int run_report(const ReportArguments& arguments) {
   report.command = "palpate report";
   for (const std::filesystem::path& organ : arguments.organs) report.command += " " + organ.string();
   for (const std::string& argument : arguments.tables) report.command += " --table '" + argument + "'";
+  for (const std::string& argument : arguments.methods) report.command += " --methods '" + argument + "'";
   report.command += fmt::format(" -o {}{} --jobs {} --seed {}", arguments.folder.string(),
                                 arguments.quick ? " --quick" : "", arguments.jobs, arguments.seed);
   report.seed = arguments.seed;
   report.quick = arguments.quick;
-  for (const std::filesystem::path& file : organs) {
-    const std::string name = name_for(file, names);
+  for (size_t i = 0; i < organs.size(); ++i) {
+    const std::filesystem::path& file = organs[i];
+    const std::string& name = organ_names[i];
     const std::filesystem::path map = arguments.folder / (name + "_error_map.png");
     OrganReport organ = file.extension() == ".toml" ? report_on_scene(file, arguments, effort, map, name)
                                                     : report_on_pack(file, arguments, effort, map);
+    for (const MethodsElsewhere& some : elsewhere[i]) add_methods_elsewhere(some, organ);
     organ.name = name;
     organ.title = file.stem().string();
     organ.source = file.string();
@@ -234,6 +262,16 @@ void add_report_command(CLI::App& app, int& exit_code) {
           "A table that something else has measured, as a section under that title, with FILE.txt as its "
           "text and FILE.svg and FILE_*.svg as its pictures, where they are; may be given again")
       ->type_name("TITLE=FILE.csv")
+      ->allow_extra_args(false)
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      ->add_option(
+          "--methods", arguments->methods,
+          "Methods that something else has measured on that organ, other software for one, in columns of the "
+          "ORGAN_methods.csv that a report writes: rows of its tables and points of its plots, with FILE.txt "
+          "as what there is to say of them; may be given again")
+      ->type_name("ORGAN=FILE.csv")
       ->allow_extra_args(false)
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

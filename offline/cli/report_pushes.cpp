@@ -40,6 +40,11 @@ std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt
   return {};
 }
 
+// That which was sampled.
+SiteDomain domain_of(const OpenedPack& opened, const Organ& organ) {
+  return [&](size_t site) { return sampled_domain(opened, organ.scene, organ.sites, site); };
+}
+
 }  // namespace
 
 double median_thickness(const Organ& organ) {
@@ -60,28 +65,62 @@ std::vector<double> compared_parts(const Organ& organ) {
   return {0.25, 0.5, 0.75, 1};
 }
 
-std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
-                                      const std::vector<double>& parts, const std::vector<size_t>& sites,
-                                      int count, std::int64_t seed, int jobs) {
+std::vector<LevelSets> draw_levels(const Organ& organ, const SiteDomain& domain,
+                                   const std::vector<double>& parts, const std::vector<size_t>& sites,
+                                   int count, std::int64_t seed) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 1);
-  std::vector<Push> pushes;
+  std::vector<LevelSets> levels;
   for (const double part : parts) {
+    LevelSets& level = levels.emplace_back();
+    level.part = part;
     const std::vector<Eigen::Vector3d> along = directions_of(count, organ.scene, random);
     for (size_t i = 0; i < along.size(); ++i) {
       const size_t site = sites[i % sites.size()];
-      pushes.push_back({site, sampled_domain(opened, organ.scene, organ.sites, site) * (part * along[i]),
-                        survey_increments(part)});
+      level.sets.push_back({{site, domain(site) * (part * along[i])}});
     }
+  }
+  return levels;
+}
+
+std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& organ,
+                                      const std::vector<double>& parts, const std::vector<size_t>& sites,
+                                      int count, std::int64_t seed, int jobs) {
+  const std::vector<LevelSets> drawn =
+      draw_levels(organ, domain_of(opened, organ), parts, sites, count, seed);
+  std::vector<Push> pushes;
+  for (const LevelSets& level : drawn) {
+    for (const std::vector<LinearContact>& set : level.sets)
+      pushes.push_back({set.front().site, set.front().displacement, survey_increments(level.part)});
   }
   ProgressBar bar("solving pushes at each |d|", static_cast<int>(sites.size()));
   std::vector<ContactTruth> truths = truths_of(solve_pushes(
       organ.assembly, organ.sites, pushes, jobs, [&](int done, int) { bar.show(done); }, organ.rest));
   std::vector<LevelTruths> levels;
   auto next = truths.begin();
+  for (const LevelSets& level : drawn) {
+    const auto end = next + static_cast<std::ptrdiff_t>(level.sets.size());
+    levels.push_back({level.part, {std::move_iterator(next), std::move_iterator(end)}});
+    next = end;
+  }
+  return levels;
+}
+
+std::vector<LevelSets> draw_several(const Organ& organ, const SiteDomain& domain,
+                                    const std::vector<double>& parts, int contacts, int count,
+                                    std::int64_t seed) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 2);
+  std::vector<LevelSets> levels;
   for (const double part : parts) {
-    levels.push_back({part, {}});
-    std::move(next, next + count, std::back_inserter(levels.back().truths));
-    next += count;
+    LevelSets level{part, {}};
+    for (int i = 0; i < count; ++i) {
+      const std::vector<size_t> sites = sites_apart(organ.sites, contacts, random);
+      const std::vector<Eigen::Vector3d> along = directions_of(contacts, organ.scene, random);
+      std::vector<LinearContact> set;
+      for (size_t c = 0; c < sites.size(); ++c)
+        set.push_back({sites[c], domain(sites[c]) * (part * along[c])});
+      if (!set.empty()) level.sets.push_back(std::move(set));
+    }
+    if (!level.sets.empty()) levels.push_back(std::move(level));
   }
   return levels;
 }
@@ -89,24 +128,13 @@ std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& org
 std::vector<LevelTruths> solve_several(const OpenedPack& opened, const Organ& organ,
                                        const std::vector<double>& parts, int contacts, int count,
                                        std::int64_t seed, int jobs) {
-  std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 2);
   std::vector<LevelTruths> levels;
   ProgressBar bar("solving several contacts", count * static_cast<int>(parts.size()));
-  for (const double part : parts) {
-    std::vector<std::vector<LinearContact>> sets;
-    for (int i = 0; i < count; ++i) {
-      const std::vector<size_t> sites = sites_apart(organ.sites, contacts, random);
-      const std::vector<Eigen::Vector3d> along = directions_of(contacts, organ.scene, random);
-      std::vector<LinearContact> set;
-      for (size_t c = 0; c < sites.size(); ++c)
-        set.push_back(
-            {sites[c], sampled_domain(opened, organ.scene, organ.sites, sites[c]) * (part * along[c])});
-      if (!set.empty()) sets.push_back(std::move(set));
-    }
-    if (sets.empty()) continue;
+  for (const LevelSets& level : draw_several(organ, domain_of(opened, organ), parts, contacts, count, seed)) {
     const int before = count * static_cast<int>(levels.size());
-    levels.push_back({part, solve_contact_sets(organ.assembly, organ.sites, sets, jobs, organ.rest,
-                                               [&](int done, int) { bar.show(before + done); })});
+    levels.push_back(
+        {level.part, solve_contact_sets(organ.assembly, organ.sites, level.sets, jobs, organ.rest,
+                                        [&](int done, int) { bar.show(before + done); })});
   }
   return levels;
 }

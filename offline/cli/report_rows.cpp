@@ -23,6 +23,24 @@ ErrorSummary summary_of(const std::vector<MeasuredPush>& pushes, const std::vect
 
 }  // namespace
 
+MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& level,
+                     const std::vector<MeasuredPush>& pushes) {
+  MethodRow row;
+  row.kind = method.kind;
+  row.name = method.name;
+  row.carried = method.carried;
+  row.contacts = contacts;
+  row.part = level.part;
+  row.pushes = static_cast<int>(std::count_if(level.truths.begin(), level.truths.end(),
+                                              [](const ContactTruth& truth) { return truth.solved; }));
+  row.displacement = summary_of(pushes, level.truths, &MeasuredPush::displacement_error);
+  row.force = summary_of(pushes, level.truths, &MeasuredPush::force_error);
+  row.force_unfloored = summary_of(pushes, level.truths, &MeasuredPush::force_error_unfloored);
+  row.displacement_off = summary_of(pushes, level.truths, &MeasuredPush::displacement_off);
+  row.force_off = summary_of(pushes, level.truths, &MeasuredPush::force_off);
+  return row;
+}
+
 Level Level::first(int count) const {
   Level level = *this;
   const size_t kept = std::min(level.about.size(), static_cast<size_t>(count));
@@ -105,20 +123,7 @@ void ReportRows::add_pushes(const std::vector<PushRow>& about, const MethodName&
 
 size_t ReportRows::add_method(const MethodName& method, int contacts, const LevelTruths& level,
                               const std::vector<MeasuredPush>& pushes) {
-  MethodRow row;
-  row.kind = method.kind;
-  row.name = method.name;
-  row.carried = method.carried;
-  row.contacts = contacts;
-  row.part = level.part;
-  row.pushes = static_cast<int>(std::count_if(level.truths.begin(), level.truths.end(),
-                                              [](const ContactTruth& truth) { return truth.solved; }));
-  row.displacement = summary_of(pushes, level.truths, &MeasuredPush::displacement_error);
-  row.force = summary_of(pushes, level.truths, &MeasuredPush::force_error);
-  row.force_unfloored = summary_of(pushes, level.truths, &MeasuredPush::force_error_unfloored);
-  row.displacement_off = summary_of(pushes, level.truths, &MeasuredPush::displacement_off);
-  row.force_off = summary_of(pushes, level.truths, &MeasuredPush::force_off);
-  report_->methods.push_back(row);
+  report_->methods.push_back(method_row(method, contacts, level, pushes));
   return report_->methods.size() - 1;
 }
 

@@ -27,6 +27,10 @@ struct MethodName {
   bool carried = false;
 };
 
+// One method over the pushes of a level; its times are another's to fill in.
+MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& level,
+                     const std::vector<MeasuredPush>& pushes);
+
 class ReportRows {
  public:
   // Adds to `report`; all outlive it.

@@ -3,40 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
+#include <utility>
 
 #include "offline/output/finished_file.hpp"
+#include "offline/report/csv_file.hpp"
 #include "offline/report/html_text.hpp"
 
 namespace palpate {
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream.is_open() || stream.bad()) throw std::runtime_error(file.string() + ": cannot be read");
-  return text;
-}
-
-std::vector<std::string> cells_of(const std::string& line, const std::string& place) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
-      cells.back() += line[++i];
-    } else if (line[i] == '"') {
-      quoted = !quoted;
-    } else if (line[i] == ',' && !quoted) {
-      cells.emplace_back();
-    } else {
-      cells.back() += line[i];
-    }
-  }
-  if (quoted) throw std::runtime_error(place + ": a quote is not closed; end it on its line");
-  return cells;
-}
 
 // NAME.ENDING, then NAME_*.ENDING.
 std::vector<std::filesystem::path> files_beside(const std::filesystem::path& csv, const char* ending) {
@@ -59,27 +33,8 @@ IncludedTable read_included_table(const std::string& title, const std::filesyste
   table.title = title;
   table.name = csv.stem().string();
   table.csv = csv;
-  const std::string text = text_of(csv);
-  int number = 0;
-  for (size_t from = 0; from < text.size();) {
-    const size_t end = std::min(text.find('\n', from), text.size());
-    std::string line = text.substr(from, end - from);
-    from = end + 1;
-    ++number;
-    if (line.ends_with('\r')) line.pop_back();
-    if (line.empty()) continue;
-    const std::string place = fmt::format("{}:{}", csv.string(), number);
-    table.rows.push_back(cells_of(line, place));
-    if (table.rows.back().size() != table.rows.front().size()) {
-      throw std::runtime_error(fmt::format("{}: {} cells, where the first line has {} headings", place,
-                                           table.rows.back().size(), table.rows.front().size()));
-    }
-  }
-  if (table.rows.empty())
-    throw std::runtime_error(csv.string() + ": no table; its first line must have the headings");
-  std::filesystem::path caption = csv;
-  caption.replace_extension(".txt");
-  if (std::filesystem::exists(caption)) table.caption = text_of(caption);
+  for (CsvLine& line : read_csv(csv)) table.rows.push_back(std::move(line.cells));
+  table.caption = caption_beside(csv);
   table.pictures = files_beside(csv, ".svg");
   table.more = files_beside(csv, ".csv");
   std::erase_if(table.more, [&](const auto& file) { return file.filename() == csv.filename(); });
@@ -92,7 +47,7 @@ std::string write_included_table(const IncludedTable& table, const std::filesyst
                                  html_escaped(table.title), html_escaped(table.caption));
   for (const std::filesystem::path& picture : table.pictures) {
     const std::filesystem::path copy = folder / "plots" / picture.filename();
-    write_finished_text(copy, text_of(picture));
+    write_finished_text(copy, read_whole_text(picture));
     html += fmt::format("<figure>\n<img alt=\"{}\" src=\"{}\">\n</figure>\n", html_escaped(table.title),
                         data_uri(copy, "image/svg+xml"));
   }
@@ -102,7 +57,7 @@ std::string write_included_table(const IncludedTable& table, const std::filesyst
   files.insert(files.end(), table.more.begin(), table.more.end());
   for (const std::filesystem::path& file : files) {
     const std::string name = file.filename().string();
-    write_finished_text(folder / name, text_of(file));
+    write_finished_text(folder / name, read_whole_text(file));
     html += fmt::format("<a href=\"{0}\">{0}</a> ", html_escaped(name));
   }
   return html + "</p>\n</section>\n";

@@ -17,8 +17,7 @@ struct IncludedTable {
   std::vector<std::filesystem::path> more;  // NAME_*.csv beside it, what else there is to read
 };
 
-// Throws std::runtime_error "FILE: REASON" or "FILE:LINE: REASON" where it is no table: quoted cells may hold commas, and
-// quotes twice; each row has as many cells as the first.
+// Throws std::runtime_error as read_csv does.
 IncludedTable read_included_table(const std::string& title, const std::filesystem::path& csv);
 
 // Copies its CSVs and pictures into `folder`, and returns HTML that carries them.

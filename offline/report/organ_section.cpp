@@ -104,8 +104,11 @@ Table method_table(const OrganReport& organ, bool all) {
     };
     const bool exact = row.kind == MethodKind::newton;
     const auto error = [&](double value) { return exact ? std::string("0") : percent_cell(value); };
-    table.add({row.name, fmt::format("{}", row.contacts), push_size(organ, row.part),
-               error(row.displacement.p95), error(row.displacement.max),
+    const std::string name = row.diverged == 0
+                                 ? row.name
+                                 : fmt::format("{}; {} of {} DIVERGED", row.name, row.diverged, row.pushes);
+    table.add({name, fmt::format("{}", row.contacts), push_size(organ, row.part), error(row.displacement.p95),
+               error(row.displacement.max),
                fmt::format("{:.3g}", units.per_length * row.displacement_off.max), error(row.force.p95),
                error(row.force.max), error(row.force_unfloored.max),
                fmt::format("{:.3g}", units.per_force * row.force_off.max), us_cell(row.haptic.median),
@@ -215,7 +218,7 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
         fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",
                     organ.unsolved));
 
-  const std::string how =
+  std::string how =
       "Each point is a method or a setting: further left is faster, further down is nearer to the full "
       "nonlinear solve. Filled: "
       "what this pack carries; hollow: the same models under other settings, at the same pushes, a zone's "
@@ -233,6 +236,8 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
       "memcpy of what the "
       "smallest model's field reads. Full Newton is the truth: its error is nothing, drawn on the lower "
       "border.";
+  for (const std::string& caption : organ.captions_elsewhere)
+    how.append(1, ' ').append(html_escaped(caption));
   section.figure(
       "speed_error", speed_error_plot(organ, SpeedError::field, 1), 1000, 860, methods, "Speed against error",
       fmt::format(

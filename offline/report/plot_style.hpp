@@ -19,7 +19,7 @@ struct MethodStyle {
 
 const MethodStyle& style_of(MethodKind kind);
 
-// "linear", "polynomial", "zone, 2 rings": of a method that the pack carries.
+// "linear", "polynomial", "zone, 2 rings": of a method that the pack carries; of others up to their first comma.
 std::string short_name(const MethodRow& row);
 std::string short_name(MethodKind kind, const std::string& name);
 

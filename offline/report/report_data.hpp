@@ -37,9 +37,10 @@ enum class MethodKind {
   fixed_tensor,
   back_solve,
   localized_cg,
+  elsewhere,  // measured by something else, other software for one
   newton
 };
-inline constexpr size_t kMethodKinds = 8;
+inline constexpr size_t kMethodKinds = 9;
 
 // One method, asked at one |d|.
 struct MethodRow {
@@ -48,7 +49,8 @@ struct MethodRow {
   bool carried = false;  // by the pack that the report is about; else another setting, for comparison
   int contacts = 1;
   double part = 1;                         // of the pack's largest |d|
-  int pushes = 0;                          // that its errors are of
+  int pushes = 0;                          // that its errors are of,
+  int diverged = 0;                        //   those without an answer among them: errors as of a zero one
   ErrorSummary displacement;               // max over shown nodes |u - u_FE| / |d|
   ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest
   ErrorSummary force_unfloored;            // the same without a floor
@@ -126,7 +128,9 @@ struct OrganReport {
   std::vector<MethodRow> methods;
   std::vector<PushRow> pushes;
   std::vector<CopyRow> copies;
-  std::vector<std::string> notes;   // what could not be compared, and why
+  std::vector<std::string> notes;  // what could not be compared, and why
+  // What is to be known of methods that something else has measured.
+  std::vector<std::string> captions_elsewhere;
   std::filesystem::path error_map;  // PNG; empty: none
   bool is_kept() const {
     for (const PromiseRow& promise : promises) {

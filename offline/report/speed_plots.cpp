@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "offline/report/plot_style.hpp"
@@ -67,11 +68,14 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
   std::vector<std::string> to_left;      // to the left, where the panel ends,
   std::vector<std::string> below_front;  // or on the side of the front where nothing is
   std::vector<std::array<double, 2>> places;
+  std::set<std::string> software;  // named once, however many settings of it there are
   for (const Point& point : points) {
     places.push_back({point.time, drawn(point.error, lowest)});
     const std::string place = fmt::format("{:g} {:g}", point.time, places.back()[1]);
     markers[{point.row->kind, point.row->carried}].push_back(place);
-    if (!point.row->carried && point.row->kind != MethodKind::newton) continue;
+    const bool is_elsewhere = point.row->kind == MethodKind::elsewhere;
+    if (!point.row->carried && point.row->kind != MethodKind::newton && !is_elsewhere) continue;
+    if (is_elsewhere && !software.insert(short_name(*point.row)).second) continue;
     std::vector<std::string>& of_place = point.time > first_to_left                  ? to_left
                                          : point.row->kind == MethodKind::polynomial ? below_front
                                                                                      : labels;

@@ -171,6 +171,33 @@ TEST(Report, ShowsTablesOfOthers) {
             bad + ":3: 1 cells, where the first line has 2 headings");
 }
 
+TEST(Report, ShowsMethodsOfOthers) {
+  const SceneFiles files;
+  ASSERT_EQ(files.build().exit_code, 0);
+  const std::filesystem::path csv = files.dir.write(
+      "peer.csv",
+      "method,contacts,part_of_max,pushes,diverged,displacement_p95,displacement_max,force_p95,force_max,"
+      "haptic_median_us,haptic_p999_us,haptic_max_us\n"
+      "peer,1,1,8,0,0.0712,0.08,0.1,0.2,86000,99000,99900\n"
+      "\"peer, far\",1,0.5,8,3,1,1,1,1,86000,99000,99900\n"
+      "peer,1,0.3,8,0,0.07,0.08,0.1,0.2,86000,99000,99900\n");
+  files.dir.write("peer.txt", "A peer < ours.");
+  const std::filesystem::path folder = files.dir.path() / "report";
+  ASSERT_EQ(report(files.pack, folder, {"--methods", "block=" + csv.string()}).exit_code, 0);
+  const std::string page = file_text(folder / "index.html");
+  for (const char* part :
+       {"<td>peer</td>", "<td>7.12</td>", "<td>8.6e+04</td>", "A peer &lt; ours.",
+        "peer, far; 3 of 8 DIVERGED", "peer with 1 contact at 0.3 of the largest |d| is left out"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_NE(file_text(folder / "plots" / "block_speed_error.gp").find("86000"), std::string::npos);
+  EXPECT_NE(file_text(folder / "block_methods.csv").find("\"peer, far\",0,1,0.5,"), std::string::npos);
+  const std::string to = (files.dir.path() / "other").string();
+  EXPECT_EQ(refusal_of({"report", files.pack.string(), "-o", to, "--methods", csv.string()}),
+            "--methods " + csv.string() + ": not ORGAN=FILE.csv");
+  EXPECT_EQ(refusal_of({"report", files.pack.string(), "-o", to, "--methods", "brain=" + csv.string()}),
+            "--methods brain=" + csv.string() + ": this report has no such organ, but block");
+}
+
 TEST(Report, ASecondRunGivesTheSameErrorsToTheDigit) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0);

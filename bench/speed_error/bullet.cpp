@@ -1,0 +1,263 @@
+// How fast and how wrong Bullet's deformable body is at the pushes of `palpate report`: a peer that Debian carries, on the
+// same mesh, with the same moduli at small strain.
+//
+//   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
+//
+// Pushes are the first ones of each |d| that the report of this scene and seed asks its methods. The tool comes straight from
+// rest in as many frames as a zone's that moves, each timed alone, which is the first row of each |d|; then it waits until
+// the body has settled, the second. A push that Bullet has no finite answer to, or that does not settle, is counted as
+// diverged, with the error of an answer of nothing.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench/speed_error/bullet_body.hpp"
+#include "offline/cli/method_timing.hpp"
+#include "offline/cli/progress_bar.hpp"
+#include "offline/cli/report_effort.hpp"
+#include "offline/cli/report_rows.hpp"
+#include "offline/output/finished_file.hpp"
+#include "offline/report/csv_tables.hpp"
+
+namespace palpate::study {
+namespace {
+
+constexpr int kFramesOfAnApproach = 50;
+constexpr int kMostFramesToSettle = 150;
+constexpr double kSettled = 1e-4;   // of |d|: no node moves further in a frame,
+constexpr double kBalanced = 0.05;  //   and no more of the forces is left on nodes that nothing holds
+// A push takes some 0.3 ms an element: of each |d| less than half a minute of them, and no more than these.
+constexpr int kElementPushes = 60000;
+constexpr int kMostPushes = 24;
+constexpr int kPushesOfSeveral = 2;  // at one |d|:
+constexpr double kPartOfSeveral = 0.5;
+
+struct Answers {
+  MethodAnswer arrived;
+  MethodAnswer settled;
+  bool diverged_on_the_way = false;
+  bool diverged = false;
+  double imbalance = 0;
+  double smallest_jacobian = 1;
+  int frames_to_settle = 0;
+  std::vector<double> nanoseconds;  // of the frames of the approach
+};
+
+// What Bullet answers, as a report has it.
+MethodAnswer answer_of(const BulletBody& body, const Organ& organ,
+                       const std::vector<LinearContact>& contacts) {
+  MethodAnswer answer;
+  answer.field = packed_rows(organ.sites, body.displacement());
+  const Eigen::VectorXd force = body.internal_force();
+  for (const LinearContact& contact : contacts) {
+    Eigen::Vector3d& of_contact = answer.forces.emplace_back(Eigen::Vector3d::Zero());
+    for (const int node : organ.sites.sites[contact.site].patch_nodes)
+      of_contact += force.segment<3>(3 * node);
+  }
+  return answer;
+}
+
+MethodAnswer no_answer(const Organ& organ, size_t contacts) {
+  MethodAnswer answer;
+  answer.field.setZero(3 * static_cast<Eigen::Index>(organ.sites.packed_nodes.size()));
+  answer.forces.assign(contacts, Eigen::Vector3d::Zero());
+  return answer;
+}
+
+int pushes_of(const Model& model) {
+  return std::clamp(kElementPushes / static_cast<int>(model.elements.size()), 1, kMostPushes);
+}
+
+double largest_step(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return (a - b).reshaped(3, a.size() / 3).colwise().norm().maxCoeff();
+}
+
+Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, double size) {
+  const LoadCase load = held_patches(organ.model, organ.sites, organ.rest, contacts);
+  BulletBody body(organ.model, load.held);
+  Answers answers;
+  for (int frame = 1; frame <= kFramesOfAnApproach; ++frame) {
+    const Eigen::VectorXd here = static_cast<double>(frame) / kFramesOfAnApproach * load.displacement;
+    const auto start = std::chrono::steady_clock::now();
+    body.frame(here);
+    answers.nanoseconds.push_back(
+        std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
+  }
+  Eigen::VectorXd before = body.displacement();
+  answers.diverged_on_the_way = !before.allFinite();
+  answers.arrived =
+      answers.diverged_on_the_way ? no_answer(organ, contacts.size()) : answer_of(body, organ, contacts);
+  bool has_settled = false;
+  while (before.allFinite() && !has_settled && answers.frames_to_settle < kMostFramesToSettle) {
+    body.frame(load.displacement);
+    ++answers.frames_to_settle;
+    const Eigen::VectorXd after = body.displacement();
+    has_settled = largest_step(after, before) <= kSettled * size;
+    before = after;
+  }
+  answers.imbalance = body.imbalance();
+  answers.diverged = !has_settled || !(answers.imbalance <= kBalanced);
+  answers.settled = answers.diverged ? no_answer(organ, contacts.size()) : answer_of(body, organ, contacts);
+  answers.smallest_jacobian = body.smallest_jacobian();
+  return answers;
+}
+
+// All that is said of how it went.
+struct Course {
+  int pushes = 0;
+  int diverged = 0;
+  // Of those that settled:
+  std::vector<int> frames_to_settle;
+  double imbalance = 0;  // the largest
+  int inverted = 0;      // with elements turned inside out
+};
+
+// Two rows: as it arrives, and when it has settled.
+std::vector<MethodRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, Course& course,
+                               const std::function<void()>& progress) {
+  std::vector<MeasuredPush> arrived;
+  std::vector<MeasuredPush> settled;
+  std::vector<double> nanoseconds;
+  std::vector<double> medians;
+  int diverged_on_the_way = 0;
+  int diverged = 0;
+  const double floor = kForceFloor * largest_force(level.truths);
+  for (const ContactTruth& truth : level.truths) {
+    progress();
+    MeasuredPush& first = arrived.emplace_back();
+    MeasuredPush& second = settled.emplace_back();
+    if (!truth.solved) continue;
+    const Answers answers = push(organ, truth.contacts, truth.largest_displacement());
+    first = measure_push(truth, answers.arrived, floor);
+    second = measure_push(truth, answers.settled, floor);
+    std::vector<double> here = answers.nanoseconds;
+    nanoseconds.insert(nanoseconds.end(), here.begin(), here.end());
+    medians.push_back(quantile(std::move(here), 0.5));
+    diverged_on_the_way += answers.diverged_on_the_way ? 1 : 0;
+    diverged += answers.diverged ? 1 : 0;
+    ++course.pushes;
+    if (answers.diverged) continue;
+    course.frames_to_settle.push_back(answers.frames_to_settle);
+    course.imbalance = std::max(course.imbalance, answers.imbalance);
+    course.inverted += answers.smallest_jacobian <= 0 ? 1 : 0;
+  }
+  course.diverged += diverged;
+  const std::string name = "Bullet " + BulletBody::version();
+  std::vector<MethodRow> rows = {
+      method_row({MethodKind::elsewhere, name + ", as it moves", false}, contacts, level, arrived),
+      method_row({MethodKind::elsewhere, name + ", settled", false}, contacts, level, settled)};
+  rows[0].diverged = diverged_on_the_way;
+  rows[1].diverged = diverged;
+  if (nanoseconds.empty()) return {};
+  for (MethodRow& row : rows) row.haptic = summary_of(nanoseconds, medians);
+  return rows;
+}
+
+std::vector<LevelTruths> solve(const Organ& organ, std::vector<LevelSets> levels, int pushes) {
+  std::vector<LevelTruths> solved;
+  for (LevelSets& level : levels) {
+    level.sets.resize(std::min(level.sets.size(), static_cast<size_t>(pushes)));
+    solved.push_back(
+        {level.part, solve_contact_sets(organ.assembly, organ.sites, level.sets, 1, organ.rest)});
+  }
+  return solved;
+}
+
+std::string caption(const Course& course, const std::string& pushes) {
+  std::string settling = "never settled";
+  if (!course.frames_to_settle.empty()) {
+    const auto [least, most] =
+        std::minmax_element(course.frames_to_settle.begin(), course.frames_to_settle.end());
+    settling = fmt::format(
+        "settled, {} to {} frames later, when no node moves by more than {:g} % of |d| in a frame and forces "
+        "are "
+        "out of balance by {:.1g} % at most, so that what is left is its law",
+        *least, *most, 100 * kSettled, 100 * course.imbalance);
+  }
+  return fmt::format(
+      "Bullet {} (+): its deformable body on the same mesh, a step of backward Euler in each frame, which "
+      "makes the field "
+      "too, in single precision, with its own stable neo-Hookean law of the same moduli at small strain; as "
+      "the tool "
+      "arrives from rest in {} frames, and {}. Over {}: of {} pushes {} diverged, and {} settled with "
+      "elements turned "
+      "inside out.",
+      BulletBody::version(), kFramesOfAnApproach, settling, pushes, course.pushes, course.diverged,
+      course.inverted);
+}
+
+void study(const std::filesystem::path& scene, const std::filesystem::path& out, std::int64_t seed) {
+  check_can_finish(out);
+  const Organ organ(read_scene(scene));
+  if (!organ.rest.is_mesh())
+    throw std::runtime_error(scene.string() + ": under [gravity], which Bullet is not compared at");
+  const SiteDomain domain = [&](size_t site) -> Eigen::Matrix3d {
+    return organ.scene.max_displacement * organ.sites.sites[site].frame;
+  };
+  // As the whole report has them.
+  const ReportEffort effort;
+  const std::vector<double> parts = compared_parts(organ);
+  const std::vector<size_t> sites =
+      spread_sites(organ.model, organ.sites, static_cast<size_t>(effort.most_sites));
+  const int contacts = std::min({3, organ.scene.max_contacts, static_cast<int>(organ.sites.sites.size())});
+  const std::vector<LevelTruths> levels = solve(
+      organ, draw_levels(organ, domain, parts, sites, effort.pushes_at_level, seed), pushes_of(organ.model));
+  std::vector<LevelSets> several;
+  if (contacts > 1) several = draw_several(organ, domain, parts, contacts, effort.several, seed);
+  std::erase_if(several, [](const LevelSets& level) { return level.part != kPartOfSeveral; });
+  const std::vector<LevelTruths> levels_of_several = solve(organ, several, kPushesOfSeveral);
+
+  OrganReport report;
+  report.max_displacement = organ.scene.max_displacement;
+  report.mean_edge = organ.sites.mean_surface_edge;
+  const double thickness = median_thickness(organ);
+  report.thickness = std::isfinite(thickness) ? thickness : 0;
+  size_t pushes = 0;
+  for (const auto* some : {&levels, &levels_of_several}) {
+    for (const LevelTruths& level : *some) pushes += level.truths.size();
+  }
+  Course course;
+  {
+    ProgressBar bar("Bullet", static_cast<int>(pushes));
+    int done = 0;
+    const auto add = [&](const LevelTruths& level, int of_contacts) {
+      for (MethodRow& row : rows_of(organ, level, of_contacts, course, [&] { bar.show(done++); }))
+        report.methods.push_back(std::move(row));
+    };
+    for (const LevelTruths& level : levels) add(level, 1);
+    for (const LevelTruths& level : levels_of_several) add(level, contacts);
+  }
+  write_finished_text(out, methods_csv(report));
+  std::filesystem::path text = out;
+  text.replace_extension(".txt");
+  std::string which = fmt::format("the first {} pushes of each |d| (seed {})", pushes_of(organ.model), seed);
+  if (!levels_of_several.empty())
+    which += fmt::format(" and the first {} of {} contacts", kPushesOfSeveral, contacts);
+  const std::string said = caption(course, which);
+  write_finished_text(text, said);
+  fmt::print("{}\n", said);
+}
+
+}  // namespace
+}  // namespace palpate::study
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 3 && argc != 4)
+      throw std::invalid_argument("usage: palpate_study_bullet SCENE.toml OUT.csv [SEED]");
+    palpate::study::study(argv[1], argv[2], argc == 4 ? std::strtoll(argv[3], nullptr, 10) : 1);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+}
