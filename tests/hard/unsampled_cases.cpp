@@ -131,7 +131,7 @@ Group unsampled_cases() {
   add("mean_dilatation", "C3D4 MEAN DILATATION, nu = 0.499, pushed four ways to the edge of the domain",
       Expected::answer, [bar] {
         const Organ& organ = shared_organ("unsampled mean dilatation", [] {
-          return fewest(nearly_incompressible_block(5, test::Elements::c3d4_mean_dilatation,
+          return fewest(nearly_incompressible_block(4, test::Elements::c3d4_mean_dilatation,
                                                     test::neo_hooke_of(1, 0.499)),
                         0.08, 0.01);
         });
