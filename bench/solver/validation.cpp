@@ -1,23 +1,32 @@
-// palpate_study_validation DIR: writes the numbers of the nonlinear solver's validation as Markdown, which a
-// page embeds, and as CSV. The scenes are those that tests/reference/solver_scenes_test.cpp holds to bounds.
+// palpate_study_validation DIR [PAGE ...]: writes the numbers of the nonlinear solver's validation as Markdown, which a
+// page embeds, and as CSV; with names of pages those alone. The scenes are those that tests/reference/solver_scenes_test.cpp holds to bounds.
 #include "bench/solver/validation.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fputs("usage: palpate_study_validation DIR\n", stderr);
+  if (argc < 2) {
+    std::fputs("usage: palpate_study_validation DIR [convergence|hard_cases|limit_points|locking ...]\n",
+               stderr);
     return 1;
   }
   try {
     const std::filesystem::path directory = argv[1];
     std::filesystem::create_directories(directory);
+    const std::vector<std::string> wanted(argv + 2, argv + argc);
     palpate::study::SceneRunner run;
-    palpate::study::write_page(directory, "convergence", palpate::study::convergence_page(run));
-    palpate::study::write_page(directory, "hard_cases", palpate::study::hard_cases_page(run));
-    palpate::study::write_page(directory, "limit_points", palpate::study::limit_points_page());
-    palpate::study::write_page(directory, "locking", palpate::study::locking_page(run));
+    const auto write = [&](const std::string& page, auto&& tables) {
+      if (wanted.empty() || std::find(wanted.begin(), wanted.end(), page) != wanted.end())
+        palpate::study::write_page(directory, page, tables());
+    };
+    write("convergence", [&] { return palpate::study::convergence_page(run); });
+    write("hard_cases", [&] { return palpate::study::hard_cases_page(run); });
+    write("limit_points", [&] { return palpate::study::limit_points_page(); });
+    write("locking", [&] { return palpate::study::locking_page(run); });
   } catch (const std::exception& error) {
     std::fprintf(stderr, "palpate_study_validation: %s\n", error.what());
     return 1;

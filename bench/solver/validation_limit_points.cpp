@@ -31,14 +31,29 @@ std::pair<double, double> limits_of(Force&& force, double furthest, double unit)
 
 class Paths {
  public:
-  // What a path with two limit points came to, against what is known of them.
-  void add(const std::string& name, const PathScene& scene, const PathRun& run, double upper, double lower) {
-    const std::vector<double> limits = limit_load_factors(run.points);
-    const auto against = [&](size_t i, double known) {
-      if (limits.size() != 2) return std::string("not found");
-      return fmt::format("{:.5f} ({:+.2f} %)", limits[i], 100 * (limits[i] - known) / upper);
-    };
-    // Whether Bergan's sign would have gone on where the path goes.
+  // Follows a path with two limit points by either stepping, beside what is known of them.
+  void add(const std::string& name, const PathScene& scene, ArcLengthSettings settings, double upper,
+           double lower) {
+    for (const Stepping stepping : {Stepping::arc_length, Stepping::current_stiffness}) {
+      settings.stepping = stepping;
+      const PathRun run = follow_path(scene, settings);
+      const std::vector<double> limits = limit_load_factors(run.points);
+      const auto against = [&](size_t i, double known) {
+        if (i >= limits.size()) return std::string("not reached");
+        return fmt::format("{:.5f} ({:+.2f} %)", limits[i], 100 * (limits[i] - known) / upper);
+      };
+      table_.add({name, stepping == Stepping::arc_length ? "arc length" : "current stiffness",
+                  std::to_string(scene.model.num_nodes()), std::to_string(run.report.increments),
+                  std::to_string(run.report.cutbacks), std::to_string(run.report.iterations),
+                  against(0, upper), against(1, lower), std::to_string(num_misled(run)), end_of(run.report)});
+    }
+  }
+
+  StudyTable& table() { return table_; }
+
+ private:
+  // Increments between whose ends Bergan's sign is not the direction of the load.
+  static int num_misled(const PathRun& run) {
     int misled = 0;
     for (size_t i = 1; i < run.points.size(); ++i) {
       const bool grows = run.points[i].load_factor > run.points[i - 1].load_factor;
@@ -46,22 +61,24 @@ class Paths {
       const bool soft = run.points[i].current_stiffness < 0 && run.points[i - 1].current_stiffness < 0;
       misled += (stiff && !grows) || (soft && grows) ? 1 : 0;
     }
-    table_.add({name, std::to_string(scene.model.num_nodes()), std::to_string(run.report.increments),
-                std::to_string(run.report.cutbacks), std::to_string(run.report.iterations), against(0, upper),
-                against(1, lower), std::to_string(misled)});
+    return misled;
   }
 
-  StudyTable& table() { return table_; }
+  static std::string end_of(const SolveReport& report) {
+    if (report.converged) return "reached";
+    return fmt::format("{} at {:.4f}", report.stopped == StopCause::misled ? "misled" : "stopped",
+                       report.load_factor);
+  }
 
- private:
-  StudyTable table_{"limit_points",
-                    "Paths past two limit points of the load, C3D10; load factors at the limits, in brackets "
-                    "their difference "
-                    "to what is known, over the larger; increments misled = between whose ends the sign of "
-                    "Bergan's current "
-                    "stiffness parameter is not the direction of the load.",
-                    {"case", "nodes", "increments", "cutbacks", "iterations", "upper limit", "lower limit",
-                     "increments misled"}};
+  StudyTable table_{
+      "limit_points",
+      "Paths past two limit points of the load, C3D10, by the arc length and by the current "
+      "stiffness (Bergan's procedure), with the same first and largest increment; load factors "
+      "at the limits, in brackets their difference to what is known, over the larger; increments "
+      "misled = between whose ends the sign of the current stiffness parameter is not the "
+      "direction of the load.",
+      {"case", "increments by", "nodes", "increments", "cutbacks", "iterations", "upper limit", "lower limit",
+       "increments misled", "end of the path"}};
 };
 
 ArcLengthSettings to_displacement(int dof, double value, double first, double largest) {
@@ -79,17 +96,16 @@ void add_trusses(Paths& paths) {
   PathScene scene = truss.scene();
   scene.load.force[scene.dof()] = -kForce;
   for (const double largest : {std::numeric_limits<double>::infinity(), 0.05}) {
-    const PathRun run = follow_path(scene, to_displacement(scene.dof(), -2.3 * truss.rise, 0.05, largest));
     paths.add(
         "shallow truss against its closed form" + std::string(largest < 1 ? " in short increments" : ""),
-        scene, run, upper, lower);
+        scene, to_displacement(scene.dof(), -2.3 * truss.rise, 0.05, largest), upper, lower);
   }
   const test::ColumnOnTruss column;
   int apex = 0;
   scene = column.scene(apex);
   scene.load.force[scene.dof()] = -kForce;
-  const PathRun run = follow_path(scene, to_displacement(3 * apex + 2, -2.1 * truss.rise, 0.03, 0.1));
-  paths.add("the same pushed through a soft column whose end comes back", scene, run, upper, lower);
+  paths.add("the same pushed through a soft column whose end comes back", scene,
+            to_displacement(3 * apex + 2, -2.1 * truss.rise, 0.03, 0.1), upper, lower);
 }
 
 void add_arches(Paths& paths) {
@@ -102,26 +118,39 @@ void add_arches(Paths& paths) {
     const auto [upper, lower] = limits_of([&](double w) { return rod.force(w); }, 1.3 * rise, unit);
     PathScene scene = arch.scene(static_cast<int>(20 / thickness));
     scene.load.force *= unit;
-    const PathRun run =
-        follow_path(scene, to_displacement(scene.dof(), -1.5 * rise, 0.1 * upper, 0.4 * upper));
     paths.add(fmt::format("clamped arch {:.0f} times as high as thick against a rod", rise / thickness),
-              scene, run, upper, lower);
+              scene, to_displacement(scene.dof(), -1.5 * rise, 0.1 * upper, 0.4 * upper), upper, lower);
   }
 }
 
+double lowest_stiffness(const PathRun& run) {
+  return std::min_element(
+             run.points.begin(), run.points.end(),
+             [](const PathPoint& a, const PathPoint& b) { return a.current_stiffness < b.current_stiffness; })
+      ->current_stiffness;
+}
+
 StudyTable strip_table() {
-  StudyTable table(
-      "buckled_strip",
-      "A strip of 20 x 1 x 0.2, 40 cells of C3D10 along, pressed back along itself to twice Euler's "
-      "load in one path, a hundredth of the load across: its tip against the elastica.",
-      {"force over Euler's", "x/L found", "elastica", "w/L found", "elastica ", "negative pivots"});
   constexpr double kEuler = std::numbers::pi * std::numbers::pi / 4;
   const test::Strip strip;
   const PathScene scene = strip.scene(2 * kEuler, 40);
   ArcLengthSettings settings;
   settings.first_increment = 0.05;
   settings.end_load_factor = 1;
+  settings.max_increments = 1000;
   const PathRun run = follow_path(scene, settings);
+  settings.stepping = Stepping::current_stiffness;
+  const PathRun by_stiffness = follow_path(scene, settings);
+  StudyTable table(
+      "buckled_strip",
+      fmt::format(
+          "A strip of 20 x 1 x 0.2, 40 cells of C3D10 along, pressed back along itself to twice Euler's "
+          "load in one path, a hundredth of the load across: its tip against the elastica. {} increments of "
+          "arc length; {} by the current stiffness, which falls to {:.1e}, and the tip ends within {:.0e} of "
+          "the length.",
+          run.report.increments, by_stiffness.report.increments, lowest_stiffness(by_stiffness),
+          (by_stiffness.states.back() - run.states.back()).segment<3>(3 * scene.node).norm() / strip.length),
+      {"force over Euler's", "x/L found", "elastica", "w/L found", "elastica ", "negative pivots"});
   for (size_t i = 5; i < run.points.size(); i += 5) {
     const double force = 2 * kEuler * run.points[i].load_factor;
     const test::ElasticaTip exact = test::elastica({-force, strip.aside * force}, 0, std::numbers::pi);

@@ -27,10 +27,14 @@
 namespace palpate {
 namespace {
 
+constexpr const char* kByArcLength = "arc-length";
+constexpr const char* kByStiffness = "current-stiffness";
+
 struct SolveArguments {
   std::filesystem::path model;
   std::filesystem::path folder;
   std::string solver = "cholmod";
+  std::string stepping;  // along *STATIC, RIKS; empty: not given
   bool json = false;
 };
 
@@ -119,6 +123,7 @@ class StepSolver {
         assembly_(assembly),
         folder_(arguments.folder),
         linear_solver_(arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky),
+        stepping_(arguments.stepping == kByStiffness ? Stepping::current_stiffness : Stepping::arc_length),
         solver_(assembly, linear_solver_),
         from_(LoadCase::rest(model)),
         displacement_(Eigen::VectorXd::Zero(model.num_dofs())) {}
@@ -168,7 +173,15 @@ class StepSolver {
           "*STATIC, RIKS has no path to follow: its step changes no load and moves nothing; give it "
           "a load other than 0");
     }
+    if (stepping_ == Stepping::current_stiffness &&
+        (to.held != from_.held || to.displacement != from_.displacement)) {
+      throw InputError(
+          step.source,
+          "--stepping current-stiffness is for steps that change loads alone, and this one moves "
+          "nodes or holds others; solve with --stepping arc-length");
+    }
     ArcLengthSettings settings;
+    settings.stepping = stepping_;
     settings.max_increments = step.max_increments;
     settings.first_increment = step.first_increment;
     settings.smallest_increment = step.smallest_increment;
@@ -201,6 +214,7 @@ class StepSolver {
   const Assembly& assembly_;
   std::filesystem::path folder_;
   LinearSolver linear_solver_;
+  Stepping stepping_;
   StaticSolver solver_;
   SolveSeconds path_seconds_;  // of the one step with RIKS
   LoadCase from_;
@@ -253,6 +267,11 @@ int run_solve(const SolveArguments& arguments) {
                      "*STATIC, RIKS needs a factor of the tangent, which conjugate gradients do not make; "
                      "solve without --solver cg");
   }
+  if (!arguments.stepping.empty() && !model.steps.back().riks) {
+    throw InputError(model.steps.back().source,
+                     "--stepping is for *STATIC, RIKS, and the last *STEP has *STATIC alone; write *STATIC, "
+                     "RIKS there, or solve without --stepping");
+  }
   prepare_folder(arguments.folder);
 
   const Assembly assembly(model, always_at_zero(model),
@@ -266,6 +285,8 @@ int run_solve(const SolveArguments& arguments) {
                             {"equations", assembly.num_equations()},
                             {"solver", arguments.solver},
                             {"steps", nlohmann::json::array()}};
+  if (model.steps.back().riks)
+    summary["stepping"] = arguments.stepping.empty() ? kByArcLength : arguments.stepping;
   bool converged = true;
   for (size_t i = 0; i < model.steps.size() && converged; ++i) {
     SolveProgress progress(i + 1);
@@ -320,6 +341,12 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "moves furthest at first. Its step is the last. The data line says where it ends; if it does not, INC "
       "of "
       "*STEP does.\n\n"
+      "With --stepping current-stiffness (Bergan's procedure) the first arc increment is one of the load, "
+      "and "
+      "those behind it\n"
+      "are the first times sqrt|current_stiffness|, with its sign. It does not pass a snap-back, where the "
+      "deflection under the\n"
+      "load turns: exit code 2.\n\n"
       "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
   command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")
       ->type_name("")
@@ -334,6 +361,13 @@ void add_solve_command(CLI::App& app, int& exit_code) {
                    "fraction of the memory")
       ->type_name("cholmod|cg")
       ->check(CLI::IsMember({"cholmod", "cg"}));
+  command
+      ->add_option(
+          "--stepping", arguments->stepping,
+          "What sizes and directs the increments of *STATIC, RIKS: arc-length (default): the length of "
+          "the path; current-stiffness: Bergan's parameter, for loads without snap-back")
+      ->type_name(std::string(kByArcLength) + "|" + kByStiffness)
+      ->check(CLI::IsMember({kByArcLength, kByStiffness}));
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "offline/fem/current_stiffness.hpp"
 #include "offline/fem/equilibrium.hpp"
 #include "offline/fem/load_path.hpp"
 #include "offline/fem/stopwatch.hpp"
@@ -15,8 +16,8 @@ namespace {
 constexpr double kSharpestTurn = 0.5;
 // An increment that takes so many iterations is followed by one as long.
 constexpr double kUsualIterations = 5;
-constexpr double kMostGrowth = 1.5;
-constexpr int kMaxHalvings = 4;  // of a step that inverts an element
+constexpr double kMostGrowth = 1.5;  // from one increment to the next
+constexpr int kMaxHalvings = 4;      // of a step that inverts an element
 // A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
@@ -32,6 +33,20 @@ struct Loaded {
 
 Loaded along(const Loaded& from, double step, const Loaded& way) {
   return {from.displacement + step * way.displacement, from.load_factor + step * way.load_factor};
+}
+
+// The length of the increment from `point`, at which the unit tangent is this, after one of `last` from `before` that
+// took so many iterations. `first_load`: dl of the first increment. Negative where Bergan's sign is against the tangent.
+double next_length(const ArcLengthSettings& settings, const PathPoint& before, const PathPoint& point,
+                   const Loaded& tangent, double first_load, double last, int iterations) {
+  double length = last * std::clamp(std::sqrt(kUsualIterations / std::max(1, iterations)), 0.5, kMostGrowth);
+  if (settings.stepping == Stepping::current_stiffness) {
+    const double longest = kMostGrowth * last;
+    length = bergan_load_increment(point.current_stiffness, first_load) / tangent.load_factor;
+    length = is_steady(before.current_stiffness, point.current_stiffness) ? std::copysign(longest, length)
+                                                                          : std::min(length, longest);
+  }
+  return std::min(length, settings.largest_increment);
 }
 
 // The points x with normal . x = value.
@@ -291,23 +306,6 @@ class ArcLength::Path {
   double force_ = 0;          // the same, with the state that is tried
 };
 
-std::vector<double> limit_load_factors(const std::vector<PathPoint>& path) {
-  std::vector<double> found;
-  for (size_t i = 2; i < path.size(); ++i) {
-    const PathPoint& a = path[i - 2];
-    const PathPoint& b = path[i - 1];
-    const PathPoint& c = path[i];
-    const double before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
-    const double behind = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
-    if ((before < 0) == (behind < 0)) continue;
-    // l = l_b + slope (s - s_b) + curvature (s - s_b)^2
-    const double curvature = (behind - before) / (c.arc_length - a.arc_length);
-    const double slope = before + curvature * (b.arc_length - a.arc_length);
-    found.push_back(b.load_factor - slope * slope / (4 * curvature));
-  }
-  return found;
-}
-
 ArcLength::ArcLength(const Assembly& assembly)
     : assembly_(&assembly), cholesky_(assembly.analysis(), assembly.threads()) {}
 
@@ -333,10 +331,15 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
   visit(point, displacement);
 
   double length = std::min(settings.first_increment, settings.largest_increment);
+  double first_load = 0;
   for (bool ended = false; !ended;) {
     if (report.increments == settings.max_increments) {
       report.stopped = StopCause::increments;
       report.converged = !path.has_end();
+      return report;
+    }
+    if (length < 0) {
+      report.stopped = StopCause::misled;
       return report;
     }
     Loaded next = along(at, length, tangent);
@@ -373,18 +376,18 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
     }
     path.accept();
     report.min_jacobian = next_point.min_jacobian;
+    if (report.increments == 0) first_load = length * tangent.load_factor;
     ++report.increments;
     next_point.increment = report.increments;
     next_point.arc_length = point.arc_length + path.product(tangent, along(next, -1, at));
     next_point.load_factor = next.load_factor;
+    length = next_length(settings, point, next_point, next_tangent, first_load, length, iterations);
     at = std::move(next);
     tangent = std::move(next_tangent);
     point = next_point;
     displacement = at.displacement;
     report.load_factor = at.load_factor;
     visit(point, displacement);
-    const double change = std::sqrt(kUsualIterations / std::max(1, iterations));
-    length = std::min(length * std::clamp(change, 0.5, kMostGrowth), settings.largest_increment);
   }
   report.converged = true;
   report.stopped = StopCause::none;

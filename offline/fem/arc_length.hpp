@@ -15,28 +15,34 @@
 // tangent has turned by more than 60 degrees, is halved; others change by sqrt(usual / taken iterations) (Ramm
 // 1981).
 //
-// The orientation by the last increment also holds where the path turns back in displacement. The sign of
-// Bergan's current stiffness parameter (Bergan et al. 1978),
+// The orientation by the last increment also holds where the path turns back in displacement. That is not so of
+// Bergan's procedure, which may be asked for in its place: there the load increment is sized and directed by the
+// current stiffness parameter (current_stiffness.hpp),
 //   S = (v0 . K0 v0) / (v . K v),   1 at the start, 0 at a limit point of the load,
-// is wrong beyond such a point: here it is told and decides nothing.
+// and where its sign is against the last increment, the path ends.
 #pragma once
 
 #include <functional>
 #include <limits>
 #include <optional>
-#include <vector>
 
+#include "offline/fem/path_point.hpp"
 #include "offline/fem/static_solver.hpp"
 
 namespace palpate {
 
+// What sizes and directs the next increment. `current_stiffness` is for steps that change loads alone: of a body that
+// is moved, S tells the limit points of the reaction, not of the motion.
+enum class Stepping { arc_length, current_stiffness };
+
 struct ArcLengthSettings {
+  Stepping stepping = Stepping::arc_length;
   // As in SolverSettings, measured against the largest force at play on the path so far: the body may pass a
   // state without any.
   double residual_tolerance = 1e-10;
   int max_iterations = 20;
   int max_increments = 100;
-  double first_increment = 1.0;  // of s
+  double first_increment = 1.0;  // of s, which is that of l at the start
   double smallest_increment = 1e-5;
   double largest_increment = std::numeric_limits<double>::infinity();
   // Where the path ends, whichever comes first; without one, after max_increments.
@@ -47,20 +53,6 @@ struct ArcLengthSettings {
   };
   std::optional<EndDisplacement> end_displacement;
 };
-
-// An equilibrium on the path.
-struct PathPoint {
-  int increment = 0;
-  double arc_length = 0;
-  double load_factor = 0;
-  double current_stiffness = 1;
-  int negative_pivots = 0;  // of K, of its symmetric part under pressures; 0 = stable under given loads
-  double min_jacobian = 1;
-};
-
-// The load factors at which it stopped growing or falling along the path: the tops of parabolas through three
-// points, so of third order in the increments.
-std::vector<double> limit_load_factors(const std::vector<PathPoint>& path);
 
 // Not thread-safe. Cost: a factor in double precision for each iteration and each point.
 class ArcLength {

@@ -85,7 +85,8 @@ enum class StopCause {
   not_finite,  // the forces overflow
   increments,  // max_increments
   limit_point,  // with keep_to_path: however small the increment, the next equilibrium is far, or there is none
-  sharp_turn    // the path of ArcLength turns by more than it may over the smallest increment
+  sharp_turn,  // the path of ArcLength turns by more than it may over the smallest increment
+  misled       // the sign of the current stiffness parameter would have the path of ArcLength walked back
 };
 
 struct SolveReport {

@@ -6,6 +6,7 @@
 
 #include "tests/hard/hard_organ.hpp"
 #include "tests/support/hard_scenes.hpp"
+#include "tests/support/locking_scenes.hpp"
 
 namespace palpate::hard {
 
@@ -27,6 +28,13 @@ inline Model unit_block(int cells, const Law& law = kTissue, double jitter = 0.1
   shape.law = law;
   shape.jitter = jitter;
   return test::with_fixed_base(test::tetrahedral_block(shape));
+}
+
+// The same in elements that share their volumes.
+inline Model nearly_incompressible_block(int cells, test::Elements elements, const Law& law) {
+  Model block = unit_block(cells, law);
+  block.fixed.clear();
+  return test::with_fixed_base(test::share_volumes(elements, test::in_nodes_of(elements, std::move(block))));
 }
 
 // A block of unit side with sites all over the inside of its top.

@@ -20,6 +20,7 @@ Group material_cases();
 Group mesh_cases();
 Group contact_cases();
 Group session_cases();
+Group unsampled_cases();
 Group unit_cases();
 Group map_cases();
 Group equilibrium_cases();

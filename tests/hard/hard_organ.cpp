@@ -22,6 +22,8 @@ Scene scene_of(const OrganSpec& spec) {
   scene.tip_radius = spec.tip_radius;
   scene.max_contacts = spec.max_contacts;
   scene.polynomial = spec.polynomial;
+  if (spec.fewest) scene.sampled_sites = SampledSites::fewest;
+  scene.accuracy_target = spec.target;
   scene.zone = true;
   scene.zone_rings = spec.zone_rings;
   scene.output_nodes = extract_surface(spec.model).nodes;
@@ -145,7 +147,7 @@ Answer Organ::compare(const std::string& by, const std::vector<pal_contact>& con
 }
 
 Answer Organ::ask(pal_model model, const std::vector<pal_contact>& contacts, const Truth& truth) const {
-  const std::string by = model == PAL_MODEL_AUTO ? "auto" : model_name(model);
+  const std::string by = asked_of(model);
   try {
     ModelUnitSession session(*opened_, model,
                              static_cast<std::uint32_t>(std::max<size_t>(1, contacts.size())), 0);
@@ -160,15 +162,28 @@ pal_contact push(std::uint32_t site, const Eigen::Vector3d& displacement) {
   return {site, {displacement[0], displacement[1], displacement[2]}, 0, {}, {}, {}};
 }
 
+std::vector<pal_model> models_for_one(const Organ& organ) {
+  std::vector<pal_model> models = {PAL_MODEL_AUTO, PAL_MODEL_LINEAR};
+  if (organ.opened().info().has_polynomial != 0) models.push_back(PAL_MODEL_POLYNOMIAL);
+  if (organ.scene().sampled_sites == SampledSites::fewest) models.push_back(PAL_MODEL_AFFINE);
+  models.push_back(PAL_MODEL_ZONE);
+  return models;
+}
+
+std::string asked_of(pal_model model) {
+  return model == PAL_MODEL_AUTO ? "auto" : model_name(model);
+}
+
 std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts) {
   const Truth truth = organ.solve(contacts);
-  std::vector<Answer> answers;
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
-    if (model == PAL_MODEL_POLYNOMIAL && (contacts.size() > 1 || organ.opened().info().has_polynomial == 0))
-      continue;
-    if (model == PAL_MODEL_ZONE && contacts.size() > pack::kMostZoneContacts) continue;
-    answers.push_back(organ.ask(model, contacts, truth));
+  std::vector<pal_model> models = {PAL_MODEL_AUTO, PAL_MODEL_LINEAR};
+  if (contacts.size() <= 1) {
+    models = models_for_one(organ);
+  } else if (contacts.size() <= pack::kMostZoneContacts) {
+    models.push_back(PAL_MODEL_ZONE);
   }
+  std::vector<Answer> answers;
+  for (const pal_model model : models) answers.push_back(organ.ask(model, contacts, truth));
   return answers;
 }
 

@@ -19,6 +19,8 @@ struct OrganSpec {
   int max_contacts = 3;
   int zone_rings = 1;
   bool polynomial = true;
+  bool fewest = false;  // sites are sampled only where the target asks for it
+  double target = 0.01;
   int survey_samples = 0;  // of a site; 0: as a build has them
 };
 
@@ -70,6 +72,10 @@ class Organ {
 };
 
 pal_contact push(std::uint32_t site, const Eigen::Vector3d& displacement);
+
+// Those that may answer one contact, the default first; affine_site where sites are left without samples.
+std::vector<pal_model> models_for_one(const Organ& organ);
+std::string asked_of(pal_model model);  // "auto", "linear", ...
 
 // These contacts asked of every model that may answer them, the default first.
 std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts);

@@ -1,4 +1,4 @@
-// Affine maps between sites: eq. (25) where its system is singular or nearly so.
+// Maps between sites, which no pack uses: eq. (25) where its system is singular or nearly so.
 #include <fmt/core.h>
 
 #include <Eigen/LU>
@@ -55,15 +55,18 @@ std::vector<Answer> all_maps(const Eigen::Vector3d& origin, double away) {
 }  // namespace
 
 Group map_cases() {
-  Group group{"map",
-              "Singular affine configurations",
-              "The paper's eq. (25) is linear through the origin, so that it is singular where the site lies "
-              "there or the nodes lie in a "
-              "plane with it, and loses digits far from it; then there is none, or its condition tells. The "
-              "maps in use, along with the "
-              "surface, do not depend on the origin. Error: how far the map takes the one site from the "
-              "other, in edges.",
-              {}};
+  Group group{
+      "map",
+      "Singular affine configurations",
+      "The paper moves the answer of a sampled site to a contact nearby by eq. (25), which is linear "
+      "through the origin: it is singular where the site lies there or the nodes lie in a plane with it, "
+      "and loses digits far from it; then there is none, or its condition tells. It is kept to be "
+      "compared with, as are two maps that do not depend on the origin: rigid, along with the surface, "
+      "and affine about the site. No pack is built by any of them. Where nothing was sampled a pack "
+      "carries the series at rest of the contact itself (affine_site, the group of sites where nothing "
+      "was sampled); the field between sites is the blend of theirs. Error: how far the map takes the one "
+      "site from the other, in edges.",
+      {}};
   const Bar bar = {1e-6, 1e-6};
   const auto add = [&](const std::string& name, const std::string& hard, const Eigen::Vector3d& origin,
                        double away) {

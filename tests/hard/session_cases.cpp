@@ -6,12 +6,12 @@
 
 #include "tests/hard/hard_bodies.hpp"
 #include "tests/hard/hard_cases.hpp"
+#include "tests/hard/hard_motions.hpp"
 
 namespace palpate::hard {
 namespace {
 
 constexpr double kMost = 0.15;
-constexpr int kFramesToRest = 60;
 
 const Organ& organ() {
   return shared_organ("session", [] {
@@ -23,32 +23,6 @@ const Organ& organ() {
 
 std::uint32_t middle() {
   return organ().site_near({0.5, 0.5, 1});
-}
-
-std::string name_of(pal_model model) {
-  return model == PAL_MODEL_AUTO ? "auto" : model_name(model);
-}
-
-// After so many frames at the same contacts beside the truth; and the frame of the jump itself.
-std::vector<Answer> jump(const std::vector<Eigen::Vector3d>& path) {
-  const std::vector<pal_contact> there = {push(middle(), path.back())};
-  const Truth truth = organ().solve(there);
-  std::vector<Answer> answers;
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
-    ModelUnitSession session(organ().opened(), model, 1, 0);
-    std::vector<pal_contact_result> results;
-    for (size_t i = 0; i + 1 < path.size(); ++i) {
-      for (int frame = 0; frame < kFramesToRest; ++frame)
-        results = session.contact_frame(std::vector<pal_contact>{push(middle(), path[i])});
-    }
-    results = session.contact_frame(there);
-    Answer first = organ().compare(name_of(model) + ", frame of the jump", there, results,
-                                   session.visual_frame(), truth);
-    for (int frame = 0; frame < kFramesToRest; ++frame) results = session.contact_frame(there);
-    answers.push_back(organ().compare(name_of(model), there, results, session.visual_frame(), truth));
-    if (model == PAL_MODEL_ZONE) answers.push_back(first);
-  }
-  return answers;
 }
 
 // Contacts come and go at random over all sites for some hundred frames; then these are held. Beside a new session that
@@ -76,72 +50,8 @@ std::vector<Answer> restless() {
         is_finite = is_finite && Eigen::Vector3d(result.force).allFinite();
     }
     for (int frame = 0; frame < kFramesToRest; ++frame) results = session.contact_frame(there);
-    answers.push_back(organ().compare(name_of(model), there, results, session.visual_frame(), truth));
+    answers.push_back(organ().compare(asked_of(model), there, results, session.visual_frame(), truth));
     answers.back().finite = answers.back().finite && is_finite;
-  }
-  return answers;
-}
-
-// So many times the largest displacement. Beside the full solve where there is one.
-std::vector<Answer> outside(double times) {
-  std::vector<std::vector<Answer>> sets;
-  for (const Eigen::Vector3d& d : four_ways(times * kMost)) {
-    const std::vector<pal_contact> contacts = {push(middle(), d)};
-    Truth truth;
-    if (times < 3) truth = organ().solve(contacts);
-    std::vector<Answer> answers;
-    for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE})
-      answers.push_back(organ().ask(model, contacts, truth));
-    sets.push_back(answers);
-  }
-  return worst_of(sets, {0.02, 0.02});
-}
-
-std::vector<Answer> not_finite(double component) {
-  std::vector<Answer> answers;
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE})
-    answers.push_back(organ().ask(model, {push(middle(), {0, component, -0.05})}, {}));
-  return answers;
-}
-
-// From one site to the next and on, pushed in by half: the truth between sites is the blend of the full solves at the
-// corners of the triangle. Of each model the worst frame.
-std::vector<Answer> swipe() {
-  const Eigen::Vector3d d(0, 0, -0.5 * kMost);
-  std::vector<Truth> truths;
-  for (std::uint32_t site = 0; site < organ().num_sites(); ++site)
-    truths.push_back(organ().solve({push(site, d)}));
-  std::vector<Answer> answers;
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
-    ModelUnitSession session(organ().opened(), model, 1, 0);
-    std::vector<std::vector<Answer>> frames;
-    double largest_jump = 0;
-    Eigen::Vector3d before = Eigen::Vector3d::Zero();
-    constexpr int kFrames = 100;
-    for (int frame = 0; frame <= kFrames; ++frame) {
-      const Eigen::Vector3d place(0.26 + 0.48 * frame / kFrames, 0.3 + 0.35 * frame / kFrames, 1);
-      pal_surface_point point;
-      require_ok(pal_pack_find_surface_point(organ().opened().pack().get(), place.data(), &point), "surface");
-      const std::vector<pal_contact> contacts = {pal_contact_at(&point, d.data())};
-      std::vector<pal_contact_result> results;
-      for (int again = 0; again < 4; ++again) results = session.contact_frame(contacts);
-      Truth truth;
-      truth.solved = true;
-      truth.forces = {Eigen::Vector3d::Zero()};
-      truth.field = Eigen::VectorXd::Zero(truths.front().field.size());
-      for (int corner = 0; corner < 3; ++corner) {
-        if (!(point.weights[corner] > 0)) continue;
-        truth.forces[0] += point.weights[corner] * truths[point.sites[corner]].forces[0];
-        truth.field += point.weights[corner] * truths[point.sites[corner]].field;
-      }
-      frames.push_back({organ().compare(name_of(model), contacts, results, session.visual_frame(), truth)});
-      const Eigen::Vector3d force(results[0].force);
-      if (frame > 0) largest_jump = std::max(largest_jump, (force - before).norm() / force.norm());
-      before = force;
-    }
-    answers.push_back(worst_of(frames, {0.02, 0.02}).front());
-    answers.back().happened +=
-        fmt::format("; the force changes by up to {:.2g} % a frame", 100 * largest_jump);
   }
   return answers;
 }
@@ -161,7 +71,7 @@ std::vector<Answer> wild_tool() {
     require_ok(session.init(organ().opened().pack(), config, arena.bytes()), "session");
     require_ok(session.hold(0, pal_default_hold(middle())), "hold");
     Answer answer;
-    answer.by = name_of(model);
+    answer.by = asked_of(model);
     double largest = 0;
     const double far[] = {0.05,
                           0.15,
@@ -210,43 +120,47 @@ Group session_cases() {
   };
   const Bar bar = {0.02, 0.02};
   add("jump_across", "from one end of the domain to the other in one frame", bar, Expected::answer, [] {
-    return jump({{0, 0, kMost}, {0, 0, -kMost}});
+    return jump(organ(), middle(), {{0, 0, kMost}, {0, 0, -kMost}});
   });
   add("jump_aside", "from one side of the domain to the other in one frame", bar, Expected::answer, [] {
-    return jump({{-kMost, 0, 0}, {kMost, 0, 0}});
+    return jump(organ(), middle(), {{-kMost, 0, 0}, {kMost, 0, 0}});
   });
   add("jump_and_back", "ten jumps across the domain", bar, Expected::answer, [] {
     std::vector<Eigen::Vector3d> path;
     for (int i = 0; i < 10; ++i) path.push_back((i % 2 == 0 ? kMost : -kMost) * Eigen::Vector3d(0.6, 0, 0.8));
-    return jump(path);
+    return jump(organ(), middle(), path);
   });
   add("jump_outside", "four times out of the domain in one frame, and back in", bar, Expected::answer, [] {
-    return jump({{0, 0, -4 * kMost}, {0.05, 0, -0.1}});
+    return jump(organ(), middle(), {{0, 0, -4 * kMost}, {0.05, 0, -0.1}});
   });
   add("jump_far_outside", "a million times out of the domain in one frame, and back in", bar,
       Expected::answer, [] {
-        return jump({{0, 0, -1e6 * kMost}, {0, 1e6 * kMost, 0}, {0.05, 0, -0.1}});
+        return jump(organ(), middle(), {{0, 0, -1e6 * kMost}, {0, 1e6 * kMost, 0}, {0.05, 0, -0.1}});
       });
   add("restless",
       "up to three contacts that change place in each of 400 frames, then two that rest: beside a new "
       "session",
       Bar{1e-3, 1e-3}, Expected::answer, [] { return restless(); });
-  add("outside_1_5", "half as far again as the domain", bar, Expected::answer, [] { return outside(1.5); });
+  add("outside_1_5", "half as far again as the domain", bar, Expected::answer,
+      [] { return outside(organ(), middle(), 1.5); });
   add(
-      "outside_2", "twice as far as the domain", bar, Expected::limit, [] { return outside(2); },
+      "outside_2", "twice as far as the domain", bar, Expected::limit,
+      [] { return outside(organ(), middle(), 2); },
       "what was not sampled is continued; how wrong that is, is not known");
   add("outside_1e3", "a thousand times as far as the domain, where there is no equilibrium", bar,
-      Expected::nothing, [] { return outside(1e3); });
+      Expected::nothing, [] { return outside(organ(), middle(), 1e3); });
   add("outside_1e30", "1e30 times as far as the domain", bar, Expected::nothing,
-      [] { return outside(1e30); });
+      [] { return outside(organ(), middle(), 1e30); });
   add("not_a_number", "a displacement that is not a number", bar, Expected::nothing,
-      [] { return not_finite(std::numeric_limits<double>::quiet_NaN()); });
+      [] { return not_finite(organ(), middle(), std::numeric_limits<double>::quiet_NaN()); });
   add("infinite", "an infinite displacement", bar, Expected::nothing,
-      [] { return not_finite(std::numeric_limits<double>::infinity()); });
+      [] { return not_finite(organ(), middle(), std::numeric_limits<double>::infinity()); });
   add("wild_tool",
       "a tool through the haptic loop: out of the domain, to 1e200, infinite, not a number, back", bar,
       Expected::nothing, [] { return wild_tool(); });
-  add("swipe", "a swipe over sites and between them", bar, Expected::answer, [] { return swipe(); });
+  add("swipe", "a swipe over sites and between them", bar, Expected::answer, [] {
+    return swipe(organ(), {0.26, 0.3, 1}, {0.74, 0.65, 1}, {0, 0, -0.5 * kMost});
+  });
   return group;
 }
 

@@ -105,6 +105,95 @@ TEST_F(SolveRiks, FollowsThePathPastItsLimit) {
   EXPECT_NE(run.out.find("unstable"), std::string::npos) << run.out;
 }
 
+// With one unknown v / v0 = 1 / S, so that an increment of the load dl_1 sqrt|S| has the arc length
+// dl_1 sqrt|S| sqrt((1 + 1 / S^2) / 2), or half as much again as the last one at most; always that where S changed by
+// less than a tenth over the last one.
+TEST_F(SolveRiks, BergansProcedureSizesIncrementsByTheCurrentStiffness) {
+  const ProgramRun run = solve(riks("0.1, 1, , , , 44, 3, -0.8\n"), {"--stepping", "current-stiffness"});
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  EXPECT_EQ(run.error, "");
+  const PathRows rows = path();
+  ASSERT_GE(rows.size(), 6U);
+  double last = 0.1;
+  int by_stiffness = 0;
+  for (size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows[i].at("load_factor"), factor_at(rows[i].at("uz_44")), 1e-9);
+    EXPECT_LT(rows[i].at("uz_44"), rows[i - 1].at("uz_44"));
+    const double S = rows[i - 1].at("current_stiffness");
+    const double wanted = 0.1 * std::sqrt(std::abs(S) * (1 + 1 / (S * S)) / 2);
+    const double length = rows[i].at("arc_length") - rows[i - 1].at("arc_length");
+    const bool steady = i > 1 && std::abs(S - rows[i - 2].at("current_stiffness")) < 0.1 * std::abs(S);
+    by_stiffness += !steady && wanted < 1.5 * last ? 1 : 0;
+    if (i + 1 < rows.size()) {
+      EXPECT_NEAR(length, steady ? 1.5 * last : std::min(wanted, 1.5 * last), 1e-9);
+    }
+    last = length;
+  }
+  EXPECT_GE(by_stiffness, 5) << "else this test shows nothing";
+  EXPECT_LT(rows.back().at("current_stiffness"), 0);
+  EXPECT_NEAR(rows.back().at("uz_44"), -0.8, 1e-12);
+  ASSERT_EQ(step()["limit_load_factors"].size(), 1U);
+  EXPECT_NEAR(step()["limit_load_factors"][0].get<double>(), kLimit, 0.02 * kLimit);
+  EXPECT_EQ(nlohmann::json::parse(file_text(folder() / "summary.json"))["stepping"], "current-stiffness");
+}
+
+// The same tetrahedron pushed through another one, 30 long, which is softer than the first falls: its upper end comes
+// back while the corner goes on.
+TEST_F(SolveRiks, ASnapBackIsSaidByBergansProcedureAndPassedByArcLength) {
+  const std::string column =
+      "*NODE, NSET=TOP\n51, 1, 0, 31\n52, -0.5, 0.866, 31\n53, -0.5, -0.866, 31\n*ELEMENT, TYPE=C3D4, "
+      "ELSET=E\n10, 44, 51, 52, 53\n*BOUNDARY\nTOP, 1, 2\n*STEP, NLGEOM\n*STATIC, RIKS\n0.05, 1, , , , "
+      "44, 3, -0.8\n*CLOAD\nTOP, 3, -0.0333333\n*NODE PRINT, NSET=TWO\nU\n*NODE PRINT, "
+      "NSET=TOP\nU\n*END STEP\n";
+  const ProgramRun run = solve(column, {"--stepping", "current-stiffness"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.error.find("the body snaps back there"), std::string::npos) << run.error;
+  EXPECT_NE(run.error.find("solve with --stepping arc-length"), std::string::npos) << run.error;
+  EXPECT_EQ(names_in(folder()),
+            (std::vector<std::string>{"partial.csv", "path.csv", "result.vtu", "summary.json"}));
+  PathRows rows = path();
+  ASSERT_GE(rows.size(), 4U);
+  EXPECT_LE(rows.size(), 40U);
+  for (size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows[i].at("load_factor"), factor_at(rows[i].at("uz_44")), 1e-5) << "1 over 0.0999999";
+    EXPECT_LT(rows[i].at("uz_44"), rows[i - 1].at("uz_44"));
+  }
+  EXPECT_LT(rows.back().at("load_factor"), rows[rows.size() - 2].at("load_factor"));
+  EXPECT_NEAR(row_of(read_csv(folder() / "partial.csv"), 44).u[2], rows.back().at("uz_44"), 1e-11);
+  EXPECT_EQ(step()["converged"], false);
+  EXPECT_NEAR(step()["load_factor"].get<double>(), rows.back().at("load_factor"), 1e-11);
+
+  ASSERT_EQ(solve(column, {"--stepping", "arc-length"}).exit_code, 0);
+  rows = path();
+  EXPECT_NEAR(rows.back().at("uz_44"), -0.8, 1e-12);
+  bool comes_back = false;
+  for (size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows[i].at("load_factor"), factor_at(rows[i].at("uz_44")), 1e-5);
+    comes_back = comes_back || rows[i].at("uz_51") > rows[i - 1].at("uz_51") + 0.1;
+  }
+  EXPECT_TRUE(comes_back) << "else this test shows nothing";
+}
+
+TEST_F(SolveRiks, SteppingIsRefusedWhereItMeansNothing) {
+  const std::string without = "*STEP, NLGEOM\n*STATIC\n*CLOAD\n44, 3, -0.05\n*END STEP\n";
+  for (const char* stepping : {"arc-length", "current-stiffness"}) {
+    const ProgramRun run = solve(without, {"--stepping", stepping});
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_NE(run.error.find("model.inp:19: --stepping is for *STATIC, RIKS"), std::string::npos)
+        << run.error;
+  }
+  const ProgramRun moved =
+      solve("*STEP, NLGEOM\n*STATIC, RIKS\n0.25, 1, , , 1\n*BOUNDARY\n44, 3, 3, -0.5\n*END STEP\n",
+            {"--stepping", "current-stiffness"});
+  EXPECT_EQ(moved.exit_code, 1);
+  EXPECT_NE(moved.error.find("model.inp:19: --stepping current-stiffness is for steps that change loads"),
+            std::string::npos)
+      << moved.error;
+  const ProgramRun other = solve(riks("0.1\n"), {"--stepping", "bergan"});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.error.find("--stepping"), std::string::npos) << other.error;
+}
+
 TEST_F(SolveRiks, EndsAtTheLoadFactor) {
   ASSERT_EQ(solve(riks("0.1, 1, , , 0.75\n")).exit_code, 0);
   EXPECT_EQ(path().back().at("load_factor"), 0.75);

@@ -36,8 +36,10 @@ PathScene truss_scene(const Truss& truss) {
 }
 
 // Past both limit points and the mirror image.
-ArcLengthSettings truss_settings(const Truss& truss, const PathScene& scene) {
+ArcLengthSettings truss_settings(const Truss& truss, const PathScene& scene,
+                                 Stepping stepping = Stepping::arc_length) {
   ArcLengthSettings settings;
+  settings.stepping = stepping;
   settings.first_increment = 0.05;
   settings.end_displacement = {scene.dof(), -2.3 * truss.rise};
   return settings;
@@ -77,13 +79,22 @@ std::pair<double, double> truss_limits(const Truss& truss) {
   return {most, least};
 }
 
-TEST(LimitPoints, AShallowTrussSnapsThrough) {
+// What either way of stepping must do where the load's point does not come back.
+class LimitPointsBy : public ::testing::TestWithParam<Stepping> {};
+
+INSTANTIATE_TEST_SUITE_P(Stepping, LimitPointsBy,
+                         ::testing::Values(Stepping::arc_length, Stepping::current_stiffness),
+                         [](const auto& one) {
+                           return one.param == Stepping::arc_length ? "ArcLength" : "CurrentStiffness";
+                         });
+
+TEST_P(LimitPointsBy, AShallowTrussSnapsThrough) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
   const auto [most, least] = truss_limits(truss);
-  const PathRun run = follow_path(scene, truss_settings(truss, scene));
+  const PathRun run = follow_path(scene, truss_settings(truss, scene, GetParam()));
   ASSERT_TRUE(run.report.converged);
-  EXPECT_LE(run.report.increments, 30);
+  EXPECT_LE(run.report.increments, GetParam() == Stepping::arc_length ? 30 : 45);
   EXPECT_LE(run.report.iterations, 6 * run.report.increments);
   EXPECT_NEAR(run.moved(run.points.size() - 1, scene.dof()), -2.3 * truss.rise, 1e-12) << "ends where asked";
   EXPECT_EQ(run.report.load_factor, run.points.back().load_factor);
@@ -110,7 +121,7 @@ TEST(LimitPoints, AShallowTrussSnapsThrough) {
   EXPECT_NEAR(limits[0], most, 2e-3 * most);
   EXPECT_NEAR(limits[1], least, 1e-2 * most);
 
-  ArcLengthSettings fine = truss_settings(truss, scene);
+  ArcLengthSettings fine = truss_settings(truss, scene, GetParam());
   fine.largest_increment = 0.05;
   const std::vector<double> finer = limit_load_factors(follow_path(scene, fine).points);
   ASSERT_EQ(finer.size(), 2U);
@@ -169,7 +180,36 @@ TEST(LimitPoints, ThePathIsFollowedWhereItsDisplacementTurnsBack) {
   EXPECT_GE(comes_back, 4) << "else this test shows nothing";
 }
 
-TEST(LimitPoints, WhatLoadedTheBodyBeforeStays) {
+// Bergan's procedure lets the deflection under the load grow: where it comes back on the path the load is sent back.
+TEST(LimitPoints, BergansSignIsMisledWhereTheDisplacementTurnsBack) {
+  const test::ColumnOnTruss body;
+  int apex = 0;
+  PathScene scene = body.scene(apex);
+  scene.load.force[scene.dof()] = -kTrussLoad;
+  ArcLengthSettings settings;
+  settings.stepping = Stepping::current_stiffness;
+  settings.first_increment = 0.03;
+  settings.largest_increment = 0.1;
+  settings.end_displacement = {3 * apex + 2, -2.1 * body.truss.rise};
+  const PathRun run = follow_path(scene, settings);
+  EXPECT_FALSE(run.report.converged);
+  EXPECT_EQ(run.report.stopped, StopCause::misled);
+  EXPECT_LE(run.report.increments, 30);
+  const double most = truss_limits(body.truss).first;
+  for (size_t i = 1; i < run.points.size(); ++i) {
+    const double w = -run.moved(i, 3 * apex + 2);
+    SCOPED_TRACE(testing::Message() << "w " << w);
+    EXPECT_NEAR(run.points[i].load_factor, body.truss.force(w) / kTrussLoad, kCaps * most);
+    EXPECT_GT(w, -run.moved(i - 1, 3 * apex + 2)) << "no point is passed twice";
+  }
+  const size_t last = run.points.size() - 1;
+  EXPECT_EQ(run.report.load_factor, run.points[last].load_factor);
+  EXPECT_LT(run.points[last].load_factor, run.points[last - 1].load_factor) << "the load falls";
+  EXPECT_GT(run.points[last].current_stiffness, 0) << "and is told to grow";
+  EXPECT_LT(run.points[last - 1].current_stiffness, 0) << "at the first point where it is";
+}
+
+TEST_P(LimitPointsBy, WhatLoadedTheBodyBeforeStays) {
   const Truss truss;
   PathScene scene = truss_scene(truss);
   constexpr double kDead = 0.1;
@@ -181,11 +221,12 @@ TEST(LimitPoints, WhatLoadedTheBodyBeforeStays) {
   ASSERT_TRUE(before.ramp(LoadCase::rest(scene.model), dead, u, SolverSettings()).converged);
   ArcLength solver(assembly);
   std::vector<double> differences;
-  const SolveReport report = solver.follow(
-      dead, all, u, truss_settings(truss, scene), [&](const PathPoint& point, const Eigen::VectorXd& state) {
-        differences.push_back(
-            std::abs(truss.force(-state[scene.dof()]) / kTrussLoad - kDead - point.load_factor));
-      });
+  const SolveReport report =
+      solver.follow(dead, all, u, truss_settings(truss, scene, GetParam()),
+                    [&](const PathPoint& point, const Eigen::VectorXd& state) {
+                      differences.push_back(std::abs(truss.force(-state[scene.dof()]) / kTrussLoad - kDead -
+                                                     point.load_factor));
+                    });
   ASSERT_TRUE(report.converged);
   EXPECT_LE(*std::ranges::max_element(differences), kCaps);
 }
@@ -215,10 +256,10 @@ TEST(LimitPoints, AGivenDisplacementIsScaledToo) {
 }
 
 // The mirror image of the truss bears nothing: what is small is measured by what was at play before.
-TEST(LimitPoints, AStateWithoutForcesIsPassed) {
+TEST_P(LimitPointsBy, AStateWithoutForcesIsPassed) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
-  ArcLengthSettings settings = truss_settings(truss, scene);
+  ArcLengthSettings settings = truss_settings(truss, scene, GetParam());
   settings.end_displacement->value = -2 * truss.rise;
   const PathRun run = follow_path(scene, settings);
   ASSERT_TRUE(run.report.converged);
@@ -227,10 +268,11 @@ TEST(LimitPoints, AStateWithoutForcesIsPassed) {
   EXPECT_NEAR(run.report.load_factor, 0, 1e-6);
 }
 
-TEST(LimitPoints, EndsAndIncrementsAreKept) {
+TEST_P(LimitPointsBy, EndsAndIncrementsAreKept) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
   ArcLengthSettings settings;
+  settings.stepping = GetParam();
   settings.first_increment = 0.05;
   settings.largest_increment = 0.07;
   settings.max_increments = 4;
@@ -256,10 +298,10 @@ TEST(LimitPoints, EndsAndIncrementsAreKept) {
 }
 
 // What fails leaves the last equilibrium: the limit on iterations is too low for any increment.
-TEST(LimitPoints, AFailureLeavesTheLastEquilibrium) {
+TEST_P(LimitPointsBy, AFailureLeavesTheLastEquilibrium) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
-  ArcLengthSettings settings = truss_settings(truss, scene);
+  ArcLengthSettings settings = truss_settings(truss, scene, GetParam());
   settings.smallest_increment = 0.02;
   settings.max_iterations = 2;
   const Assembly assembly(scene.model, scene.model.fixed_dofs());
@@ -309,7 +351,7 @@ TEST(LimitPoints, AtGivenLoadsASolveStopsAtTheLimitLoad) {
 
 // A clamped arch two and four times as high as thick: 0.6 percent is its shear, which the rod has not, and half
 // of that in the thinner one.
-TEST(LimitPoints, AShallowArchIsARod) {
+TEST_P(LimitPointsBy, AShallowArchIsARod) {
   for (const double thickness : {0.5, 0.25}) {
     SCOPED_TRACE(thickness);
     const double shear = 0.014 * thickness;
@@ -325,6 +367,7 @@ TEST(LimitPoints, AShallowArchIsARod) {
     PathScene scene = arch.scene(static_cast<int>(20 / thickness));
     scene.load.force *= most;
     ArcLengthSettings settings;
+    settings.stepping = GetParam();
     settings.first_increment = 0.1;
     settings.largest_increment = 0.4;
     settings.end_displacement = {scene.dof(), -1.29 * rise};
@@ -345,7 +388,7 @@ TEST(LimitPoints, AShallowArchIsARod) {
 }
 
 // Its top under a pressure that follows it, whose tangent is not symmetric.
-TEST(LimitPoints, AnArchSnapsUnderPressure) {
+TEST_P(LimitPointsBy, AnArchSnapsUnderPressure) {
   const Arch arch;
   PathScene scene = arch.scene();
   scene.load.force.setZero();
@@ -361,6 +404,7 @@ TEST(LimitPoints, AnArchSnapsUnderPressure) {
   }
   ASSERT_EQ(scene.load.pressures.size(), 40U);
   ArcLengthSettings settings;
+  settings.stepping = GetParam();
   settings.first_increment = 0.1;
   settings.end_displacement = {scene.dof(), -1.5};
   const PathRun run = follow_path(scene, settings);
@@ -374,13 +418,15 @@ TEST(LimitPoints, AnArchSnapsUnderPressure) {
 }
 
 // Thickness to length 1 : 100: what the elastica leaves out is of its square.
-TEST(LimitPoints, AThinStripBucklesAsTheElastica) {
+TEST_P(LimitPointsBy, AThinStripBucklesAsTheElastica) {
   constexpr double kEuler = std::numbers::pi * std::numbers::pi / 4;
   const Strip strip;
   const PathScene scene = strip.scene(2 * kEuler, 40);
   ArcLengthSettings settings;
+  settings.stepping = GetParam();
   settings.first_increment = 0.05;
   settings.end_load_factor = 1;
+  settings.max_increments = 150;  // of which the current stiffness takes most, as it falls by 1e4
   const PathRun run = follow_path(scene, settings);
   ASSERT_TRUE(run.report.converged);
   EXPECT_EQ(run.report.load_factor, 1);
