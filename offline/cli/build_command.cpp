@@ -50,17 +50,17 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// The sites of a build that several processes share: each solves those that it is handed, and keeps them where the first
-// finds them.
-SolveCounts share_sites(Ranks& ranks, size_t num_sites, const std::function<SolveCounts(RankQueue&)>& work) {
+// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed, and keeps
+// them where the first finds them.
+SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
   SolveCounts counts;
   {
-    RankQueue queue(ranks, num_sites);
+    RankQueue queue(ranks, count);
     counts = work(queue);
   }
-  for (long* count :
+  for (long* number :
        {&counts.reused, &counts.solves, &counts.not_kept, &counts.iterations, &counts.factorizations})
-    *count = ranks.sum(*count);
+    *number = ranks.sum(*number);
   ranks.wait_for_all();
   return counts;
 }
@@ -110,22 +110,32 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
     compliance = compute_compliance(assembly, scene, sites, rest, plan.jobs);
   const auto sampling_start = std::chrono::steady_clock::now();
   const size_t num_sites = num_worked(plan, sites);
+  const SampleStore* const kept = store ? &*store : nullptr;
   std::vector<SiteResult> results;
   const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
     ProgressBar bar("sampling sites", static_cast<int>(num_sites));
     results = sample_sites(
         assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(shown(done)); }, rest,
-        store ? &*store : nullptr, next);
+        kept, next);
     return sum_of_counts(results);
+  };
+  SolvedSets sets;
+  const auto solve_sets = [&](const std::function<size_t()>& next) {
+    sets = solve_surveyed_sets(assembly, scene, sites, rest, plan, kept, next);
+    return sets.counts;
   };
   SolveCounts counts;
   if (ranks.count() > 1) {
-    counts = share_sites(ranks, num_sites, [&](RankQueue& queue) {
+    counts = share(ranks, num_sites, [&](RankQueue& queue) {
       return sample([&](int) { return static_cast<int>(queue.handed_out()); }, [&] { return queue.next(); });
     });
+    if (const size_t num_sets = surveyed_sets(model, scene, sites, plan).size(); num_sets > 0)
+      counts +=
+          share(ranks, num_sets, [&](RankQueue& queue) { return solve_sets([&] { return queue.next(); }); });
     if (!ranks.is_first()) return 0;
   }
-  const SolveCounts here = sample([](int done) { return done; }, {});
+  SolveCounts here = sample([](int done) { return done; }, {});
+  here += solve_sets({});
   if (ranks.count() == 1) counts = here;
   const double sampling_seconds = seconds_since(sampling_start);
 
@@ -133,7 +143,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
   PackContent content =
       content_of(model, scene, sites, rest, plan, compliance, results, zone, std::move(input_files));
-  const AlignedBytes bytes = write_surveyed_pack(assembly, rest, results, compliance, content);
+  const AlignedBytes bytes = write_surveyed_pack(assembly, rest, results, sets, compliance, content);
   const OpenedPack opened(bytes);  // what the runtime refuses is not written
   write_finished_bytes(arguments.pack, bytes.bytes());
   const double seconds = seconds_since(start);

@@ -96,6 +96,9 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
   SamplingPlan plan;
   plan.jobs = jobs;
+  constexpr int kSurveySets =
+      60;  // as many as it takes to tell 95 % of their errors with a confidence of 95 %
+  plan.survey_sets = scene.max_contacts > 1 ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
   // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
   constexpr double kRoundedFrom = 2e-4;
@@ -140,6 +143,12 @@ size_t num_worked(const SamplingPlan& plan, const ContactSites& sites) {
   return plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
 }
 
+std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
+                                      const SamplingPlan& plan) {
+  constexpr std::uint64_t kSeed = 0;
+  return draw_contact_sets(model, scene, sites, plan.survey_sets, kSeed);
+}
+
 std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
                                    const std::vector<InputFile>& inputs) {
   // Another build of this program may solve otherwise, in the last digit or by a mended fault.
@@ -161,8 +170,10 @@ double sample_store_bytes(const Model& model, const Scene& scene, const ContactS
   const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
   // Displacement and three derivatives of all dofs, six second derivatives of what is packed; a survey's displacement.
   const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
-  return sizeof(float) * static_cast<double>(num_worked(plan, sites)) *
-         (static_cast<double>(samples_of_site(scene, plan)) * sample + plan.survey_samples * rows);
+  return sizeof(float) *
+         (static_cast<double>(num_worked(plan, sites)) *
+              (static_cast<double>(samples_of_site(scene, plan)) * sample + plan.survey_samples * rows) +
+          plan.survey_sets * rows);
 }
 
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
@@ -175,9 +186,11 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const double factor_seconds =
       factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
   const size_t worked = num_worked(plan, sites);
+  const size_t num_sets = surveyed_sets(model, scene, sites, plan).size();
   const double solves =
+      static_cast<double>(num_sets) +
       static_cast<double>(worked) *
-      static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
+          static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
   const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
   double factors = kFactorsPerSolve * solves;
@@ -223,6 +236,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
         zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,
         zone->most_nodes, zone->most_elements);
   }
+  constexpr double kFactorsPerSet = 4;  // of contacts that may strain what is between them
+  factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
              solves, std::max(1.0, factors * factor_seconds / jobs), jobs, bytes / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);

@@ -7,6 +7,7 @@
 
 #include "offline/fem/assembly.hpp"
 #include "offline/pack/input_files.hpp"
+#include "offline/precompute/contact_sets.hpp"
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/nonlinear_zone.hpp"
 #include "offline/precompute/scene.hpp"
@@ -30,6 +31,10 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
 
 // Sites that are sampled or surveyed.
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites);
+
+// The sets of several contacts that are surveyed: held out, as nothing is fitted to such.
+std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
+                                      const SamplingPlan& plan);
 
 // All that changes a digit of what sample_sites solves at a site, whose label names its file: this program among it.
 // Targets, degrees and precisions do not.

@@ -141,12 +141,14 @@ void print_text(const BuildResult& result) {
   }
   fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", result.pack.string(),
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
+  const std::vector<ModelErrors> surveys = surveys_of(result.opened.tables());
   const size_t contacts = std::min<size_t>(scene.max_contacts, result.content.sites.sites.size());
   fmt::print(
       "frame      forces of {} {} {} in {:.2f} us (median) on this machine; the budget is {:g} us\n\n{}\n",
       contacts, contacts == 1 ? "contact" : "contacts",
       result.content.zone != nullptr && contacts > 1 ? "that move" : "at new sites", result.frame_us,
-      scene.frame_budget_us, survey_text(surveys_of(result.opened.tables())));
+      scene.frame_budget_us, survey_text(surveys));
+  if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("{}\n", sets);
 }
 
 void print_warnings(const BuildResult& result) {

@@ -281,7 +281,9 @@ int run_info(const InfoArguments& arguments) {
                static_cast<double>(model_bytes(tables, cost->model())) / 1e6, cost->force_operations(),
                cost->force_bytes(), cost->field_operations(), cost->field_bytes());
   }
-  fmt::print("\n{}", survey_text(surveys_of(tables)));
+  const std::vector<ModelErrors> surveys = surveys_of(tables);
+  fmt::print("\n{}", survey_text(surveys));
+  if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("\n{}", sets);
   return 0;
 }
 

@@ -25,6 +25,12 @@ bool keeps(const std::vector<SampleErrors>& errors, double SampleErrors::*error,
   return chance_of_covering(static_cast<int>(within), static_cast<int>(errors.size())) >= kLeastChance;
 }
 
+const SetKindErrors* of_kind(const SetSurvey& survey, SetKind kind) {
+  const auto found = std::find_if(survey.kinds.begin(), survey.kinds.end(),
+                                  [&](const SetKindErrors& errors) { return errors.kind == kind; });
+  return found == survey.kinds.end() ? nullptr : &*found;
+}
+
 double part(int covered, int solved) {
   return solved > 0 ? 1.0 * covered / solved : 0;
 }
@@ -55,18 +61,59 @@ bool KeptPromise::agrees() const {
          chance_of_covering(measured.force_covered, measured.solved) >= kLeastChance;
 }
 
+double KeptSets::displacement_ratio(SetKind kind) const {
+  return ratio(of_kind(measured.table, kind)->displacement, of_kind(claimed, kind)->displacement);
+}
+
+double KeptSets::force_ratio(SetKind kind) const {
+  return ratio(of_kind(measured.table, kind)->force, of_kind(claimed, kind)->force);
+}
+
+double KeptSets::displacement_coverage() const {
+  return part(measured.displacement_covered, measured.estimated);
+}
+
+double KeptSets::force_coverage() const {
+  return part(measured.force_covered, measured.estimated);
+}
+
+bool KeptSets::agrees() const {
+  if (measured.answers.empty()) return true;
+  return keeps_sets(&SetAnswer::displacement_error, &SetKindErrors::displacement) &&
+         keeps_sets(&SetAnswer::force_error, &SetKindErrors::force) &&
+         chance_of_covering(measured.displacement_covered, measured.estimated) >= kLeastChance &&
+         chance_of_covering(measured.force_covered, measured.estimated) >= kLeastChance;
+}
+
+bool KeptSets::keeps_sets(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const {
+  int within = 0;
+  int counted = 0;
+  for (const SetAnswer& answer : measured.answers) {
+    const SetKindErrors* said = of_kind(claimed, answer.kind);
+    if (said == nullptr || !answer.counts()) continue;
+    ++counted;
+    within += answer.*error <= kMostRatio * std::max((said->*claim).p95, kRounding) ? 1 : 0;
+  }
+  return chance_of_covering(within, counted) >= kLeastChance;
+}
+
 std::vector<KeptPromise> judge_pack(const OpenedPack& opened, const std::vector<SurveySample>& samples,
-                                    double max_displacement) {
+                                    double max_displacement, const SolvedSets& sets) {
   std::vector<KeptPromise> models;
   for (const ModelErrors& claimed : surveys_of(opened.tables())) {
-    models.push_back({claimed.model, claimed.table.overall,
-                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement)});
+    models.push_back({claimed.model,
+                      claimed.table.overall,
+                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement),
+                      {}});
+    if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
+    models.back().sets = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets)};
   }
   return models;
 }
 
 bool all_agree(const std::vector<KeptPromise>& models) {
-  return std::all_of(models.begin(), models.end(), [](const KeptPromise& one) { return one.agrees(); });
+  return std::all_of(models.begin(), models.end(),
+                     [](const KeptPromise& one) { return one.agrees() && one.sets.agrees(); });
 }
 
 }  // namespace palpate

@@ -22,6 +22,7 @@ MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eig
     answer.forces.emplace_back(result.force);
     answer.displacement_estimate = std::max(answer.displacement_estimate, result.displacement_error);
     answer.force_estimate = std::max(answer.force_estimate, result.force_error);
+    answer.flags |= result.flags;
   }
   answer.field = field;
   return answer;

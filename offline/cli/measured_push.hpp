@@ -1,6 +1,7 @@
 // How wrong an answer to contacts is, push by push.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct MethodAnswer {
   double displacement_estimate =
       0;  // the largest of the contacts', as the runtime gives them; 0 where it did not
   double force_estimate = 0;
+  std::uint32_t flags = 0;  // PAL_FLAG_... of any contact
 };
 using Method = std::function<MethodAnswer(const std::vector<LinearContact>& contacts)>;
 

@@ -67,7 +67,8 @@ PackContent content_of(const Model& model, const Scene& scene, const ContactSite
 namespace {
 
 // The errors of the real runtime on a pack that is complete but for them.
-std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results) {
+std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results,
+                                       const SolvedSets& sets) {
   const AlignedBytes bytes = write_pack(content);
   const OpenedPack opened(bytes);
   std::vector<SurveySample> samples;
@@ -76,6 +77,8 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
     surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement).table});
+    if (answers_sets(model) && !sets.sets.empty())
+      surveys.back().sets = survey_runtime_sets(opened, model, sets).table;
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
@@ -89,10 +92,20 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
 
 }  // namespace
 
+SolvedSets solve_surveyed_sets(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                               const RestState& rest, const SamplingPlan& plan, const SampleStore* store,
+                               const std::function<size_t()>& next) {
+  std::vector<ContactSet> sets = surveyed_sets(assembly.model(), scene, sites, plan);
+  if (sets.empty()) return {};
+  ProgressBar bar("several contacts", static_cast<int>(sets.size()));
+  return solve_drawn_sets(
+      assembly, sites, rest, std::move(sets), plan.jobs, store, [&](int done, int) { bar.show(done); }, next);
+}
+
 AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
-                                 const std::vector<SiteResult>& results, Compliance& compliance,
-                                 PackContent& content) {
-  content.surveys = survey_models(content, results);
+                                 const std::vector<SiteResult>& results, const SolvedSets& sets,
+                                 Compliance& compliance, PackContent& content) {
+  content.surveys = survey_models(content, results, sets);
   if (compliance.compressed) {
     const AlignedBytes measured = write_pack(content);
     const ComplianceErrors errors =
@@ -114,11 +127,12 @@ AlignedBytes make_pack(const Assembly& assembly, const Scene& scene, const Conta
     results = sample_sites(
         assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(done); }, rest, store);
   }
+  const SolvedSets sets = solve_surveyed_sets(assembly, scene, sites, rest, plan, store);
   std::optional<ZoneTables> zone = plan_zone(assembly.model(), scene, sites);
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
   PackContent content =
       content_of(assembly.model(), scene, sites, rest, plan, compliance, results, zone, std::move(inputs));
-  return write_surveyed_pack(assembly, rest, results, compliance, content);
+  return write_surveyed_pack(assembly, rest, results, sets, compliance, content);
 }
 
 }  // namespace palpate

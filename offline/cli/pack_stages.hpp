@@ -28,11 +28,16 @@ PackContent content_of(const Model& model, const Scene& scene, const ContactSite
                        const std::vector<SiteResult>& results, const std::optional<ZoneTables>& zone,
                        std::vector<InputFile> inputs);
 
+// The truths of surveyed_sets(), with a progress bar; `next` as solve_drawn_sets() has it.
+SolvedSets solve_surveyed_sets(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                               const RestState& rest, const SamplingPlan& plan, const SampleStore* store,
+                               const std::function<size_t()>& next = {});
+
 // The bytes of a pack that is complete but for its surveys and what its compressed compliance is worth: both are
 // measured here, by the real runtime, and put into `content` and `compliance`.
 AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
-                                 const std::vector<SiteResult>& results, Compliance& compliance,
-                                 PackContent& content);
+                                 const std::vector<SiteResult>& results, const SolvedSets& sets,
+                                 Compliance& compliance, PackContent& content);
 
 // As `palpate build` makes it, but that models come from the scene alone. `store`: what it has is not solved again;
 // null: nothing is kept.

@@ -1,5 +1,6 @@
 #include "offline/cli/runtime_survey.hpp"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -22,15 +23,58 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   return survey;
 }
 
+std::vector<std::uint32_t> all_sites(const OpenedPack& opened) {
+  std::vector<std::uint32_t> sites(opened.info().num_sites);
+  std::iota(sites.begin(), sites.end(), 0u);
+  return sites;
+}
+
+// As the runtime has it (ErrorSurvey in schemas/pack.fbs).
+double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
+  const std::span<const double> scale =
+      opened.segment<double>(*opened.tables().nonlinear_zone()->force_scale());
+  double load = 0;
+  for (size_t c = 0; c < set.contacts.size(); ++c)
+    load = std::max(load, answer.forces[c].norm() / scale[set.contacts[c].site]);
+  return load;
+}
+
 }  // namespace
+
+RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved) {
+  RuntimeSetSurvey survey;
+  size_t most_contacts = 1;
+  for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
+  ModelUnitSession session(opened, model, static_cast<std::uint32_t>(most_contacts), 0);
+  const Method method = runtime_method(session, all_sites(opened));
+  for (size_t i = 0; i < solved.sets.size(); ++i) {
+    const ContactTruth& truth = solved.truths[i];
+    const MethodAnswer answer = method(truth.contacts);
+    SetAnswer& said = survey.answers.emplace_back();
+    said.kind = solved.sets[i].kind;
+    said.is_solved = truth.solved;
+    said.is_flagged = answer.flags != 0;
+    if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
+    if (truth.solved) {
+      const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
+      said.displacement_error = push.displacement_error;
+      said.force_error = push.force_error;
+    }
+    if (said.is_flagged || model != PAL_MODEL_ZONE) continue;
+    ++survey.estimated;
+    survey.displacement_covered += said.displacement_error <= answer.displacement_estimate ? 1 : 0;
+    survey.force_covered += said.force_error <= answer.force_estimate ? 1 : 0;
+  }
+  survey.table = tabulate_sets(survey.answers);
+  if (model != PAL_MODEL_ZONE) survey.table.displacement_bound = survey.table.force_bound = 0;
+  return survey;
+}
 
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement) {
   ModelUnitSession session(opened, model, 1, 0);
-  std::vector<std::uint32_t> sites(opened.info().num_sites);
-  std::iota(sites.begin(), sites.end(), 0u);
   std::vector<MeasuredPush> pushes =
-      measure_pushes(truths_of(samples), runtime_method(session, std::move(sites)));
+      measure_pushes(truths_of(samples), runtime_method(session, all_sites(opened)));
   if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
     return survey_of(samples, pushes, max_displacement);
   const auto polynomials = opened.segment<pack::PolynomialSite>(*opened.tables().polynomial_dd()->sites());

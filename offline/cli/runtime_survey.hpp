@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "offline/cli/measured_push.hpp"
-#include "offline/precompute/error_survey.hpp"
+#include "offline/precompute/set_survey.hpp"
 
 namespace palpate {
 
@@ -23,5 +23,23 @@ struct RuntimeSurvey {
 // frame a sample.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement);
+
+// Of sets of several contacts.
+struct RuntimeSetSurvey {
+  SetSurvey table;
+  std::vector<SetAnswer> answers;  // to each set
+  // Of nonlinear_zone, which alone estimates them: those without a flag, and of them those whose error is within that.
+  int estimated = 0;
+  int displacement_covered = 0;
+  int force_covered = 0;
+};
+
+// Of linear_dd or nonlinear_zone. Throws as survey_runtime() does.
+RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved);
+
+// Whether a model answers several contacts at once.
+inline bool answers_sets(pal_model model) {
+  return model == PAL_MODEL_LINEAR || model == PAL_MODEL_ZONE;
+}
 
 }  // namespace palpate

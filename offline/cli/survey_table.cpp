@@ -38,13 +38,37 @@ SurveyBin bin_of(const pack::ErrorBin& bin) {
       {bin.force_median(), bin.force_p95(), bin.force_max(), bin.force_bound()}};
 }
 
+SetSurvey sets_of(const pack::ErrorSurvey& survey) {
+  SetSurvey sets;
+  sets.displacement_bound = survey.set_displacement_bound();
+  sets.force_bound = survey.set_force_bound();
+  if (survey.sets() == nullptr) return sets;
+  for (const pack::SetErrors* errors : *survey.sets()) {
+    for (const SetKind kind :
+         {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near, SetKind::three_apart}) {
+      if (static_cast<std::uint32_t>(num_contacts_of(kind)) != errors->contacts() ||
+          is_near(kind) != (errors->near() != 0))
+        continue;
+      sets.kinds.push_back(
+          {kind,
+           static_cast<int>(errors->sets()),
+           static_cast<int>(errors->unsolved()),
+           static_cast<int>(errors->flagged()),
+           {errors->displacement_median(), errors->displacement_p95(), errors->displacement_max(), 0},
+           {errors->force_median(), errors->force_p95(), errors->force_max(), 0}});
+    }
+  }
+  return sets;
+}
+
 }  // namespace
 
 std::vector<ModelErrors> surveys_of(const pack::Pack& tables) {
   std::vector<ModelErrors> surveys;
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     if (survey->model() > pack::ResponseModel::MAX) continue;  // of a model that a later builder knows
-    ModelErrors errors = {pack::EnumNameResponseModel(survey->model()), runtime_model(survey->model()), {}};
+    ModelErrors errors = {
+        pack::EnumNameResponseModel(survey->model()), runtime_model(survey->model()), {}, sets_of(*survey)};
     for (unsigned i = 0; i < std::min(survey->bins()->size(), pack::kSurveyBins); ++i)
       errors.table.bins[i] = bin_of(*survey->bins()->Get(i));
     errors.table.overall = bin_of(*survey->overall());
@@ -66,6 +90,43 @@ std::string survey_text(const std::vector<ModelErrors>& surveys) {
   return text;
 }
 
+std::string set_survey_text(const std::vector<ModelErrors>& surveys) {
+  std::string text;
+  for (const ModelErrors& survey : surveys) {
+    for (const SetKindErrors& kind : survey.sets.kinds) {
+      text += fmt::format(
+          "  {:<14} {:<10} {:>4} {:>8} {:>8}   {:8.4f} {:8.4f} {:8.4f}   {:8.4f} {:8.4f} {:8.4f}\n",
+          survey.model, words_for(kind.kind), kind.sets, kind.flagged, kind.unsolved,
+          100 * kind.displacement.median, 100 * kind.displacement.p95, 100 * kind.displacement.max,
+          100 * kind.force.median, 100 * kind.force.p95, 100 * kind.force.max);
+    }
+  }
+  if (text.empty()) return text;
+  return "Errors of several contacts at once, each pushed at random as far as the scene goes, percent\n"
+         "                                     no equi-            displacement                     force\n"
+         "  model          contacts   sets  flagged librium     median      p95      max     median      p95 "
+         "     "
+         "max\n" +
+         text;
+}
+
+nlohmann::json set_survey_json(const SetSurvey& sets) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const SetKindErrors& kind : sets.kinds) {
+    const auto figures = [](const ErrorFigures& errors) -> nlohmann::json {
+      return {{"median", errors.median}, {"p95", errors.p95}, {"max", errors.max}};
+    };
+    json.push_back({{"contacts", num_contacts_of(kind.kind)},
+                    {"near", is_near(kind.kind)},
+                    {"sets", kind.sets},
+                    {"flagged", kind.flagged},
+                    {"without_equilibrium", kind.unsolved},
+                    {"displacement", figures(kind.displacement)},
+                    {"force", figures(kind.force)}});
+  }
+  return json;
+}
+
 nlohmann::json survey_json(const SurveyTable& table) {
   nlohmann::json bins = nlohmann::json::array();
   for (const SurveyBin& bin : table.bins) bins.push_back(row_json(bin));
@@ -74,7 +135,10 @@ nlohmann::json survey_json(const SurveyTable& table) {
 
 nlohmann::json survey_json(const std::vector<ModelErrors>& surveys) {
   nlohmann::json json = nlohmann::json::object();
-  for (const ModelErrors& survey : surveys) json[survey.model] = survey_json(survey.table);
+  for (const ModelErrors& survey : surveys) {
+    json[survey.model] = survey_json(survey.table);
+    if (!survey.sets.kinds.empty()) json[survey.model]["several"] = set_survey_json(survey.sets);
+  }
   return json;
 }
 

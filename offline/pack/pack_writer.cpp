@@ -416,6 +416,21 @@ flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::
                               bin.force.bound);
 }
 
+pack::SetErrors packed(const SetKindErrors& errors) {
+  return {static_cast<uint32_t>(num_contacts_of(errors.kind)),
+          is_near(errors.kind) ? 1u : 0u,
+          static_cast<uint32_t>(errors.sets),
+          static_cast<uint32_t>(errors.unsolved),
+          static_cast<uint32_t>(errors.flagged),
+          0,
+          errors.displacement.median,
+          errors.displacement.p95,
+          errors.displacement.max,
+          errors.force.median,
+          errors.force.p95,
+          errors.force.max};
+}
+
 pack::ResponseModel schema_model(SurveyedModel model) {
   switch (model) {
     case SurveyedModel::linear_dd:
@@ -580,7 +595,17 @@ AlignedBytes write_pack(const PackContent& content) {
       std::vector<flatbuffers::Offset<pack::ErrorBin>> bins;
       for (const SurveyBin& bin : survey.table.bins) bins.push_back(table_of(bin, builder));
       const auto overall = table_of(survey.table.overall, builder);
-      surveys.push_back(pack::CreateErrorSurveyDirect(builder, schema_model(survey.model), &bins, overall));
+      std::vector<pack::SetErrors> sets;
+      uint32_t most_contacts = 0;
+      for (const SetKindErrors& kind : survey.sets.kinds) {
+        sets.push_back(packed(kind));
+        most_contacts = std::max(most_contacts, sets.back().contacts());
+      }
+      // Where every answer had a flag there is nothing to estimate from.
+      if (!(survey.sets.displacement_bound > 0)) most_contacts = 0;
+      surveys.push_back(pack::CreateErrorSurveyDirect(
+          builder, schema_model(survey.model), &bins, overall, sets.empty() ? nullptr : &sets, most_contacts,
+          survey.sets.displacement_bound, survey.sets.force_bound));
     }
     std::vector<flatbuffers::Offset<pack::FrameCost>> costs;
     for (const FrameCost& cost : count_frame_costs(content)) {

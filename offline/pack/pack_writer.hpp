@@ -11,6 +11,7 @@
 #include "offline/precompute/compressed_compliance.hpp"
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/nonlinear_zone.hpp"
+#include "offline/precompute/set_survey.hpp"
 #include "offline/precompute/site_survey.hpp"
 
 namespace palpate {
@@ -20,6 +21,7 @@ enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site
 struct ModelSurvey {
   SurveyedModel model;
   SurveyTable table;
+  SetSurvey sets = {};  // of several contacts; empty where the model answers one
 };
 
 // Everything that goes into a pack; the references must outlive the call that reads them.

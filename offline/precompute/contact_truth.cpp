@@ -37,30 +37,38 @@ Eigen::Vector3d patch_force(const Assembly& assembly, const RestState& rest, con
   return force;
 }
 
+ContactTruth solve_contact_set(StaticSolver& solver, const ContactSites& sites, const RestState& rest,
+                               const std::vector<LinearContact>& contacts, long& iterations) {
+  const Assembly& assembly = solver.assembly();
+  const Model& model = assembly.model();
+  const Eigen::VectorXd at_rest = rest.displacement_of(model);
+  ContactTruth truth;
+  truth.contacts = contacts;
+  std::vector<LinearContact> untouched = contacts;
+  for (LinearContact& contact : untouched) contact.displacement.setZero();
+  Eigen::VectorXd u = at_rest;
+  solver.forget_factor();
+  const SolveReport report = solver.ramp(held_patches(model, sites, rest, untouched),
+                                         held_patches(model, sites, rest, contacts), u, SolverSettings());
+  iterations += report.iterations;
+  truth.solved = report.converged;
+  if (!truth.solved) return truth;
+  truth.field = packed_rows(sites, u - at_rest);
+  for (const LinearContact& contact : contacts)
+    truth.forces.push_back(patch_force(assembly, rest, sites.sites[contact.site], u));
+  return truth;
+}
+
 std::vector<ContactTruth> solve_contact_sets(const Assembly& assembly, const ContactSites& sites,
                                              const std::vector<std::vector<LinearContact>>& sets, int jobs,
                                              const RestState& rest,
                                              const std::function<void(int, int)>& progress) {
-  const Model& model = assembly.model();
-  const Eigen::VectorXd at_rest = rest.displacement_of(model);
   std::vector<ContactTruth> truths(sets.size());
   for_each_on_threads(
       assembly, sets.size(), jobs,
       [&](StaticSolver& solver, size_t i) {
-        ContactTruth& truth = truths[i];
-        truth.contacts = sets[i];
-        std::vector<LinearContact> untouched = sets[i];
-        for (LinearContact& contact : untouched) contact.displacement.setZero();
-        Eigen::VectorXd u = at_rest;
-        solver.forget_factor();
-        truth.solved = solver
-                           .ramp(held_patches(model, sites, rest, untouched),
-                                 held_patches(model, sites, rest, sets[i]), u, SolverSettings())
-                           .converged;
-        if (!truth.solved) return;
-        truth.field = packed_rows(sites, u - at_rest);
-        for (const LinearContact& contact : sets[i])
-          truth.forces.push_back(patch_force(assembly, rest, sites.sites[contact.site], u));
+        long iterations = 0;
+        truths[i] = solve_contact_set(solver, sites, rest, sets[i], iterations);
       },
       progress);
   return truths;

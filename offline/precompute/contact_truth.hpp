@@ -27,8 +27,12 @@ LoadCase held_patches(const Model& model, const ContactSites& sites, const RestS
 Eigen::Vector3d patch_force(const Assembly& assembly, const RestState& rest, const ContactSite& site,
                             const Eigen::VectorXd& u);
 
+// The truth of one set of contacts: all displacements ramp together from rest. Adds to `iterations` what that took.
+ContactTruth solve_contact_set(StaticSolver& solver, const ContactSites& sites, const RestState& rest,
+                               const std::vector<LinearContact>& contacts, long& iterations);
+
 // The truth of each set of contacts, in their order, on `jobs` threads; the result does not depend on how many.
-// All displacements ramp together from rest. `progress` gets sets done, total, never from two threads at once.
+// `progress` gets sets done, total, never from two threads at once.
 std::vector<ContactTruth> solve_contact_sets(const Assembly& assembly, const ContactSites& sites,
                                              const std::vector<std::vector<LinearContact>>& sets, int jobs,
                                              const RestState& rest,

@@ -18,11 +18,11 @@ double chance_of(int k, int n) {
                   k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
 }
 
-ErrorFigures figures(const std::vector<double>& errors) {
+}  // namespace
+
+ErrorFigures figures_of(const std::vector<double>& errors) {
   return {quantile(errors, 0.5), quantile(errors, 0.95), quantile(errors, 1.0), covering_bound(errors)};
 }
-
-}  // namespace
 
 double covering_bound(std::vector<double> values) {
   if (values.empty()) return 1;
@@ -94,8 +94,8 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
       bin.to = static_cast<double>(i + 1) / kSurveyBins;
     }
     bin.samples = static_cast<int>(displacement_errors[static_cast<size_t>(i)].size());
-    bin.displacement = figures(displacement_errors[static_cast<size_t>(i)]);
-    bin.force = figures(force_errors[static_cast<size_t>(i)]);
+    bin.displacement = figures_of(displacement_errors[static_cast<size_t>(i)]);
+    bin.force = figures_of(force_errors[static_cast<size_t>(i)]);
   }
   return table;
 }

@@ -22,6 +22,9 @@ struct ErrorFigures {
   double bound = 0;
 };
 
+// Of none: 1 each.
+ErrorFigures figures_of(const std::vector<double>& errors);
+
 struct SurveyBin {
   double from = 0;  // of |d| / max_displacement; samples in (from, to]
   double to = 1;

@@ -177,4 +177,9 @@ std::filesystem::path SampleStore::file_of(int label) const {
   return folder_ / fmt::format("{}.samples", label);
 }
 
+SampleStore::Place SampleStore::place_of(std::string_view set) const {
+  const std::uint64_t hash = XXH3_64bits_withSeed(set.data(), set.size(), key_);
+  return {folder_ / fmt::format("set-{:016x}.samples", hash), hash};
+}
+
 }  // namespace palpate

@@ -2,6 +2,7 @@
 // degree or precision solves nothing twice.
 //
 //   FOLDER/KEY/LABEL.samples     KEY: hash of all that the solves of a scene depend on; LABEL: the site's node
+//   FOLDER/KEY/set-HASH.samples  a set of several contacts; HASH: of its sites and displacements
 //
 // A file is a sequence of records, each with its checksum; what a kill or a full disk left half written at its end is
 // not seen, and overwritten. Fields are kept in single precision, 7 digits, and used so by whoever solved them: a build
@@ -22,10 +23,10 @@ namespace palpate {
 
 // What a solve was asked for.
 struct PushRequest {
-  enum class Kind : std::uint32_t { sample = 1, survey = 2, series = 3 };
+  enum class Kind : std::uint32_t { sample = 1, survey = 2, series = 3, set = 4 };
   Kind kind = Kind::sample;
-  int increments = 0;  // of a survey's path from rest
-  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  int increments = 0;                                      // of a survey's path from rest
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // of a set: of its first contact
 };
 
 enum class PushOutcome : std::uint32_t {
@@ -43,7 +44,7 @@ struct SolvedPush {
   std::vector<float> fields;
 };
 
-// The solves of one site. Not thread-safe.
+// The solves of one site, or of one set of contacts. Not thread-safe.
 class SampleFile {
  public:
   // Reads what is there and was kept under the same `binding`: what else it depends on. Throws std::runtime_error
@@ -87,6 +88,13 @@ class SampleStore {
   std::filesystem::path file_of(int label) const;
   std::uint64_t binding_of(
       int label) const;  // a file of another site or scene, copied here, is not taken for it
+
+  // Of a set of several contacts, told from others by these bytes.
+  struct Place {
+    std::filesystem::path file;
+    std::uint64_t binding;
+  };
+  Place place_of(std::string_view set) const;
 
  private:
   std::filesystem::path folder_;

@@ -17,6 +17,15 @@ constexpr double kLeastJacobian = 0.1;
 
 }  // namespace
 
+SolveCounts& SolveCounts::operator+=(const SolveCounts& other) {
+  reused += other.reused;
+  solves += other.solves;
+  not_kept += other.not_kept;
+  iterations += other.iterations;
+  factorizations += other.factorizations;
+  return *this;
+}
+
 SiteSampler::SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
                          const RestState& rest_state, SampleFile* kept)
     : solver_(&solver),

@@ -35,6 +35,8 @@ struct SolveCounts {
   long not_kept = 0;  // of the solves, for want of room on the disk
   long iterations = 0;
   long factorizations = 0;
+
+  SolveCounts& operator+=(const SolveCounts& other);
 };
 
 // Solves the tool displacements of one site one after the other.

@@ -286,13 +286,7 @@ size_t num_sampled(const std::vector<SiteResult>& results) {
 
 SolveCounts sum_of_counts(const std::vector<SiteResult>& results) {
   SolveCounts sum;
-  for (const SiteResult& result : results) {
-    sum.reused += result.counts.reused;
-    sum.solves += result.counts.solves;
-    sum.not_kept += result.counts.not_kept;
-    sum.iterations += result.counts.iterations;
-    sum.factorizations += result.counts.factorizations;
-  }
+  for (const SiteResult& result : results) sum += result.counts;
   return sum;
 }
 

@@ -23,6 +23,7 @@ struct SamplingPlan {
   bool fewest = false;     // sites are sampled: those where affine_site does not keep the target
   bool rounded = false;    // the basis of the field, to int16
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
+  int survey_sets = 0;     // of several contacts (contact_sets.hpp)
   int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
   int jobs = 1;            // threads; the result does not depend on it
   // Further fits to each site's samples. Of degree 7 they take 14 samples or more.

@@ -269,7 +269,11 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
       from = bin->to();
       view.bins[view.num_bins++] = {bin->to(), bin->displacement_bound(), bin->force_bound()};
     }
-    if (from != 1.0) return false;
+    view.most_contacts = survey->most_contacts();
+    view.set_displacement_bound = survey->set_displacement_bound();
+    view.set_force_bound = survey->set_force_bound();
+    if (from != 1.0 || !is_error(view.set_displacement_bound) || !is_error(view.set_force_bound))
+      return false;
   }
   return true;
 }

@@ -75,6 +75,31 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   }
 }
 
+// The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them: what 95 %
+// of errors of such sets stay below, over their loads (ErrorSurvey in schemas/pack.fbs), or what one contact of that size has,
+// if that is more. A flag of one is a doubt about all.
+void estimate_set_errors(const pal_session& session, uint32_t count, double load,
+                         pal_contact_result* results) {
+  const pal_pack& pack = *session.pack;
+  const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
+  const double* largest = session.displacements;
+  pal_contact_result of_set = {};
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = session.displacements + size_t{3} * c;
+    if (length(d) > length(largest)) largest = d;
+    of_set.flags |= results[c].flags;
+  }
+  const bool surveyed = session.zone.rings == pack.zone_rings && count <= survey.most_contacts;
+  estimate_errors(pack, PAL_MODEL_ZONE, surveyed, largest, of_set);
+  const auto at_least = [&](double bound, double error) {
+    return fmin(kUnknownError, fmax(error, bound * load));
+  };
+  for (uint32_t c = 0; c < count; ++c) {
+    results[c].displacement_error = at_least(survey.set_displacement_bound, of_set.displacement_error);
+    results[c].force_error = at_least(survey.set_force_bound, of_set.force_error);
+  }
+}
+
 // Turns given forces into model units, cutting those that would move their contact alone by an absurd
 // displacement.
 uint32_t take_forces(const pal_session& session, const pal_contact& contact, uint32_t index, double* out) {
@@ -251,8 +276,11 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   double largest = 0;
   for (uint32_t c = 0; c < count; ++c) largest = fmax(largest, length(session.displacements + size_t{3} * c));
   bool is_beyond = false;
-  for (uint32_t c = 0; c < count && count > 1; ++c)
+  double load = 0;
+  for (uint32_t c = 0; c < count && count > 1; ++c) {
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
+    load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
+  }
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -263,8 +291,8 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
       result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // Surveyed were single contacts with all rings, once they had come to rest.
-    estimate_errors(pack, PAL_MODEL_ZONE, count == 1 && session.zone.rings == pack.zone_rings, d, result);
+    // Surveyed were contacts with all rings, once they had come to rest.
+    estimate_errors(pack, PAL_MODEL_ZONE, session.zone.rings == pack.zone_rings, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = set.force[3 * c + i] * pack.newtons;
       result.displacement[i] = set.followed[3 * c + i] * pack.metres;
@@ -272,6 +300,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
         result.stiffness[i][j] = set.stiffness[3 * c + i][3 * c + j] * (pack.newtons / pack.metres);
     }
   }
+  if (count > 1) estimate_set_errors(session, count, load, results);
 }
 
 // The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.

@@ -640,6 +640,17 @@ TEST_F(Contradiction, Surveys) {
   broken = survey;
   broken.table.bins.back().to = 0.9;  // not the whole range
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  ModelSurvey sets = survey;
+  sets.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
+  sets.sets.displacement_bound = sets.sets.force_bound = 0.1;
+  EXPECT_EQ(written({sets}), PAL_STATUS_OK);
+  for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    sets.sets.displacement_bound = bad;
+    EXPECT_EQ(written({sets}), PAL_STATUS_CORRUPT_CONTENT) << bad;
+    std::swap(sets.sets.displacement_bound, sets.sets.force_bound);
+    EXPECT_EQ(written({sets}), PAL_STATUS_CORRUPT_CONTENT) << bad;
+    std::swap(sets.sets.displacement_bound, sets.sets.force_bound);
+  }
 }
 
 TEST_F(Contradiction, InwardNormals) {

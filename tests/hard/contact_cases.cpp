@@ -143,16 +143,18 @@ std::vector<Answer> fixed_while_running(bool within_patch, double part) {
 }  // namespace
 
 Group contact_cases() {
-  Group group{"contact",
-              "Contacts",
-              "A block of 5 x 5 x 5 cells with sixteen sites on its top, each a patch that shares nodes with "
-              "its neighbours' or a node "
-              "alone, pushed by parts of an edge. A node of several contacts follows their mean, in the full "
-              "solve, too. Surveys "
-              "have no sets of contacts: every answer to one says that its error is not known, and zones "
-              "flag forces that their "
-              "outside was not made for.",
-              {}};
+  Group group{
+      "contact",
+      "Contacts",
+      "A block of 5 x 5 x 5 cells with sixteen sites on its top, each a patch that shares nodes with "
+      "its neighbours' or a node "
+      "alone, pushed by parts of an edge. A node of several contacts follows their mean, in the full "
+      "solve, too. Estimates "
+      "of zones are those of surveyed sets of two and three contacts whose patches share no node; of more "
+      "of them, of patches that share "
+      "nodes, and of the linear model errors are not known, and zones flag forces that their outside "
+      "was not made for.",
+      {}};
   const auto add = [&](const std::string& name, const std::string& hard, auto run,
                        const std::string& limit = "") {
     group.cases.push_back({"contact",

@@ -19,6 +19,7 @@ Group large_strain_cases();
 Group material_cases();
 Group mesh_cases();
 Group contact_cases();
+Group slender_cases();
 Group session_cases();
 Group unsampled_cases();
 Group unit_cases();

@@ -76,6 +76,61 @@ TEST(Build, GoesOnAfterItWasKilled) {
   EXPECT_TRUE(file_text(files.pack) == whole);
 }
 
+// Sets of several contacts are solved once, kept, and told of: by the build, by `info`, and measured anew by `validate`.
+TEST(Build, SurveysSeveralContacts) {
+  const SceneFiles files(
+      "[contact]\nsites = [50, 52, 55, 57, 62, 64]\nmax_displacement = 0.02\ntip_radius = 0.07\n"
+      "max_contacts = 3\n[models]\npolynomial = false\n",
+      block_inp(3));
+  const std::vector<std::string> command = {
+      "build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1", "--json"};
+  const ProgramRun run = run_program(command);
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  const std::string whole = file_text(files.pack);
+  const nlohmann::json info = run_cleanly({"info", files.pack.string(), "--json"}).json();
+  const nlohmann::json& several = info["errors"]["linear_dd"]["several"];
+  ASSERT_EQ(several.size(), 4U) << info["errors"];
+  int sets = 0;
+  for (const nlohmann::json& kind : several) {
+    sets += kind["sets"].get<int>();
+    EXPECT_LE(kind["displacement"]["median"], kind["displacement"]["p95"]);
+    EXPECT_GT(kind["force"]["median"].get<double>(), 0);
+  }
+  EXPECT_EQ(sets, 60);
+  EXPECT_EQ(several[0]["contacts"], 2);
+  EXPECT_EQ(several[0]["near"], true);
+  const std::string text = run_cleanly({"info", files.pack.string()}).out;
+  for (const char* words : {"2 near", "2 anywhere", "3 near", "3 apart"})
+    EXPECT_NE(text.find(words), std::string::npos) << words << " is not in\n" << text;
+
+  // Of those that were kept half are lost, as by a kill: the others are not solved again, and nothing changes.
+  std::vector<std::filesystem::path> kept;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(files.pack.string() + ".samples")) {
+    if (entry.path().filename().string().starts_with("set-")) kept.push_back(entry.path());
+  }
+  ASSERT_EQ(kept.size(), 60U);
+  for (size_t i = 0; i < kept.size(); i += 2) std::filesystem::remove(kept[i]);
+  std::filesystem::remove(files.pack);
+  std::vector<std::string> threads = command;
+  threads[5] = "2";
+  const nlohmann::json resumed = run_cleanly(threads).json();
+  EXPECT_EQ(resumed["solves"], 30);
+  EXPECT_TRUE(file_text(files.pack) == whole);
+  EXPECT_EQ(run_cleanly(command).json()["solves"], 0);
+
+  const ProgramRun validated =
+      run_program({"validate", files.pack.string(), "--samples", "16", "--sets", "32", "--json"});
+  ASSERT_EQ(validated.exit_code, 0) << validated.out;
+  const nlohmann::json json = validated.json();
+  EXPECT_EQ(json["sets"], 32);
+  for (const nlohmann::json& kind : json["models"]["linear_dd"]["several"]) {
+    EXPECT_EQ(kind["sets"], 8);
+    EXPECT_GT(kind["p95_ratio"]["force"].get<double>(), 0);
+  }
+  EXPECT_FALSE(json["models"]["linear_dd"].contains("several_within_estimate")) << "it estimates none";
+  EXPECT_GE(json["models"]["nonlinear_zone"]["several_within_estimate"]["displacement"].get<double>(), 0.85);
+}
+
 TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
   const SceneFiles files;
   const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",

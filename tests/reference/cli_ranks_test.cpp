@@ -8,7 +8,8 @@ namespace palpate::test {
 namespace {
 
 const std::string kTop =
-    "[contact]\nsites = [19, 20, 21, 22, 23, 24, 25, 26, 27]\nmax_displacement = 0.02\ntip_radius = 0.13\n";
+    "[contact]\nsites = [19, 20, 21, 22, 23, 24, 25, 26, 27]\nmax_displacement = 0.02\ntip_radius = 0.13\n"
+    "max_contacts = 2\n";
 
 class RankBuild : public ::testing::Test {
  protected:

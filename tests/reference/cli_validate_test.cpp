@@ -61,6 +61,32 @@ TEST(Validate, APackThatPromisesTooMuchIsFoundOut) {
   EXPECT_LT(run.json()["models"]["polynomial_dd"]["within_estimate"]["force"].get<double>(), 0.95);
 }
 
+// What it says of several contacts, too.
+TEST(Validate, APackThatPromisesTooMuchOfSeveralContactsIsFoundOut) {
+  const SceneFiles files(
+      "[contact]\nsites = [50, 52, 55, 57, 62, 64]\nmax_displacement = 0.02\ntip_radius = 0.07\n"
+      "max_contacts = 2\n[models]\npolynomial = false\nzone = false\n",
+      block_inp(3));
+  ASSERT_EQ(files.build().exit_code, 0);
+  forge(files.pack, [](pack::Pack& tables) {
+    for (const pack::ErrorSurvey* survey : *tables.surveys()) {
+      for (const pack::SetErrors* errors : *survey->sets()) {
+        // Of six counts and six figures the second: the displacement's p95.
+        constexpr size_t kP95 = 6 * sizeof(std::uint32_t) + sizeof(double);
+        const double less = errors->displacement_p95() / 10;
+        std::memcpy(reinterpret_cast<char*>(const_cast<pack::SetErrors*>(errors)) + kP95, &less, sizeof less);
+      }
+    }
+  });
+  const ProgramRun run = validate(files.pack, "32", "1");
+  EXPECT_EQ(run.exit_code, 2) << run.out;
+  const nlohmann::json model = run.json()["models"]["linear_dd"];
+  EXPECT_EQ(model["agrees"], false);
+  EXPECT_GT(model["several"][0]["p95_ratio"]["displacement"].get<double>(), 2);
+  EXPECT_LE(model["p95_ratio"]["displacement"].get<double>(), 1.5)
+      << "of single contacts it says what is true";
+}
+
 // A model in a folder beside the scene's, and a file that it includes.
 TEST(Validate, InputsInSeveralFoldersComeAlong) {
   const SceneFiles files;

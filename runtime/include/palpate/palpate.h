@@ -388,9 +388,9 @@ typedef struct pal_contact_result {
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
-  /* Estimate: the largest error of any shown node, as a fraction of |displacement|: what 95 % of errors at
-   * this |displacement| stay below, by the pack's survey (ErrorBin in schemas/pack.fbs); 1 where nothing was
-   * measured. */
+  /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 %
+   * of such errors stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs); 1 where nothing was
+   * measured, of several contacts by linear_dd, and of all of them where one has a flag. */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force| */
 } pal_contact_result;

@@ -1,0 +1,109 @@
+// An organ that bends: a bar nine times as long as it is thick, clamped at one end. Little of it is strained much, but its far
+// end turns and comes nearer, which the organ outside of a zone does to third order in the force only.
+#include <fmt/core.h>
+
+#include "tests/hard/hard_bodies.hpp"
+#include "tests/hard/hard_cases.hpp"
+
+namespace palpate::hard {
+namespace {
+
+constexpr double kLength = 9;  // of unit thickness
+constexpr int kMostRings = 3;
+constexpr double kFollowed = 0.05;  // of the length
+
+Model slender_bar() {
+  test::BlockShape shape;
+  shape.cells = {18, 2, 2};
+  shape.size = {kLength, 1, 1};
+  shape.law = kTissue;
+  Model model = test::tetrahedral_block(shape);
+  for (const int node : test::nodes_on_plane(model, 0, 0.0)) {
+    for (int axis = 0; axis < 3; ++axis) model.fixed.push_back({node, axis, 0.0});
+  }
+  return model;
+}
+
+// Four sites on its upper side, from the middle of its length to near its end; pushed by up to so much.
+const Organ& bar_with_zones(double most, int rings) {
+  return shared_organ(fmt::format("slender {} {}", most, rings), [&] {
+    OrganSpec spec;
+    spec.model = slender_bar();
+    for (const int node : test::nodes_on_plane(spec.model, 2, 1.0)) {
+      const Eigen::Vector3d& at = spec.model.positions[static_cast<size_t>(node)];
+      const double along = std::abs(at.x() - std::round(at.x()));
+      if (std::abs(at.y() - 0.5) < 0.1 && at.x() > 4.5 && at.x() < 8.5 && along < 0.1)
+        spec.sites.push_back(node);
+    }
+    spec.max_displacement = most;
+    spec.tip_radius = 0.55;
+    spec.max_contacts = 1;
+    spec.zone_rings = rings;
+    spec.polynomial = false;
+    spec.survey_samples = 8;
+    return spec;
+  });
+}
+
+// Its end and its middle pushed down, up, aside and askew.
+std::vector<std::vector<pal_contact>> bending_pushes(const Organ& organ, double size) {
+  std::vector<std::vector<pal_contact>> pushes;
+  for (const double x : {8.0, 5.0}) {
+    const std::uint32_t site = organ.site_near({x, 0.5, 1});
+    for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 0, 1),
+                                         Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0.6, -0.8)})
+      pushes.push_back({push(site, size * along)});
+  }
+  return pushes;
+}
+
+// Zones of two rings, which answer by default; the linear model; zones of fewer and of more rings.
+std::vector<Answer> bent(double size, const Bar& bar) {
+  const Organ& usual = bar_with_zones(size, 2);
+  std::vector<std::vector<Answer>> sets;
+  for (const std::vector<pal_contact>& contacts : bending_pushes(usual, size)) {
+    const Truth truth = usual.solve(contacts, 16);
+    if (!truth.solved) continue;
+    std::vector<Answer>& answers = sets.emplace_back();
+    answers.push_back(usual.ask(PAL_MODEL_AUTO, contacts, truth));
+    answers.push_back(usual.ask(PAL_MODEL_LINEAR, contacts, truth));
+    answers.back().force_error = Answer::kNotMeasured;
+    for (int rings = 1; rings <= kMostRings; ++rings) {
+      answers.push_back(bar_with_zones(size, rings).ask(PAL_MODEL_ZONE, contacts, truth));
+      answers.back().by += fmt::format(", {} ring{}", rings, rings > 1 ? "s" : "");
+    }
+  }
+  return worst_of(sets, bar);
+}
+
+}  // namespace
+
+Group slender_cases() {
+  Group group{
+      "slender",
+      "An organ that bends",
+      "A bar nine times as long as it is thick, clamped at one end, with sites along the far half of its "
+      "upper side: its end and its middle pushed down, up, aside and askew, by parts of its length as far as "
+      "its pack goes. Packs with zones of one to three rings, beside full solves in sixteen increments. What "
+      "the "
+      "linear model says of forces is left out: estimates are of parts of the largest force, which is that "
+      "along "
+      "the bar, and do not tell how wrong it is of the far smaller ones that bend it: 60 % at 3 % of the "
+      "length.",
+      {}};
+  const Bar bar = {0.02, 0.02};
+  const std::string limit =
+      "outside of a zone an organ that bends answers to third order in the force, which its end no longer "
+      "follows where it has turned by a large angle; more rings do not help";
+  for (const double part : {0.03, 0.08, 0.2}) {
+    const double size = part * kLength;
+    group.cases.push_back(
+        {"slender", fmt::format("bent_{:02.0f}", 100 * part),
+         fmt::format("a bar bent by {:.0f} % of its length, {:.2g} times its thickness", 100 * part, size),
+         bar, part > kFollowed ? Expected::limit : Expected::answer, part > kFollowed ? limit : "",
+         [size, bar] { return bent(size, bar); }});
+  }
+  return group;
+}
+
+}  // namespace palpate::hard

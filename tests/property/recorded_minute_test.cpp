@@ -1,0 +1,162 @@
+// A minute at 1 kHz with three tools that slide, lift, jump and are late, answered by zones over most of it: made again
+// from its recording it gives every number of every result to the bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Of the suite; PALPATE_RECORDED_SECONDS=60 is the whole minute.
+constexpr int kSeconds = 4;
+
+int num_frames() {
+  const char* seconds = std::getenv("PALPATE_RECORDED_SECONDS");
+  return 1000 * (seconds != nullptr ? std::max(1, std::atoi(seconds)) : kSeconds);
+}
+
+pal_session_config minute_config(const OpenPack& pack) {
+  pal_session_config config = pal_default_session_config(pack.get());
+  config.max_tools = 3;
+  config.max_contacts = 3;
+  config.max_force = 200;
+  // What contacts that change need is made ready over several frames, counted in multiply-adds.
+  config.budget_seconds = 40e-6;
+  config.seconds_per_operation = 2e-10;
+  return config;
+}
+
+struct Played {
+  int frames_of_zones = 0;
+  uint32_t flags = 0;                    // any that was raised
+  std::vector<pal_tool_result> results;  // of all frames, those of three tools
+};
+
+// Tool 0 slides: from site to site without leaving the surface, at a depth that breathes. Tool 1 taps: down on what is below
+// it, on into the tissue and off again, each time elsewhere. Tool 2 jumps: it grasps any site, is thrown to any displacement,
+// lets go, is away or late.
+Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
+  std::mt19937_64 random(11);
+  const auto number = [&](double most) {
+    return std::uniform_real_distribution<double>(-most, most)(random);
+  };
+  const auto any_site = [&] { return static_cast<uint32_t>(random() % small.sites.sites.size()); };
+  const auto place = [&](uint32_t site) {
+    return small.model.positions[static_cast<size_t>(small.sites.sites[site].node)];
+  };
+  const double depth = small.scene.max_displacement;
+  pal_touch touch = {};
+  touch.struct_size = sizeof touch;
+  touch.distance = 0.002;
+  require(pal_tool_set_touch(session.get(), 1, &touch), "touch");
+  Eigen::Vector3d slid(0, 0, 0);
+  Eigen::Vector3d tapped = place(0);
+  Eigen::Vector3d thrown(0, 0, 0);
+  Played played;
+  for (int frame = 0; frame < frames; ++frame) {
+    const double seconds = 0.001 * frame;
+    if (frame % 40 == 0) {
+      require(pal_tool_release(session.get(), 0), "release");
+      pal_hold hold = pal_default_hold(static_cast<uint32_t>(frame / 40 % 12));
+      hold.unstrained = at({slid[0], slid[1], 0});  // it goes on as deep as it is
+      EXPECT_GE(pal_tool_hold(session.get(), 0, &hold), PAL_STATUS_OK);
+    }
+    slid += Eigen::Vector3d(2e-4, 1e-4 * std::sin(seconds), 0);
+    slid[2] = -0.5 * depth * (1 + std::sin(9 * seconds));
+    const int beat = frame % 130;
+    if (beat == 0) tapped = place(any_site()) + Eigen::Vector3d(number(0.02), number(0.02), 0);
+    const double down = 0.8 * depth * std::sin(6.2831853 * beat / 130) - 0.005;
+    if (frame % 90 == 0) require(pal_tool_release(session.get(), 2), "release");
+    if (frame % 90 == 25) {
+      thrown = Eigen::Vector3d(number(0.7), number(0.7), number(0.7)) * depth;
+      const pal_hold hold = pal_default_hold(any_site());
+      EXPECT_GE(pal_tool_hold(session.get(), 2, &hold), PAL_STATUS_OK);
+    }
+    if (random() % 50 == 0) thrown = Eigen::Vector3d(number(0.7), number(0.7), number(0.7)) * depth;
+    std::vector<pal_pose> poses = {at(slid), at(tapped - Eigen::Vector3d(0, 0, down)), at(thrown)};
+    if (random() % 40 == 0) poses.resize(2);
+    const std::vector<double> ages(poses.size(), random() % 60 == 0 ? 0.2 : 0.0);
+    const std::vector<pal_tool_result>& results = session.frame_with(poses, 0.001, ages);
+    const bool by_zone = std::any_of(results.begin(), results.end(),
+                                     [](const pal_tool_result& one) { return one.model == PAL_MODEL_ZONE; });
+    played.frames_of_zones += by_zone ? 1 : 0;
+    for (const pal_tool_result& one : results) played.flags |= one.flags;
+    played.results.insert(played.results.end(), results.begin(), results.end());
+  }
+  return played;
+}
+
+pal_counters counters_of(const ToolSession& session) {
+  pal_counters counters = {};
+  counters.struct_size = sizeof counters;
+  require(pal_session_get_counters(session.get(), &counters), "counters");
+  return counters;
+}
+
+TEST(RecordedMinute, ReplaysToTheSameBits) {
+  const AlignedBytes bytes = small_pack().write_with_zone();
+  const OpenPack pack(bytes);
+  const pal_session_config config = minute_config(pack);
+  const int frames = num_frames();
+  const size_t room = 512 * static_cast<size_t>(frames) + 65536;
+  std::vector<uint64_t> recording(room / sizeof(uint64_t));
+  ToolSession first(pack.get(), config);
+  require(pal_session_record(first.get(), recording.data(), room), "record");
+  const Played played = play_minute(first, small_pack(), frames);
+  size_t recorded = 0;
+  uint32_t complete = 0;
+  require(pal_session_stop_recording(first.get(), &recorded, &complete), "stop");
+  ASSERT_EQ(complete, 1U);
+  // What it is to show did happen.
+  EXPECT_GT(played.frames_of_zones, frames / 2);
+  for (const uint32_t flag :
+       {PAL_FLAG_PREPARING, PAL_FLAG_UNCONVERGED, PAL_FLAG_BLENDING, PAL_FLAG_STALE, PAL_FLAG_OVERLAPPING})
+    EXPECT_TRUE((played.flags & flag) != 0) << flag;
+
+  // The digest of all results of each frame, the forces of each tool.
+  ToolSession again(pack.get(), config);
+  pal_replay replay = {};
+  replay.struct_size = sizeof replay;
+  while (replay.ended == 0) {
+    require(pal_session_replay(again.get(), recording.data(), recorded, &replay), "replay");
+    ASSERT_EQ(replay.diverged, 0U) << "frame " << replay.frames << ", tool " << replay.index << ", force "
+                                   << replay.force[2] << " was " << replay.recorded_force[2];
+  }
+  EXPECT_EQ(replay.frames, static_cast<uint64_t>(frames));
+  EXPECT_NEAR(replay.seconds, 1e-3 * frames, 1e-6);
+  const pal_counters counted = counters_of(first);
+  const pal_counters counted_again = counters_of(again);
+  EXPECT_EQ(std::memcmp(&counted, &counted_again, sizeof counted), 0);
+  EXPECT_EQ(first.field(), again.field());
+  RecordProperty("frames", frames);
+  RecordProperty("frames_of_zones", played.frames_of_zones);
+  RecordProperty("recording_bytes", std::to_string(recorded));
+}
+
+// The same calls made by hand on another session: every result as a whole, which replays compare by their digest.
+TEST(RecordedMinute, IsTheSameInAnotherSession) {
+  const AlignedBytes bytes = small_pack().write_with_zone();
+  const OpenPack pack(bytes);
+  const pal_session_config config = minute_config(pack);
+  constexpr int kFrames = 1000;
+  ToolSession one(pack.get(), config);
+  ToolSession other(pack.get(), config);
+  const Played first = play_minute(one, small_pack(), kFrames);
+  const Played second = play_minute(other, small_pack(), kFrames);
+  ASSERT_EQ(first.results.size(), second.results.size());
+  for (size_t i = 0; i < first.results.size(); ++i) {
+    ASSERT_EQ(std::memcmp(&first.results[i], &second.results[i], sizeof first.results[i]), 0)
+        << "frame " << i / 3 << ", tool " << i % 3;
+  }
+  EXPECT_EQ(one.field(), other.field());
+}
+
+}  // namespace
+}  // namespace palpate::test

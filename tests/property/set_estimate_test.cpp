@@ -1,0 +1,118 @@
+// What a session estimates for several contacts at once: what its pack's survey of sets says, and nothing where that says nothing.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kMost = 0.05;
+constexpr double kBound = 0.3;
+constexpr double kForceBound = 0.2;
+constexpr double kSingle = 0.01;  // of one contact in the innermost bin, twice as much in the next ...
+
+// A pack with a zone, whose surveys say these.
+AlignedBytes surveyed_pack() {
+  const SmallPack& small = small_pack();
+  PackContent content = small.content();
+  content.zone = &small.zone;
+  content.surveys = {{SurveyedModel::linear_dd, small.surveys[0].table},
+                     {SurveyedModel::polynomial_dd, small.surveys[1].table},
+                     {SurveyedModel::nonlinear_zone, small.surveys[0].table}};
+  for (ModelSurvey& survey : content.surveys) {
+    for (size_t bin = 0; bin < survey.table.bins.size(); ++bin) {
+      survey.table.bins[bin].displacement.bound = kSingle * static_cast<double>(bin + 1);
+      survey.table.bins[bin].force.bound = kSingle * static_cast<double>(bin + 1);
+    }
+    if (survey.model == SurveyedModel::polynomial_dd) continue;
+    survey.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
+    survey.sets.displacement_bound = kBound;
+    survey.sets.force_bound = kForceBound;
+  }
+  return write_pack(content);
+}
+
+pal_contact push_at(uint32_t site, const Eigen::Vector3d& d) {
+  return {site, {d[0], d[1], d[2]}, 0, {}, {}, {}};
+}
+
+class SetEstimate : public ::testing::Test {
+ protected:
+  // Once they have come to rest.
+  std::vector<pal_contact_result> settled(pal_model model, const std::vector<pal_contact>& contacts) {
+    OwnedSession session(pack_.get(), model, 3, 2);
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
+    return results;
+  }
+
+  const SmallPack& small_ = small_pack();
+  const AlignedBytes bytes_ = surveyed_pack();
+  const OpenPack pack_{bytes_};
+  // Far apart on the top.
+  const uint32_t one_ = small_.site_at(50);
+  const uint32_t other_ = small_.site_at(63);
+};
+
+void expect_estimate(const pal_contact_result& result, double displacement, double force) {
+  EXPECT_EQ(result.flags, 0U);
+  EXPECT_NEAR(result.displacement_error, displacement, 1e-12);
+  EXPECT_NEAR(result.force_error, force, 1e-12);
+}
+
+TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
+  for (const double part : {0.1, 0.4, 0.8}) {
+    const auto results = settled(
+        PAL_MODEL_ZONE, {push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})});
+    const double load = std::max(Eigen::Vector3d(results[0].force).norm() / small_.zone.force_scale[one_],
+                                 Eigen::Vector3d(results[1].force).norm() / small_.zone.force_scale[other_]);
+    const double single = kSingle * std::ceil(4 * part);
+    for (const pal_contact_result& result : results)
+      expect_estimate(result, std::max(single, kBound * load), std::max(single, kForceBound * load));
+  }
+}
+
+TEST_F(SetEstimate, IsNotKnownWhereNothingWasMeasured) {
+  const pal_contact small_push = push_at(one_, {0, 0, -0.2 * kMost});
+  const auto expect_unknown = [](const std::vector<pal_contact_result>& results) {
+    for (const pal_contact_result& result : results) {
+      EXPECT_EQ(result.displacement_error, 1);
+      EXPECT_EQ(result.force_error, 1);
+    }
+  };
+  for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
+    // More contacts than any set had.
+    expect_unknown(
+        settled(model, {small_push, push_at(other_, {0, 0, 0}), push_at(small_.site_at(53), {0, 0, 0})}));
+    // One of them too far: the answer to all is in doubt.
+    const auto beyond = settled(model, {small_push, push_at(other_, {0, 0, -1.2 * kMost})});
+    EXPECT_NE(beyond[1].flags & PAL_FLAG_EXTRAPOLATED, 0U);
+    expect_unknown(beyond);
+  }
+  // The linear model, whatever a survey says.
+  expect_unknown(settled(PAL_MODEL_LINEAR, {small_push, push_at(other_, {0, 0, -0.1 * kMost})}));
+  OwnedSession fixed(pack_.get(), PAL_MODEL_LINEAR, 3, 2);
+  fixed.fix({3});
+  expect_unknown(fixed.touch({small_push, push_at(other_, {0, 0, 0.1 * kMost})}));
+  pal_contact by_force = small_push;
+  by_force.force_axes = 1;
+  expect_unknown(settled(PAL_MODEL_LINEAR, {by_force, push_at(other_, {0, 0, 0.1 * kMost})}));
+}
+
+// As packs are that were built before there were such surveys.
+TEST_F(SetEstimate, OfPacksWithoutSuchSurveysIsNotKnown) {
+  const AlignedBytes bytes = small_.write_with_zone();
+  const OpenPack pack(bytes);
+  for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
+    OwnedSession session(pack.get(), model, 3, 0);
+    for (const pal_contact_result& result :
+         session.touch({push_at(one_, {0, 0, -0.1 * kMost}), push_at(other_, {0, 0, -0.1 * kMost})}))
+      EXPECT_EQ(result.displacement_error, 1);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
