@@ -232,6 +232,8 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
   const ZoneSet& set = state.answering;
   field.num_held = 0;
+  field.num_moved = 0;
+  field.num_corners = 0;
   field.num_own = 0;
   fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
