@@ -84,7 +84,8 @@ class Body {
 
   const ContactSites& sites() const { return sites_; }
 
-  AlignedBytes pack() const {
+  // With all models, and without polynomials.
+  std::array<AlignedBytes, 2> packs() const {
     const LinearDd linear = compute_linear_dd(*assembly_, sites_);
     SamplingPlan plan;
     plan.target = scene_.accuracy_target;
@@ -96,7 +97,9 @@ class Body {
     compute_zone_exterior(*assembly_, sites_, {}, scene_.max_displacement, plan.jobs, {}, zone);
     PackContent content{model_, scene_, sites_, &linear, &results, false, {}, {}};
     content.zone = &zone;
-    return write_pack(content);
+    PackContent without = content;
+    without.polynomials = nullptr;
+    return {write_pack(content), write_pack(without)};
   }
 
   // Along the push, of each site: force unit.
@@ -125,17 +128,18 @@ struct Curve {
 
 // What each model answers along the path, after the truth; `places`: mm along it.
 std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<double>& places) {
-  const AlignedBytes bytes = body.pack();
-  Pack pack;
-  require(pack.open_memory(bytes.bytes().data(), bytes.bytes().size()));
-  const pal_pack_info info = pack.info();
+  const std::array<AlignedBytes, 2> bytes = body.packs();
+  std::array<Pack, 2> packs;
+  for (size_t i = 0; i < packs.size(); ++i)
+    require(packs[i].open_memory(bytes[i].bytes().data(), bytes[i].bytes().size()));
+  const pal_pack_info info = packs[0].info();
   const double metres = info.metres_per_length_unit;
   std::vector<pal_surface_point> points;
   places.clear();
   for (int i = 0; i <= static_cast<int>(2 * kReach / kStep); ++i) {
     places.push_back(i * kStep - kReach);
     const Eigen::Vector3d place = metres * (swipe.middle + places.back() * swipe.along);
-    require(pal_pack_find_surface_point(pack.get(), place.data(), &points.emplace_back()));
+    require(pal_pack_find_surface_point(packs[0].get(), place.data(), &points.emplace_back()));
   }
   const std::vector<double> truth = body.true_forces(swipe.push);
   std::vector<Curve> curves(1, {"full model", {}});
@@ -144,9 +148,15 @@ std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<
     for (size_t corner = 0; corner < 3; ++corner) force += point.weights[corner] * truth[point.sites[corner]];
     curves.front().forces.push_back(force);
   }
-  for (const auto& [name, model] :
-       {std::pair("linear_dd", PAL_MODEL_LINEAR), std::pair("polynomial_dd", PAL_MODEL_POLYNOMIAL),
-        std::pair("nonlinear_zone", PAL_MODEL_ZONE)}) {
+  struct Answer {
+    const char* name;
+    const Pack& pack;
+    pal_model model;
+  };
+  for (const auto& [name, pack, model] : {Answer{"linear_dd", packs[0], PAL_MODEL_LINEAR},
+                                          {"polynomial_dd", packs[0], PAL_MODEL_POLYNOMIAL},
+                                          {"nonlinear_zone", packs[0], PAL_MODEL_ZONE},
+                                          {"nonlinear_zone without polynomials", packs[1], PAL_MODEL_ZONE}}) {
     pal_session_config config = pal_default_session_config(pack.get());
     config.max_contacts = 1;
     config.model = model;
@@ -191,8 +201,11 @@ std::string plot(const std::vector<double>& places, const std::vector<Curve>& wi
     const char* dash;
     double width;
   };
-  constexpr Line kLines[] = {
-      {"#bbbbbb", "1", 6}, {"#e69f00", "2", 2}, {"#0072b2", "1", 1.6}, {"#009e73", "4", 1.6}};
+  constexpr Line kLines[] = {{"#bbbbbb", "1", 6},
+                             {"#e69f00", "2", 2},
+                             {"#0072b2", "1", 1.6},
+                             {"#009e73", "4", 1.6},
+                             {"#cc79a7", "3", 1.6}};
   std::string blocks;
   std::string forces;
   std::string contrasts;

@@ -17,12 +17,15 @@ namespace palpate {
 
 struct Corner {
   uint32_t site;
-  double weight;  // > 0
+  double weight;
 };
 
+inline constexpr uint32_t kMostCorners = 4;
+
+// Weights > 0 whose sum is 1, of up to three corners; or a difference (below).
 struct ContactPlace {
-  uint32_t count;  // 1 .. 3
-  Corner corners[3];
+  uint32_t count;
+  Corner corners[kMostCorners];
 };
 
 // What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site without
@@ -60,6 +63,21 @@ inline ContactPlace place_of(const pal_contact& contact) {
   return place;
 }
 
+// What a place has beyond a site: weights whose sum is 0, of up to four corners; none where the place is that site.
+inline ContactPlace difference_from(const ContactPlace& place, uint32_t site) {
+  ContactPlace difference = {};
+  double own = -1;
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (place.corners[i].site == site) {
+      own += place.corners[i].weight;
+    } else {
+      difference.corners[difference.count++] = place.corners[i];
+    }
+  }
+  if (difference.count > 0) difference.corners[difference.count++] = {site, own};
+  return difference;
+}
+
 inline bool is_at_site(const pal_contact& contact) {
   return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
 }
@@ -70,6 +88,19 @@ inline uint32_t nearest_site(const pal_contact& contact) {
   const double rest = own_weight(contact);
   if (others[0] > rest && others[0] >= others[1]) return contact.neighbours[0];
   return others[1] > rest ? contact.neighbours[1] : contact.site;
+}
+
+// Whether a site weighs as much as any, or nearly: who trembles between two sites stays at one.
+inline bool is_about_nearest(const pal_contact& contact, uint32_t site) {
+  constexpr double kReluctance = 0.1;
+  const ContactPlace place = place_of(contact);
+  double own = 0;
+  double largest = 0;
+  for (uint32_t i = 0; i < place.count; ++i) {
+    own += place.corners[i].site == site ? place.corners[i].weight : 0.0;
+    largest = fmax(largest, place.corners[i].weight);
+  }
+  return own >= largest - kReluctance;
 }
 
 }  // namespace palpate

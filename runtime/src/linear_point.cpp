@@ -3,7 +3,7 @@
 namespace palpate {
 namespace {
 
-// The nodes of up to three patches in rising order, each once.
+// The nodes of a few patches in rising order, each once.
 class PatchUnion {
  public:
   PatchUnion(const pal_pack& pack, const ContactPlace& place) : pack_(pack), place_(place) {
@@ -31,15 +31,15 @@ class PatchUnion {
   bool has_next(uint32_t i) const { return at_[i] < pack_.patch_starts[place_.corners[i].site + 1]; }
   const pal_pack& pack_;
   const ContactPlace& place_;
-  uint32_t at_[3] = {};
+  uint32_t at_[kMostCorners] = {};
 };
 
 }  // namespace
 
-void evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double d[3],
-                           LinearPointAnswer& answer, FieldState& field) {
+uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double d[3],
+                               LinearPointAnswer& answer, uint32_t* held, pal_real* forces) {
   answer = {};
-  field.num_held = 0;
+  uint32_t num_held = 0;
   PatchUnion nodes(pack, place);
   for (uint32_t node; nodes.find_next(node);) {
     double sum[9] = {};
@@ -47,8 +47,8 @@ void evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, cons
       const double* X = pack.site_forces + size_t{9} * entry;
       for (int i = 0; i < 9; ++i) sum[i] += place.corners[corner].weight * X[i];
     });
-    field.held[field.num_held] = node;
-    pal_real* weights = field.weights + size_t{3} * field.num_held++;
+    held[num_held] = node;
+    pal_real* weights = forces + size_t{3} * num_held++;
     for (int i = 0; i < 3; ++i) {
       const double force = sum[3 * i] * d[0] + sum[3 * i + 1] * d[1] + sum[3 * i + 2] * d[2];
       weights[i] = static_cast<pal_real>(force * pack.metres);
@@ -61,6 +61,7 @@ void evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, cons
   }
   for (int i = 0; i < 3; ++i) answer.force[i] = S[3 * i] * d[0] + S[3 * i + 1] * d[1] + S[3 * i + 2] * d[2];
   answer.energy = 0.5 * (answer.force[0] * d[0] + answer.force[1] * d[1] + answer.force[2] * d[2]);
+  return num_held;
 }
 
 }  // namespace palpate

@@ -9,7 +9,6 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/contact_place.hpp"
-#include "runtime/src/field_snapshot.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -20,13 +19,14 @@ struct LinearPointAnswer {
   double stiffness[9];  // by rows, symmetric
 };
 
-// Nodes that such a contact holds at most.
+// Nodes that such a contact, or the difference of two places, holds at most.
 inline uint32_t most_held_at_point(const pal_pack& pack) {
-  return 3 * pack.max_patch_nodes;
+  return kMostCorners * pack.max_patch_nodes;
 }
 
-// For a finite displacement, model units; leaves f in `field`. Cost: 9 multiply-adds for each node of the patches.
-void evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
-                           LinearPointAnswer& answer, FieldState& field);
+// For a finite displacement, model units. Leaves the nodes that are held and f, in the pack's metres, at `held` and `forces`, and
+// returns how many. Cost: 9 multiply-adds for each node of the patches.
+uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
+                               LinearPointAnswer& answer, uint32_t* held, pal_real* forces);
 
 }  // namespace palpate

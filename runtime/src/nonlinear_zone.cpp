@@ -143,6 +143,20 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
+// Whether a node of the group is much farther from rest than any contact has a right to move it: Newton has found a way to
+// where the linear organ outside says nothing any more.
+bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
+  constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
+  const double limit = kFarthest * (size + frame.pack.mean_surface_edge);
+  for (uint32_t i = group.first_node; i < group.first_node + group.num_interior + group.num_boundary; ++i) {
+    const double* rest = frame.pack.zone_nodes[frame.set.nodes[i]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      if (!(fabs(frame.set.displacement[3 * i + axis] - rest[axis]) <= limit)) return true;
+    }
+  }
+  return false;
+}
+
 // Where there was no way on for some frames it begins anew at rest, and comes back.
 void count_failure(const ZoneFrame& frame, ZoneGroup& group) {
   if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
@@ -210,7 +224,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     answer.energy += group.stored;
-    if (failed[g]) {
+    if (frame.flags != set.flags && is_lost(frame, group, size)) {
+      rest_group(pack, set, group);
+    } else if (failed[g]) {
       count_failure(frame, group);
     } else {
       group.failures = 0;
@@ -232,6 +248,8 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
   const ZoneSet& set = state.answering;
   field.num_held = 0;
+  field.num_moved = 0;
+  field.num_corners = 0;
   field.num_own = 0;
   fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {

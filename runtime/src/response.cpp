@@ -4,8 +4,10 @@
 #include <string.h>
 
 #include "runtime/src/contact_place.hpp"
+#include "runtime/src/force_control.hpp"
 #include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/place_answer.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/zone_exterior.hpp"
@@ -78,7 +80,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
 // The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them: what 95 %
 // of errors of such sets stay below, over their loads (ErrorSurvey in schemas/pack.fbs), or what one contact of that size has,
 // if that is more. A flag of one is a doubt about all.
-void estimate_set_errors(const pal_session& session, uint32_t count, double load,
+void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
@@ -89,14 +91,31 @@ void estimate_set_errors(const pal_session& session, uint32_t count, double load
     if (length(d) > length(largest)) largest = d;
     of_set.flags |= results[c].flags;
   }
-  const bool surveyed = session.zone.rings == pack.zone_rings && count <= survey.most_contacts;
-  estimate_errors(pack, PAL_MODEL_ZONE, surveyed, largest, of_set);
+  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest, of_set);
   const auto at_least = [&](double bound, double error) {
     return fmin(kUnknownError, fmax(error, bound * load));
   };
   for (uint32_t c = 0; c < count; ++c) {
     results[c].displacement_error = at_least(survey.set_displacement_bound, of_set.displacement_error);
     results[c].force_error = at_least(survey.set_force_bound, of_set.force_error);
+  }
+}
+
+// The model that answers a contact alone at a site.
+pal_model model_alone(const pal_pack& pack, uint32_t site) {
+  if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
+  return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
+}
+
+// The largest of the estimates: where the models of these sites alone come in.
+void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
+                     const double displacement[3], pal_contact_result& result) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    pal_contact_result of_corner = {};
+    of_corner.flags = result.flags;
+    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, of_corner);
+    result.displacement_error = fmax(result.displacement_error, of_corner.displacement_error);
+    result.force_error = fmax(result.force_error, of_corner.force_error);
   }
 }
 
@@ -218,33 +237,17 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   const pal_pack& pack = *session.pack;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   const ContactPlace place = place_of(contact);
-  field.num_corners = place.count;
-  PolynomialAnswer blend = {};
-  bool any_sampled = false;
-  bool all_sampled = true;
-  for (uint32_t i = 0; i < place.count; ++i) {
-    const auto [site, weight] = place.corners[i];
-    any_sampled = any_sampled || was_sampled(pack, site);
-    all_sampled = all_sampled && was_sampled(pack, site);
-    PolynomialAnswer answer;
-    evaluate_polynomial(pack, site, session.displacements, answer, field.corners[i]);
-    field.corners[i].weight = static_cast<pal_real>(weight);
-    blend.flags |= answer.flags;
-    blend.energy += weight * answer.energy;
-    for (int k = 0; k < 3; ++k) blend.force[k] += weight * answer.force[k];
-    for (int k = 0; k < 9; ++k) blend.stiffness[k] += weight * answer.stiffness[k];
-  }
+  field.num_corners = 0;
+  const PlaceAnswer blend = blend_polynomials(pack, place, session.displacements, field);
   session.stored_energy = blend.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
+  bool all_sampled = true;
+  for (uint32_t i = 0; i < place.count; ++i)
+    all_sampled = all_sampled && was_sampled(pack, place.corners[i].site);
   pal_contact_result& result = results[0];
   give_result(session, all_sampled ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE, blend.flags, blend.force,
               blend.stiffness, result);
-  if (any_sampled && !all_sampled) {
-    const double affine[2] = {result.displacement_error, result.force_error};
-    estimate_errors(pack, PAL_MODEL_POLYNOMIAL, true, session.displacements, result);
-    result.displacement_error = fmax(result.displacement_error, affine[0]);
-    result.force_error = fmax(result.force_error, affine[1]);
-  }
+  if (!all_sampled) worsen_estimate(pack, place, true, session.displacements, result);
   if (session.config.model == PAL_MODEL_AFFINE) result.model = PAL_MODEL_AFFINE;
 }
 
@@ -252,8 +255,9 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
   const pal_pack& pack = *session.pack;
   const ContactPlace place = place_of(contact);
   LinearPointAnswer answer;
-  evaluate_linear_point(pack, place, session.displacements, answer,
-                        session.snapshots.slots[session.snapshots.back]);
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
+  field.num_held =
+      evaluate_linear_point(pack, place, session.displacements, answer, field.held, field.weights);
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
   uint32_t flags = 0;
@@ -266,12 +270,30 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
 void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count,
                  pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
-  const ZoneAnswer answer =
-      solve_zone(pack, session.displacements, session.config.zone_iterations, session.zone);
-  session.stored_energy = answer.energy * pack.newtons * pack.metres;
-  fill_zone_field(pack, session.zone, session.snapshots.slots[session.snapshots.back]);
-  if (results == nullptr) return;
+  FieldState& field = session.snapshots.slots[session.snapshots.back];
   const ZoneSet& set = session.zone.answering;
+  for (uint32_t at = 0; at < 3 * count; ++at) {
+    if (is_force_given(contacts[at / 3], at % 3))
+      session.displacements[at] = session.zone.strained ? set.followed[at] : 0.0;
+  }
+  ZoneAnswer answer;
+  ForceControl control;
+  PlaceAnswer moved[pack::kMostZoneContacts];
+  for (uint32_t i = 0;; ++i) {
+    answer = solve_zone(pack, session.displacements, session.config.zone_iterations, session.zone);
+    fill_zone_field(pack, session.zone, field);
+    for (uint32_t c = 0; c < count; ++c) {
+      moved[c] =
+          move_to_place(pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);
+      answer.energy += moved[c].energy;
+    }
+    control = control_forces(pack, set, contacts, moved, session.displacements);
+    if (control.has_ended || i == session.config.zone_iterations) break;
+  }
+  answer.flags |= control.flags;
+  if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
+  session.stored_energy = answer.energy * pack.newtons * pack.metres;
+  if (results == nullptr) return;
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
   double largest = 0;
   for (uint32_t c = 0; c < count; ++c) largest = fmax(largest, length(session.displacements + size_t{3} * c));
@@ -281,26 +303,30 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
     load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
+  bool is_surveyed = session.zone.rings == pack.zone_rings;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
     result = {};
     result.model = PAL_MODEL_ZONE;
-    result.flags = answer.flags | session.input_flags[c];
+    result.flags = answer.flags | moved[c].flags | session.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
-    if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
       result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // Surveyed were contacts with all rings, once they had come to rest.
-    estimate_errors(pack, PAL_MODEL_ZONE, session.zone.rings == pack.zone_rings, d, result);
+    // Surveyed were contacts at sites with all rings, once they had come to rest.
+    const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
+    is_surveyed = is_surveyed && (count == 1 || difference.count == 0);
+    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, result);
+    worsen_estimate(pack, difference, is_surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {
-      result.force[i] = set.force[3 * c + i] * pack.newtons;
+      result.force[i] = (set.force[3 * c + i] + moved[c].force[i]) * pack.newtons;
       result.displacement[i] = set.followed[3 * c + i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j)
-        result.stiffness[i][j] = set.stiffness[3 * c + i][3 * c + j] * (pack.newtons / pack.metres);
+        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + moved[c].stiffness[3 * i + j]) *
+                                 (pack.newtons / pack.metres);
     }
   }
-  if (count > 1) estimate_set_errors(session, count, load, results);
+  if (count > 1) estimate_set_errors(session, is_surveyed, count, load, results);
 }
 
 // The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.
@@ -310,10 +336,10 @@ bool is_zone_refused(const pal_session& session, const pal_contact* contacts, ui
          is_zone_for(set, contacts, count);
 }
 
-bool zone_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
+bool zone_answers(const pal_session& session, uint32_t num_contacts) {
   return (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_ZONE) &&
-         session.pack->zone_nodes != nullptr && !forces_given && !session.gravity_turned &&
-         session.num_fixed == 0 && num_contacts >= 1 && num_contacts <= session.zone.max_contacts;
+         session.pack->zone_nodes != nullptr && !session.gravity_turned && session.num_fixed == 0 &&
+         num_contacts >= 1 && num_contacts <= session.zone.max_contacts;
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
@@ -342,8 +368,7 @@ bool can_answer(const pal_session& session, uint32_t num_contacts, bool forces_g
   const bool may_be_linear =
       session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_LINEAR;
   return num_contacts == 0 || polynomial_answers(session, num_contacts, forces_given) ||
-         zone_answers(session, num_contacts, forces_given) ||
-         (may_be_linear && session.pack->field_compliance != nullptr);
+         zone_answers(session, num_contacts) || (may_be_linear && session.pack->field_compliance != nullptr);
 }
 
 Answering answering_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
@@ -352,8 +377,7 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
   if (count == 0)
     return session.gravity_turned && session.num_fixed > 0 ? Answering::linear : Answering::nothing;
   if (polynomial_answers(session, count, forces_given)) return Answering::polynomial;
-  if (zone_answers(session, count, forces_given) && !is_zone_refused(session, contacts, count))
-    return Answering::zone;
+  if (zone_answers(session, count) && !is_zone_refused(session, contacts, count)) return Answering::zone;
   const bool alone = count == 1 && session.num_fixed == 0 && !forces_given && !session.gravity_turned;
   return alone && !is_at_site(contacts[0]) ? Answering::linear_point : Answering::linear;
 }

@@ -14,6 +14,7 @@
 #include "runtime/src/gravity.hpp"
 #include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/place_answer.hpp"
 #include "runtime/src/polynomial_field.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
@@ -58,11 +59,14 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
-    most_held = arrays.zone.max_boundary > most_held ? arrays.zone.max_boundary : most_held;
+    const uint32_t of_zone = arrays.zone.max_boundary + arrays.zone.max_contacts * at_point;
+    most_held = of_zone > most_held ? of_zone : most_held;
     most_own = arrays.zone.max_nodes;
     most_exterior = arrays.zone.max_contacts;
   }
   for (FieldState& slot : arrays.snapshots.slots) {
+    slot.corners =
+        arena.take<PolynomialFieldState>(pack.polynomial_sites != nullptr ? most_corners(most_exterior) : 0);
     slot.own_nodes = arena.take<uint32_t>(most_own);
     slot.own = arena.take<pal_real>(size_t{3} * most_own);
     slot.held = arena.take<uint32_t>(most_held);
@@ -149,27 +153,46 @@ const pal_real* turn_of(const FieldState& field) {
   return field.gravity_turned ? field.gravity_turn : nullptr;
 }
 
+bool has_corners(const FieldState& field) {
+  return field.model == PAL_MODEL_POLYNOMIAL || field.model == PAL_MODEL_ZONE;
+}
+
 // A field and what is made of it once for all its panels.
 struct ShownField {
   const FieldState& state;
-  const PolynomialWeights* corners;  // [num_corners] of polynomial_dd
+  const PolynomialWeights* corners;  // [num_corners]
 };
+
+// The nodes in a nonlinear zone, over what the linear organ makes of them.
+void write_own_nodes(const FieldState& field, uint32_t first, uint32_t count, pal_real* sum) {
+  for (uint32_t i = 0; i < field.num_own; ++i) {
+    const uint32_t place = field.own_nodes[i] - first * pack::kPanelNodes;
+    if (place < count * pack::kPanelNodes)
+      memcpy(sum + size_t{3} * place, field.own + size_t{3} * i, 3 * sizeof *sum);
+  }
+}
 
 // sum = displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const ShownField& shown, uint32_t first, uint32_t count,
                  pal_real* sum) {
   const FieldState& field = shown.state;
-  const bool onto = fill_rest(session, turn_of(field), first, count, sum);
+  const pal_pack& pack = *session.pack;
+  const AddColumns add_columns = session.kernel.add_columns;
+  bool onto = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
-    fill_compliance_field(*session.pack, field, first, count, session.kernel.add_columns, onto, sum);
-    if (field.model == PAL_MODEL_ZONE)
-      add_exterior_field(*session.pack, field, first, count, session.kernel.add_columns, sum);
-  } else if (field.model == PAL_MODEL_POLYNOMIAL) {
-    for (uint32_t i = 0; i < field.num_corners; ++i)
-      fill_polynomial_field(shown.corners[i], first, count, session.kernel, onto || i > 0, sum);
-  } else if (!onto) {
-    clear_panels(count, sum);
+    fill_compliance_field(pack, field.forces(), first, count, add_columns, onto, sum);
+    onto = true;
   }
+  if (field.model == PAL_MODEL_ZONE) {
+    add_exterior_field(pack, field, first, count, add_columns, sum);
+    write_own_nodes(field, first, count, sum);
+    fill_compliance_field(pack, field.moving_forces(), first, count, add_columns, true, sum);
+  }
+  if (has_corners(field)) {
+    for (uint32_t i = 0; i < field.num_corners; ++i, onto = true)
+      fill_polynomial_field(shown.corners[i], first, count, session.kernel, onto, sum);
+  }
+  if (!onto) clear_panels(count, sum);
 }
 
 // Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
@@ -195,8 +218,8 @@ char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, cha
 // The panels of most fields hold nodes that follow one another.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
-  PolynomialWeights corners[3];
-  for (uint32_t i = 0; field.model == PAL_MODEL_POLYNOMIAL && i < field.num_corners; ++i)
+  PolynomialWeights corners[most_corners(kMostZoneContacts)];
+  for (uint32_t i = 0; has_corners(field) && i < field.num_corners; ++i)
     weigh_polynomial(*session.pack, field.corners[i], corners[i]);
   const ShownField shown = {field, corners};
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
@@ -224,18 +247,6 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
     if (wanted != filled) fill_panels(session, shown, wanted, 1, rows);
     filled = wanted;
     out = write_nodes(rows + size_t{3} * (node % pack::kPanelNodes), 1, stride_bytes, out);
-  }
-}
-
-// The nodes in a nonlinear zone, over what the linear organ makes of them.
-void write_own_nodes(const pal_session& session, const FieldState& field, size_t stride_bytes, char* out) {
-  for (uint32_t i = 0; i < field.num_own; ++i) {
-    uint32_t place = field.own_nodes[i];
-    if (session.num_requested > 0) {
-      place = find_rising(session.num_requested, place, [&](uint32_t k) { return session.requested[k]; });
-      if (place == session.num_requested) continue;
-    }
-    memcpy(out + place * stride_bytes, field.own + size_t{3} * i, kNodeBytes);
   }
 }
 
@@ -448,7 +459,6 @@ extern "C" pal_status pal_visual_frame(pal_session* session, pal_real* displacem
     palpate::write_fields_by_panel(*session, field, stride_bytes, out);
   } else {
     palpate::write_fields_in_order(*session, field, stride_bytes, out);
-    if (field.model == PAL_MODEL_ZONE) palpate::write_own_nodes(*session, field, stride_bytes, out);
   }
   return PAL_STATUS_OK;
 }

@@ -46,6 +46,7 @@ void answer_or_stand_in(pal_session& session) {
   bool finished = false;
   const bool ready =
       make_ready_within(session, answering, states.inputs, states.num_contacts, began, finished);
+  states.changed = states.changed || finished;
   if (began) {
     states.begun = answering;
     states.num_begun = states.num_contacts;

@@ -333,7 +333,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count) {
   if (set.num_contacts != count) return false;
   for (uint32_t c = 0; c < count; ++c) {
-    if (set.sites[c] != nearest_site(contacts[c])) return false;
+    if (!is_about_nearest(contacts[c], set.sites[c])) return false;
   }
   return true;
 }

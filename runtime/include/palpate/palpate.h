@@ -120,8 +120,7 @@ typedef enum pal_model {
   /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes. Where a site was not sampled affine_site answers, and the
    * result says so. */
   PAL_MODEL_POLYNOMIAL = 2,
-  /* nonlinear_zone: nonlinear, up to 8 contacts at sites, no run-time fixed nodes, given forces or turned
-   * gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
+  /* nonlinear_zone: nonlinear, up to 8 contacts, no run-time fixed nodes or turned gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
    * stored energy but for some 1e-4 of it, more where several contacts pull against each other, and its stiffness symmetric. */
   PAL_MODEL_ZONE = 3,
   /* affine_site: as polynomial_dd, at sites that were not sampled: their exact derivatives at rest, to fifth order. A site that
@@ -166,9 +165,9 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, where polynomial_dd answers, and linear_dd one contact alone whose
-   * displacement is given, without fixed nodes and under the scene's gravity: here the site of the largest
-   * weight did. */
+  /* The contact is at a point between sites, where polynomial_dd and nonlinear_zone answer, and linear_dd one contact
+   * alone whose displacement is given, without fixed nodes and under the scene's gravity: here the site of the
+   * largest weight did. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
    * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
@@ -366,8 +365,10 @@ PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
  * A point of the surface between sites answers as the blend of the sites at the corners of its triangle, each to
  * the same displacement: energy, force, stiffness and field are their means with the point's weights, so that
  * both force and field are continuous as the point slides. That is so for one contact whose displacement is given
- * and no fixed nodes; with more, each contact acts at its site of the largest weight, and is
- * PAL_FLAG_NEAREST_SITE. This struct does not grow. */
+ * and no fixed nodes. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
+ * linear_dd where the pack has no other, says of each contact alone at the point instead of that site; where the site
+ * changes the answer jumps by what those models are wrong by. With linear_dd each of several contacts acts at its site of
+ * the largest weight, and is PAL_FLAG_NEAREST_SITE. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */

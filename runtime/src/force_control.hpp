@@ -1,0 +1,32 @@
+// Contacts of a zone of which the force is given along some axes, and the displacement along the others.
+//
+// Newton's method on those axes a, the zone having come to rest before each step:
+//
+//   d_a += K_aa^-1 (g_a - f_a(d))       g the forces given, K = df / dd the stiffness of all contacts
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/place_answer.hpp"
+#include "runtime/src/zone_set.hpp"
+
+namespace palpate {
+
+inline bool is_force_given(const pal_contact& contact, uint32_t axis) {
+  return (contact.force_axes >> axis & 1) != 0;
+}
+
+struct ForceControl {
+  bool has_ended;  // nothing was given, or all forces are what they should be to 1e-4 of the displacement
+  uint32_t
+      flags;  // PAL_FLAG_CLAMPED: the force asks for more than kMostGiven of the scene's largest displacement
+};
+
+// Of that displacement, along an axis.
+inline constexpr double kMostGiven = 4.0;
+
+// Takes displacements[contacts][3], model units, a step on. `moved`: what moves the zone's answer to each contact's place.
+ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
+                            const PlaceAnswer* moved, double* displacements);
+
+}  // namespace palpate

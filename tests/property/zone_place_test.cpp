@@ -1,0 +1,182 @@
+// nonlinear_zone of contacts at points between sites: what it is beside the blend of zones at the corners, and how smooth
+// it is as a contact slides.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+
+namespace palpate::test {
+namespace {
+
+const Eigen::Vector3d kPush(0.01, -0.012, -0.03);
+
+Eigen::Vector3d force_of(const pal_contact_result& result) {
+  return Eigen::Vector3d(result.force);
+}
+
+pal_contact at_site(uint32_t site, const Eigen::Vector3d& d) {
+  return {site, {d[0], d[1], d[2]}, 0, {}, {}, {}};
+}
+
+// Of a pack with zones, with polynomials beside them or not.
+class ZonePlaces : public testing::TestWithParam<bool> {
+ protected:
+  static const AlignedBytes& bytes() {
+    if (GetParam()) return zone_pack_bytes();
+    static const AlignedBytes alone = [] {
+      PackContent content = small_pack().content();
+      content.polynomials = nullptr;
+      content.zone = &small_pack().zone;
+      return write_pack(content);
+    }();
+    return alone;
+  }
+
+  pal_surface_point point_at(const Eigen::Vector3d& position) const {
+    pal_surface_point point;
+    require(pal_pack_find_surface_point(pack_.get(), position.data(), &point), "surface point");
+    return point;
+  }
+
+  pal_contact contact_at(const Eigen::Vector3d& position, const Eigen::Vector3d& d) const {
+    const pal_surface_point point = point_at(position);
+    return pal_contact_at(&point, d.data());
+  }
+
+  struct Answer {
+    Eigen::Vector3d force;
+    Eigen::VectorXd field;
+  };
+
+  // Once it has come to rest, from rest.
+  Answer settled(const std::vector<pal_contact>& contacts) const {
+    OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+    EXPECT_EQ(results.front().flags, 0U);
+    EXPECT_EQ(results.front().model, PAL_MODEL_ZONE);
+    return {force_of(results.front()), as_vector(session.field())};
+  }
+
+  // The blend of the zones at the corners of a place, the other contacts as they are.
+  Answer blended(const Eigen::Vector3d& position, const Eigen::Vector3d& d,
+                 const std::vector<pal_contact>& others) const {
+    const pal_surface_point point = point_at(position);
+    Answer blend = {Eigen::Vector3d::Zero(), {}};
+    for (int corner = 0; corner < 3; ++corner) {
+      std::vector<pal_contact> contacts = {at_site(point.sites[corner], d)};
+      contacts.insert(contacts.end(), others.begin(), others.end());
+      const Answer own = settled(contacts);
+      if (corner == 0) blend.field = Eigen::VectorXd::Zero(own.field.size());
+      blend.force += point.weights[corner] * own.force;
+      blend.field += point.weights[corner] * own.field;
+    }
+    return blend;
+  }
+
+  void expect_near_the_blend(const Eigen::Vector3d& place, const std::vector<pal_contact>& others,
+                             double tolerance) const {
+    const Answer blend = blended(place, kPush, others);
+    std::vector<pal_contact> contacts = {contact_at(place, kPush)};
+    contacts.insert(contacts.end(), others.begin(), others.end());
+    const Answer answer = settled(contacts);
+    for (int i = 0; i < 2; ++i) contacts.front().neighbour_weights[i] = 0;
+    const pal_surface_point point = point_at(place);
+    contacts.front().site = point.sites[std::max_element(point.weights, point.weights + 3) - point.weights];
+    const Answer nearest = settled(contacts);
+    EXPECT_LE((answer.force - blend.force).norm(), tolerance * (nearest.force - blend.force).norm());
+    EXPECT_LE((answer.field - blend.field).lpNorm<Eigen::Infinity>(),
+              tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
+  }
+
+  const Eigen::Vector3d kPlace{0.17, 0.22, 0.375};
+  OpenPack pack_{bytes()};
+};
+
+INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlaces, testing::Bool(),
+                         [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
+
+TEST_P(ZonePlaces, AreNearlyTheBlendOfZonesAtTheirCorners) {
+  expect_near_the_blend(kPlace, {}, GetParam() ? 0.03 : 0.25);
+}
+
+// What contacts do to each other stays that at their sites: on so small a block, where tips nearly touch, a good part of it.
+TEST_P(ZonePlaces, OfOneOfSeveralAreToo) {
+  expect_near_the_blend({0.09, 0.14, 0.375}, {at_site(small_pack().site_at(60), {0, 0.004, -0.015})}, 0.75);
+}
+
+TEST_P(ZonePlaces, StiffnessIsTheDerivativeOfTheForce) {
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  const auto settle = [&](const Eigen::Vector3d& d) {
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame)
+      results = session.touch({contact_at(kPlace, d)});
+    return results.front();
+  };
+  const pal_contact_result at_push = settle(kPush);
+  constexpr double kStep = 1e-4;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const Eigen::Vector3d ahead = force_of(settle(kPush + step));
+    const Eigen::Vector3d behind = force_of(settle(kPush - step));
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(at_push.stiffness[i][axis], (ahead[i] - behind[i]) / (2 * kStep),
+                  2e-3 * at_push.stiffness[2][2]);
+  }
+}
+
+// From site to site: the zone that answers changes twice, and nobody feels it.
+TEST_P(ZonePlaces, SlideWithoutJumps) {
+  const Eigen::Vector3d from(0.13, 0.13, 0.375);
+  const Eigen::Vector3d way(0.12, 0.12, 0);
+  constexpr int kSteps = 200;
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  Eigen::VectorXd field_before;
+  double peak = 0;
+  double jump = 0;
+  double field_jump = 0;
+  for (int step = -30; step <= kSteps; ++step) {
+    const double part = std::max(0, step) / static_cast<double>(kSteps);
+    const auto result = session.touch({contact_at(from + part * way, kPush)}).front();
+    const Eigen::VectorXd field = as_vector(session.field());
+    EXPECT_EQ(result.flags & PAL_FLAG_NEAREST_SITE, 0U);
+    if (step > 0) {
+      jump = std::max(jump, (force_of(result) - before).norm());
+      field_jump = std::max(field_jump, (field - field_before).lpNorm<Eigen::Infinity>());
+    }
+    before = force_of(result);
+    field_before = field;
+    peak = std::max(peak, before.norm());
+  }
+  EXPECT_LE(jump, (GetParam() ? 0.01 : 0.03) * peak);
+  EXPECT_LE(field_jump, (GetParam() ? 0.015 : 0.05) * kPush.norm());
+}
+
+// A point that trembles about the middle between two sites is answered by one zone, and none is made ready.
+TEST_P(ZonePlaces, TremblingTheyStayWithOneZone) {
+  pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 1, 0);
+  OwnedSession session(pack_.get(), config);
+  const uint32_t here = small_pack().site_at(54);
+  const uint32_t there = small_pack().site_at(55);
+  const auto between = [&](double weight) {
+    pal_contact contact = at_site(here, kPush);
+    contact.neighbours[0] = there;
+    contact.neighbour_weights[0] = weight;
+    return contact;
+  };
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) session.touch({between(0.49)});
+  const Eigen::Vector3d before = force_of(session.touch({between(0.49)}).front());
+  const Eigen::Vector3d beyond = force_of(session.touch({between(0.51)}).front());
+  const Eigen::Vector3d after = force_of(session.touch({between(0.49)}).front());
+  EXPECT_LE((after - before).norm(), 1e-6 * before.norm());
+  EXPECT_GT((beyond - before).norm(), 0);
+}
+
+}  // namespace
+}  // namespace palpate::test
