@@ -223,9 +223,8 @@ std::string plot(const std::vector<double>& places, const std::vector<Curve>& wi
     contrasts += fmt::format("{}$Curve{} using 1:4 with lines {}", c == 0 ? "plot " : ", ", c, look);
   }
   return plot_frame() + blocks +
-         "set xlabel 'along the swipe, mm'\nset key at screen 0.5, screen 0.98 center top horizontal maxcols "
-         "4 samplen 3\n"
-         "set multiplot layout 1,2 margins 0.09,0.985,0.14,0.8 spacing 0.1,0.1\n"
+         "set xlabel 'along the swipe, mm'\nset key at screen 0.5, screen 0.98 center top samplen 3\n"
+         "set multiplot layout 1,2 margins 0.09,0.985,0.14,0.68 spacing 0.1,0.1\n"
          "set title 'force, mN' offset 0,-0.5\n" +
          forces + "\nunset key\nset title 'beyond the force without the inclusion, %' offset 0,-0.5\n" +
          contrasts + "\nunset multiplot\n";
