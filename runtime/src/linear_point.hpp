@@ -19,9 +19,9 @@ struct LinearPointAnswer {
   double stiffness[9];  // by rows, symmetric
 };
 
-// Nodes that such a contact, or the difference of two places, holds at most.
+// Nodes that such a contact holds at most.
 inline uint32_t most_held_at_point(const pal_pack& pack) {
-  return kMostCorners * pack.max_patch_nodes;
+  return 3 * pack.max_patch_nodes;
 }
 
 // For a finite displacement, model units. Leaves the nodes that are held and f, in the pack's metres, at `held` and `forces`, and

@@ -19,7 +19,7 @@ namespace palpate {
 
 // Of the field of a contact by polynomials, or of a zone of so many.
 constexpr uint32_t most_corners(uint32_t num_zone_contacts) {
-  return num_zone_contacts > 0 ? kMostCorners * num_zone_contacts : kMostCorners;
+  return num_zone_contacts > 0 ? kMostCorners * num_zone_contacts : 3;
 }
 
 // Model units.

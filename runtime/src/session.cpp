@@ -59,7 +59,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
-    const uint32_t of_zone = arrays.zone.max_boundary + arrays.zone.max_contacts * at_point;
+    const uint32_t of_zone =
+        arrays.zone.max_boundary + arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes;
     most_held = of_zone > most_held ? of_zone : most_held;
     most_own = arrays.zone.max_nodes;
     most_exterior = arrays.zone.max_contacts;

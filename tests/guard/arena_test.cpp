@@ -147,7 +147,7 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const size_t maps = 2 * info.num_contact_nodes * sizeof(uint32_t);
   // Of three snapshots, where a contact between sites holds the nodes of three patches.
   const size_t fields = size_t{3} * 3 * info.max_patch_nodes * (sizeof(uint32_t) + 3 * sizeof(pal_real));
-  constexpr size_t kLines = 50;  // of cache, which the small arrays are rounded up to
+  constexpr size_t kLines = 56;  // of cache, which the small arrays are rounded up to
   const size_t rest = sizeof(pal_session) + config.max_tools * sizeof(ToolState) + kLines * 64;
   const size_t needed = inverse + unit_forces + columns + maps + fields;
   EXPECT_GE(required_bytes(pack, config), needed);

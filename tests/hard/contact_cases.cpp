@@ -113,6 +113,54 @@ std::vector<Answer> beside_the_base(const Bar& bar) {
   return worst_of(sets, bar);
 }
 
+// A contact between three sites: the truth is the blend of the full solves at each.
+std::vector<Answer> between_sites(const Eigen::Vector3d& d) {
+  const Organ& organ = cluster();
+  const std::uint32_t corners[3] = {at(organ, 0.4, 0.4), at(organ, 0.6, 0.4), at(organ, 0.6, 0.6)};
+  constexpr double kWeights[3] = {0.4, 0.35, 0.25};
+  Truth truth;
+  for (int corner = 0; corner < 3; ++corner) {
+    const Truth own = organ.solve({push(corners[corner], d)});
+    if (corner == 0) truth = {true, Eigen::VectorXd::Zero(own.field.size()), {Eigen::Vector3d::Zero()}};
+    truth.solved = truth.solved && own.solved;
+    truth.field += kWeights[corner] * own.field;
+    truth.forces.front() += kWeights[corner] * own.forces.front();
+  }
+  pal_contact contact = push(corners[0], d);
+  for (int i = 0; i < 2; ++i) {
+    contact.neighbours[i] = corners[i + 1];
+    contact.neighbour_weights[i] = kWeights[i + 1];
+  }
+  std::vector<Answer> answers;
+  for (const pal_model model : models_for_one(organ)) answers.push_back(organ.ask(model, {contact}, truth));
+  return answers;
+}
+
+// A contact of which the force inwards is given: what of a push that the linear model makes of it. The truth is the full solve
+// of where it has got to.
+std::vector<Answer> given_force(const Eigen::Vector3d& d) {
+  const Organ& organ = cluster();
+  constexpr std::uint32_t kInwards = 2;
+  const std::uint32_t site = at(organ, 0.4, 0.4);
+  const double force = ModelUnitSession(organ.opened(), PAL_MODEL_LINEAR, 1, 1)
+                           .settle(std::vector{push(site, d)})[0]
+                           .force[kInwards];
+  std::vector<Answer> answers;
+  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
+    ModelUnitSession session(organ.opened(), model, 1, 1);
+    pal_contact contact = push(site, {d.x(), d.y(), 0});
+    contact.force_axes = 1U << kInwards;
+    contact.force[kInwards] = force;
+    const auto results = session.settle(std::vector{contact});
+    const pal_contact got = push(site, Eigen::Vector3d(results[0].displacement));
+    Truth truth = organ.solve({got});
+    truth.forces.front()[kInwards] = force;
+    answers.push_back(organ.compare(model == PAL_MODEL_AUTO ? "auto" : model_name(model), {got}, results,
+                                    session.visual_frame(), truth));
+  }
+  return answers;
+}
+
 // A node of the contact's patch, or its neighbour, fixed while running.
 std::vector<Answer> fixed_while_running(bool within_patch, double part) {
   const Organ& organ = cluster();
@@ -235,6 +283,13 @@ Group contact_cases() {
         return ask_all(cluster(), contacts);
       },
       "more than eight contacts are answered by the linear model");
+  add("between_sites", "a contact between three sites, moved in and aside by half an edge", [] {
+    return between_sites({0.05, -0.03, -0.08});
+  });
+  add("given_force",
+      "a contact of which the force inwards is given, for a third of an edge, and which is moved aside", [] {
+        return given_force({0.03, 0, -0.06});
+      });
   add("beside_the_base", "a site beside the fixed base, which cuts its patch",
       [bar] { return beside_the_base(bar); });
   add("fixed_neighbour_tenth",

@@ -299,8 +299,11 @@ TEST_F(Eval, FixHoldsANodeAtZero) {
 }
 
 TEST_F(Eval, AForceInPlaceOfADisplacement) {
-  const nlohmann::json pushed = answer({"--contact", "23=0.001,0,f-0.02"})["contacts"][0];
-  EXPECT_EQ(pushed["model"], "linear");
+  const nlohmann::json by_zone = answer({"--contact", "23=0.001,0,f-0.02"})["contacts"][0];
+  EXPECT_EQ(by_zone["model"], "zone");
+  EXPECT_NEAR(by_zone["force"][2].get<double>(), -0.02, 2e-5);
+  const nlohmann::json pushed =
+      answer({"--contact", "23=0.001,0,f-0.02", "--model", "linear"})["contacts"][0];
   EXPECT_NEAR(pushed["force"][2].get<double>(), -0.02, 1e-12);
   EXPECT_EQ(pushed["displacement"][0], 0.001);
   char moved[60];
