@@ -125,7 +125,7 @@ int run(const std::filesystem::path& folder, const std::vector<std::string>& wor
       bool is_first = true;
       for (const Answer& answer : outcome.answers) {
         std::vector<std::string> row = {cell(one.hard),
-                                        answer.by,
+                                        cell(answer.by),
                                         cell(answer.happened),
                                         percent(answer.displacement_error),
                                         percent(answer.force_error),
