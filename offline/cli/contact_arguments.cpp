@@ -141,7 +141,7 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       .add_option(
           "--contact", arguments.contacts,
           "Move the patch of the site at NODE (label in the model file) by (dx,dy,dz); a component written "
-          "fN is a force of N on it instead (answered by the linear model); may be repeated")
+          "fN is a force of N on it instead (answered by zones or the linear model); may be repeated")
       ->type_name("NODE=dx,dy,dz")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -253,9 +253,9 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
                     arguments.zone_rings, info.zone_rings, arguments.zone_rings));
   }
   if (model == PAL_MODEL_ZONE &&
-      (count > pack::kMostZoneContacts || !fixed.empty() || forces_given || !arguments.gravity.empty())) {
+      (count > pack::kMostZoneContacts || !fixed.empty() || !arguments.gravity.empty())) {
     throw std::runtime_error(
-        "--model zone answers up to 8 contacts that are moved, and no --fix and --gravity; use auto or "
+        "--model zone answers up to 8 contacts, and no --fix and --gravity; use auto or "
         "linear");
   }
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),

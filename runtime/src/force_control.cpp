@@ -8,7 +8,7 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
-constexpr double kControlled = 1e-4;
+constexpr double kControlled = 1e-5;
 constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
 
 // Solves K x = b in place by Cholesky's factor of the lower triangle. False where K is not positive definite.

@@ -6,7 +6,8 @@
 //   f = f_zone,s(d) + sum_i w_i g_i(d) - g_s(d)
 //
 // g the answer of one contact alone, of polynomial_dd where the pack has it, else of linear_dd; energy, stiffness and field
-// likewise. What contacts do to each other is then that at their sites. Along a path it is continuous but where s
+// likewise. What contacts do to each other is then that at their sites, so that only those are moved that share their zone with
+// no other. Along a path it is continuous but where s
 // changes: there it jumps by what the zone and g differ in from site to site.
 #pragma once
 

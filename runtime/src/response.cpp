@@ -267,6 +267,17 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
   give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
+// Whether no other contact shares a zone with this one.
+bool is_alone_in_zone(const ZoneSet& set, uint32_t contact) {
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    for (uint32_t i = 0; i < group.num_contacts; ++i) {
+      if (group.contacts[i] == contact) return group.num_contacts == 1;
+    }
+  }
+  return false;
+}
+
 void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count,
                  pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
@@ -283,6 +294,9 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     answer = solve_zone(pack, session.displacements, session.config.zone_iterations, session.zone);
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
+      moved[c] = {};
+      // Of contacts that share one, what moves one would drag the patches of the others from where they are held.
+      if (!is_alone_in_zone(set, c)) continue;
       moved[c] =
           move_to_place(pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);
       answer.energy += moved[c].energy;
@@ -315,7 +329,8 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     // Surveyed were contacts at sites with all rings, once they had come to rest.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    is_surveyed = is_surveyed && (count == 1 || difference.count == 0);
+    if (count > 1 && difference.count > 0) result.flags |= PAL_FLAG_NEAREST_SITE;
+    is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
     estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, result);
     worsen_estimate(pack, difference, is_surveyed, d, result);
     for (uint32_t i = 0; i < 3; ++i) {

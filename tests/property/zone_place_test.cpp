@@ -63,35 +63,17 @@ class ZonePlaces : public testing::TestWithParam<bool> {
     return {force_of(results.front()), as_vector(session.field())};
   }
 
-  // The blend of the zones at the corners of a place, the other contacts as they are.
-  Answer blended(const Eigen::Vector3d& position, const Eigen::Vector3d& d,
-                 const std::vector<pal_contact>& others) const {
+  // The blend of the zones at the corners of a place.
+  Answer blended(const Eigen::Vector3d& position, const Eigen::Vector3d& d) const {
     const pal_surface_point point = point_at(position);
     Answer blend = {Eigen::Vector3d::Zero(), {}};
     for (int corner = 0; corner < 3; ++corner) {
-      std::vector<pal_contact> contacts = {at_site(point.sites[corner], d)};
-      contacts.insert(contacts.end(), others.begin(), others.end());
-      const Answer own = settled(contacts);
+      const Answer own = settled({at_site(point.sites[corner], d)});
       if (corner == 0) blend.field = Eigen::VectorXd::Zero(own.field.size());
       blend.force += point.weights[corner] * own.force;
       blend.field += point.weights[corner] * own.field;
     }
     return blend;
-  }
-
-  void expect_near_the_blend(const Eigen::Vector3d& place, const std::vector<pal_contact>& others,
-                             double tolerance) const {
-    const Answer blend = blended(place, kPush, others);
-    std::vector<pal_contact> contacts = {contact_at(place, kPush)};
-    contacts.insert(contacts.end(), others.begin(), others.end());
-    const Answer answer = settled(contacts);
-    for (int i = 0; i < 2; ++i) contacts.front().neighbour_weights[i] = 0;
-    const pal_surface_point point = point_at(place);
-    contacts.front().site = point.sites[std::max_element(point.weights, point.weights + 3) - point.weights];
-    const Answer nearest = settled(contacts);
-    EXPECT_LE((answer.force - blend.force).norm(), tolerance * (nearest.force - blend.force).norm());
-    EXPECT_LE((answer.field - blend.field).lpNorm<Eigen::Infinity>(),
-              tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
   }
 
   const Eigen::Vector3d kPlace{0.17, 0.22, 0.375};
@@ -102,12 +84,34 @@ INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlaces, testing::Bool(),
                          [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
 
 TEST_P(ZonePlaces, AreNearlyTheBlendOfZonesAtTheirCorners) {
-  expect_near_the_blend(kPlace, {}, GetParam() ? 0.03 : 0.25);
+  const double tolerance = GetParam() ? 0.03 : 0.25;
+  const Answer blend = blended(kPlace, kPush);
+  const Answer answer = settled({contact_at(kPlace, kPush)});
+  const pal_surface_point point = point_at(kPlace);
+  const Answer nearest = settled(
+      {at_site(point.sites[std::max_element(point.weights, point.weights + 3) - point.weights], kPush)});
+  EXPECT_LE((answer.force - blend.force).norm(), tolerance * (nearest.force - blend.force).norm());
+  EXPECT_LE((answer.field - blend.field).lpNorm<Eigen::Infinity>(),
+            tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
 }
 
-// What contacts do to each other stays that at their sites: on so small a block, where tips nearly touch, a good part of it.
-TEST_P(ZonePlaces, OfOneOfSeveralAreToo) {
-  expect_near_the_blend({0.09, 0.14, 0.375}, {at_site(small_pack().site_at(60), {0, 0.004, -0.015})}, 0.75);
+// Contacts that share a zone are not moved: each patch stays where it is held, and the answer says that it is the nearest site's.
+TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreTheNearestSiteAndSaySo) {
+  const Eigen::Vector3d place(0.09, 0.14, 0.375);
+  const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
+  const pal_surface_point point = point_at(place);
+  const uint32_t nearest = point.sites[std::max_element(point.weights, point.weights + 3) - point.weights];
+  OwnedSession between(pack_.get(), PAL_MODEL_ZONE);
+  OwnedSession at_nearest(pack_.get(), PAL_MODEL_ZONE);
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
+    const auto results = between.touch({contact_at(place, kPush), other});
+    const auto expected = at_nearest.touch({at_site(nearest, kPush), other});
+    EXPECT_NE(results[0].flags & PAL_FLAG_NEAREST_SITE, 0U);
+    EXPECT_EQ(results[1].flags & PAL_FLAG_NEAREST_SITE, 0U);
+    EXPECT_EQ(results[0].displacement_error, 1);
+    EXPECT_LE((force_of(results[0]) - force_of(expected[0])).norm(), 1e-9 * force_of(expected[0]).norm());
+  }
+  EXPECT_EQ(between.field(), at_nearest.field());
 }
 
 TEST_P(ZonePlaces, StiffnessIsTheDerivativeOfTheForce) {

@@ -165,9 +165,9 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, where polynomial_dd and nonlinear_zone answer, and linear_dd one contact
-   * alone whose displacement is given, without fixed nodes and under the scene's gravity: here the site of the
-   * largest weight did. */
+  /* The contact is at a point between sites, where polynomial_dd and nonlinear_zone answer one contact, and linear_dd one
+   * whose displacement is given, without fixed nodes and under the scene's gravity: here the site of the largest
+   * weight did, or, far from all other contacts, nonlinear_zone as if each were alone. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
    * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
@@ -366,9 +366,10 @@ PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
  * the same displacement: energy, force, stiffness and field are their means with the point's weights, so that
  * both force and field are continuous as the point slides. That is so for one contact whose displacement is given
  * and no fixed nodes. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
- * linear_dd where the pack has no other, says of each contact alone at the point instead of that site; where the site
- * changes the answer jumps by what those models are wrong by. With linear_dd each of several contacts acts at its site of
- * the largest weight, and is PAL_FLAG_NEAREST_SITE. This struct does not grow. */
+ * linear_dd where the pack has no other, says of the contact alone at the point instead of that site; where the site
+ * changes the answer jumps by what those models are wrong by. Several contacts act at their sites of the largest weight, and
+ * are PAL_FLAG_NEAREST_SITE: with linear_dd all, with nonlinear_zone those that share a zone, while the others are
+ * moved as if alone. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */
