@@ -27,12 +27,13 @@ struct ReportEffort {
   int newton_frames = 12;      // and of full Newton
   int scene_sites = 0;         // of a scene that is packed for the report: at most so many; 0: all
   int scene_survey = 0;        // pushes of its survey; 0: as many as `palpate build` takes
+  int scene_sets = 0;          // and sets of several contacts
 
   static ReportEffort quick() {
     ReportEffort effort;
     effort.random_pushes = 96;
     effort.most_sites = 4;
-    effort.pushes_at_level = 24;
+    effort.pushes_at_level = 16;
     effort.pushes_of_slow_methods = 8;
     effort.several = 3;
     effort.most_zone_rings = 2;
@@ -49,6 +50,7 @@ struct ReportEffort {
     effort.newton_frames = 3;
     effort.scene_sites = 4;
     effort.scene_survey = 128;
+    effort.scene_sets = 20;
     return effort;
   }
 };
