@@ -33,7 +33,7 @@ struct ReportEffort {
     ReportEffort effort;
     effort.random_pushes = 96;
     effort.most_sites = 4;
-    effort.pushes_at_level = 16;
+    effort.pushes_at_level = 24;
     effort.pushes_of_slow_methods = 8;
     effort.several = 3;
     effort.most_zone_rings = 2;
@@ -42,7 +42,7 @@ struct ReportEffort {
     effort.most_moving_rings_of_several = 1;
     effort.cg_tolerances = {1e-1, 1e-3};
     effort.every_setting = false;
-    effort.seconds = effort.seconds_of_settings = 0.1;
+    effort.seconds = effort.seconds_of_settings = 0.08;
     effort.most_frames = 10000;
     effort.cold_frames = 4;
     effort.cold_frames_of_settings = 1;
@@ -50,7 +50,7 @@ struct ReportEffort {
     effort.newton_frames = 3;
     effort.scene_sites = 4;
     effort.scene_survey = 128;
-    effort.scene_sets = 20;
+    effort.scene_sets = 12;
     return effort;
   }
 };
