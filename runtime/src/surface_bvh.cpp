@@ -1,7 +1,10 @@
 #include "runtime/src/surface_bvh.hpp"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
+
+#include <initializer_list>
 
 namespace palpate {
 namespace {
@@ -145,17 +148,42 @@ Nearest nearest_on_primitive(const pal_pack& pack, const double position[3], uin
   return nearest;
 }
 
-// Zero inside.
-double square_distance(const BvhNode& node, const double position[3]) {
-  double square = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double below = static_cast<double>(node.min[i]) - position[i];
-    const double above = position[i] - static_cast<double>(node.max[i]);
-    const double beyond = below > above ? below : above;
-    const double outside = beyond > 0 ? beyond : 0;
-    square += outside * outside;
+using Float4 = float __attribute__((vector_size(16)));
+
+// A position to find boxes near, in float32: four lanes at once, of which the last says nothing.
+struct BoxQuery {
+  Float4 position;
+  // Above the roundings of the position and of its difference from a box, of either's size.
+  float slack;
+
+  BoxQuery(const double at[3], const BvhNode& root) : position(), slack(0) {
+    for (int i = 0; i < 3; ++i) {
+      position[i] = static_cast<float>(at[i]);
+      for (const float coordinate : {position[i], root.min[i], root.max[i]}) {
+        if (fabsf(coordinate) > slack) slack = fabsf(coordinate);
+      }
+    }
+    slack *= 4 * FLT_EPSILON;
   }
-  return square;
+
+  // Of the distance from a box; never more than that, but for a few roundings of itself. Zero inside.
+  float square_distance(const BvhNode& node) const {
+    Float4 min;
+    Float4 max;
+    memcpy(&min, node.min, sizeof min);
+    memcpy(&max, node.max, sizeof max);
+    const Float4 below = min - position;
+    const Float4 above = position - max;
+    Float4 beyond = (below > above ? below : above) - slack;
+    beyond = beyond > 0 ? beyond : Float4{};
+    beyond *= beyond;
+    return beyond[0] + beyond[1] + beyond[2];
+  }
+};
+
+// Not below `square`, by more than the roundings of a box's.
+float above_roundings(double square) {
+  return static_cast<float>(square) * (1 + 16 * FLT_EPSILON) + FLT_MIN;
 }
 
 // The nearest primitive so far, and the square of the distance beyond which nothing can be nearer.
@@ -163,14 +191,15 @@ struct Search {
   const pal_pack& pack;
   const double* position;
   double size;  // of the surface: no edge is longer
+  BoxQuery boxes;
   Nearest nearest;
-  double limit;
+  float limit;
 
   void accept(const Nearest& nearer) {
     nearest = nearer;
     const double distance = sqrt(nearer.square);
     const double farthest = distance + kRounding * (distance + size);
-    limit = farthest * farthest;
+    limit = above_roundings(farthest * farthest);
   }
 
   void visit(uint32_t primitive) {
@@ -191,7 +220,7 @@ double size_of(const BvhNode& node) {
 SurfaceVisits search_tree(Search& search) {
   struct Waiting {
     const BvhNode* node;
-    double square;
+    float square;
   };
   Waiting waiting[pack::kMostBvhDepth];  // the farther child of each node on the way down
   uint32_t num_waiting = 0;
@@ -203,9 +232,9 @@ SurfaceVisits search_tree(Search& search) {
       for (uint32_t i = 0; i < node->count; ++i) search.visit(node->first + i);
       visits.primitives += node->count;
     } else {
-      Waiting near = {node + 1, square_distance(node[1], search.position)};
+      Waiting near = {node + 1, search.boxes.square_distance(node[1])};
       const BvhNode* right = search.pack.bvh_nodes + node->first;
-      Waiting far = {right, square_distance(*right, search.position)};
+      Waiting far = {right, search.boxes.square_distance(*right)};
       visits.nodes += 2;
       if (far.square < near.square) {
         const Waiting left = near;
@@ -283,7 +312,7 @@ bool find_nearest_surface_point(const pal_pack& pack, const double position[3], 
   for (int i = 0; i < 3; ++i) {
     if (!(fabs(position[i]) <= kLargestPosition)) return false;
   }
-  Search search = {pack, position, size_of(pack.bvh_nodes[0]), {}, 0};
+  Search search = {pack, position, size_of(pack.bvh_nodes[0]), {position, pack.bvh_nodes[0]}, {}, 0};
   search.accept(
       nearest_on_primitive(pack, position, start_primitive < pack.num_primitives ? start_primitive : 0));
   const SurfaceVisits visited = search_tree(search);
