@@ -10,13 +10,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -195,6 +196,14 @@ std::string caption(const Course& course, const std::string& pushes) {
       course.inverted);
 }
 
+std::int64_t seed_of(std::string_view text) {
+  std::int64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc() || end != text.data() + text.size() || seed < 0)
+    throw std::invalid_argument(fmt::format("SEED is a number from 0 on, not '{}'", text));
+  return seed;
+}
+
 void study(const std::filesystem::path& scene, const std::filesystem::path& out, std::int64_t seed) {
   check_can_finish(out);
   const Organ organ(read_scene(scene));
@@ -254,7 +263,7 @@ int main(int argc, char** argv) {
   try {
     if (argc != 3 && argc != 4)
       throw std::invalid_argument("usage: palpate_study_bullet SCENE.toml OUT.csv [SEED]");
-    palpate::study::study(argv[1], argv[2], argc == 4 ? std::strtoll(argv[3], nullptr, 10) : 1);
+    palpate::study::study(argv[1], argv[2], argc == 4 ? palpate::study::seed_of(argv[3]) : 1);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -98,7 +98,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.jobs = jobs;
   constexpr int kSurveySets =
       60;  // as many as it takes to tell 95 % of their errors with a confidence of 95 %
-  plan.survey_sets = scene.max_contacts > 1 ? kSurveySets : 0;
+  plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
   // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
   constexpr double kRoundedFrom = 2e-4;

@@ -106,7 +106,11 @@ std::vector<KeptPromise> judge_pack(const OpenedPack& opened, const std::vector<
                       survey_runtime(opened, claimed.runtime_model, samples, max_displacement),
                       {}});
     if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
-    models.back().sets = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets)};
+    KeptSets& kept = models.back().sets;
+    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets)};
+    // Of few sites the builder may not have drawn all kinds.
+    std::erase_if(kept.measured.table.kinds,
+                  [&](const SetKindErrors& errors) { return of_kind(claimed.sets, errors.kind) == nullptr; });
   }
   return models;
 }

@@ -344,9 +344,11 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       "With --stepping current-stiffness (Bergan's procedure) the first arc increment is one of the load, "
       "and "
       "those behind it\n"
-      "are the first times sqrt|current_stiffness|, with its sign. It does not pass a snap-back, where the "
-      "deflection under the\n"
-      "load turns: exit code 2.\n\n"
+      "are the first times sqrt|current_stiffness|, with its sign: at most half longer than the last, and "
+      "that "
+      "where the stiffness\n"
+      "hardly changes. It does not pass a snap-back, where the deflection under the load turns: exit code "
+      "2.\n\n"
       "Example: palpate solve models/cylinder/cylinder_push.inp -o /tmp/push");
   command->add_option("MODEL.inp", arguments->model, "Model file with at least one *STEP")
       ->type_name("")

@@ -44,8 +44,7 @@ SetSurvey sets_of(const pack::ErrorSurvey& survey) {
   sets.force_bound = survey.set_force_bound();
   if (survey.sets() == nullptr) return sets;
   for (const pack::SetErrors* errors : *survey.sets()) {
-    for (const SetKind kind :
-         {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near, SetKind::three_apart}) {
+    for (const SetKind kind : kSetKinds) {
       if (static_cast<std::uint32_t>(num_contacts_of(kind)) != errors->contacts() ||
           is_near(kind) != (errors->near() != 0))
         continue;

@@ -111,8 +111,11 @@ int run_validate(const ValidateArguments& arguments) {
 
   // Surveys of builders have smaller seeds.
   SolvedSets sets;
+  const std::vector<ModelErrors> claims = surveys_of(opened.tables());
+  const bool are_claimed = std::any_of(claims.begin(), claims.end(),
+                                       [](const ModelErrors& one) { return !one.sets.kinds.empty(); });
   if (std::vector<ContactSet> drawn =
-          draw_contact_sets(organ.model, organ.scene, organ.sites, arguments.sets,
+          draw_contact_sets(organ.model, organ.scene, organ.sites, are_claimed ? arguments.sets : 0,
                             static_cast<std::uint64_t>(arguments.seed) | std::uint64_t{1} << 63);
       !drawn.empty()) {
     ProgressBar bar("solving several contacts", static_cast<int>(drawn.size()));
@@ -169,7 +172,8 @@ void add_validate_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--sets", arguments->sets,
-                   "Sets of several contacts, where the scene has such; default 48, as many of each kind")
+                   "Sets of several contacts, where the pack says how wrong it is of such; default 48, as "
+                   "many of each kind")
       ->type_name("N")
       ->check(CLI::Range(0, 1000000));
   command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")

@@ -132,8 +132,6 @@ const char* words_for(SetKind kind) {
 
 std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                           int count, std::uint64_t seed) {
-  constexpr SetKind kKinds[] = {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near,
-                                SetKind::three_apart};
   std::vector<ContactSet> sets;
   if (count == 0 || scene.max_contacts < 2 || sites.sites.size() < 2) return sets;
   const size_t num_kinds = scene.max_contacts > 2 ? 4 : 2;
@@ -146,7 +144,7 @@ std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene
   auto point = points.begin();
   for (int i = 0; i < count; ++i) {
     ContactSet set;
-    set.kind = kKinds[static_cast<size_t>(i) % num_kinds];
+    set.kind = kSetKinds[static_cast<size_t>(i) % num_kinds];
     for (const size_t site : chooser.choose(set.kind)) {
       set.contacts.push_back({site, scene.max_displacement * (sites.sites[site].frame * *point)});
       ++point;

@@ -21,6 +21,9 @@ enum class SetKind {
   three_apart,   // of eight random threes the one whose nearest two are farthest apart
 };
 
+inline constexpr SetKind kSetKinds[] = {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near,
+                                        SetKind::three_apart};
+
 constexpr int num_contacts_of(SetKind kind) {
   return kind == SetKind::two_near || kind == SetKind::two_anywhere ? 2 : 3;
 }

@@ -26,8 +26,7 @@ SetKindErrors errors_of(SetKind kind, const std::vector<SetAnswer>& answers) {
 
 SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers) {
   SetSurvey survey;
-  for (const SetKind kind :
-       {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near, SetKind::three_apart}) {
+  for (const SetKind kind : kSetKinds) {
     const SetKindErrors errors = errors_of(kind, answers);
     if (errors.sets > 0) survey.kinds.push_back(errors);
   }

@@ -43,6 +43,16 @@ class Cells {
       refuse(heading, text(heading), fmt::format("a whole number from {} on", least));
     return static_cast<int>(value);
   }
+  // 0 where there is none.
+  int count_if_any(const std::string& heading) const {
+    const std::string* cell = find(heading);
+    return cell == nullptr || cell->empty() ? 0 : count(heading, 0);
+  }
+
+  [[noreturn]] void refuse(const std::string& heading, const std::string& cell,
+                           const std::string& what) const {
+    throw std::runtime_error(fmt::format("{}: {} is \"{}\"; it must be {}", place(), heading, cell, what));
+  }
 
  private:
   std::string place() const { return fmt::format("{}:{}", file_, line_.number); }
@@ -59,11 +69,6 @@ class Cells {
       refuse(heading, cell, "a number, not below 0");
     return value;
   }
-  [[noreturn]] void refuse(const std::string& heading, const std::string& cell,
-                           const std::string& what) const {
-    throw std::runtime_error(fmt::format("{}: {} is \"{}\"; it must be {}", place(), heading, cell, what));
-  }
-
   std::string file_;
   const CsvLine& headings_;
   const CsvLine& line_;
@@ -103,10 +108,13 @@ MethodRow row_of(const Cells& cells) {
   MethodRow row;
   row.kind = MethodKind::elsewhere;
   row.name = cells.text("method");
+  if (row.name.find('"') != std::string::npos)
+    cells.refuse("method", row.name, "a name without quotation marks");
   row.contacts = cells.count("contacts", 1);
   row.part = cells.number("part_of_max");
-  row.pushes = static_cast<int>(cells.number_if_any("pushes"));
-  row.diverged = static_cast<int>(cells.number_if_any("diverged"));
+  row.pushes = cells.count_if_any("pushes");
+  row.diverged = cells.count_if_any("diverged");
+  if (row.diverged > row.pushes) cells.refuse("diverged", cells.text("diverged"), "at most its pushes");
   row.displacement = error_of(cells, "displacement", true);
   row.force = error_of(cells, "force", true);
   row.force_unfloored = error_of(cells, "force_unfloored", false);

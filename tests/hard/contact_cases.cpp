@@ -123,6 +123,7 @@ std::vector<Answer> between_sites(const Eigen::Vector3d& d) {
     const Truth own = organ.solve({push(corners[corner], d)});
     if (corner == 0) truth = {true, Eigen::VectorXd::Zero(own.field.size()), {Eigen::Vector3d::Zero()}};
     truth.solved = truth.solved && own.solved;
+    if (!truth.solved) break;
     truth.field += kWeights[corner] * own.field;
     truth.forces.front() += kWeights[corner] * own.forces.front();
   }
@@ -154,7 +155,7 @@ std::vector<Answer> given_force(const Eigen::Vector3d& d) {
     const auto results = session.settle(std::vector{contact});
     const pal_contact got = push(site, Eigen::Vector3d(results[0].displacement));
     Truth truth = organ.solve({got});
-    truth.forces.front()[kInwards] = force;
+    if (truth.solved) truth.forces.front()[kInwards] = force;
     answers.push_back(organ.compare(model == PAL_MODEL_AUTO ? "auto" : model_name(model), {got}, results,
                                     session.visual_frame(), truth));
   }

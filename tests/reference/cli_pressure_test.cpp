@@ -105,8 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Elements, SharedVolumesUnderLoad,
                            return one.param == Elements::c3d10h ? "C3D10H" : "MeanDilatation";
                          });
 
-// In a fluid a body keeps its shape, and W = mu/2 (I1bar - 3) + K/2 (J - 1)^2 has -p = K (J - 1). The supports bear
-// what the fluid presses on them.
+// In a fluid a body keeps its shape, and W = mu/2 (I1bar - 3) + K/2 (J - 1)^2 has -p = K (J - 1).
 TEST_P(SharedVolumesUnderLoad, ABodyInAFluidShrinks) {
   const Model model = on_rollers(block());
   const double J = 0.9;
