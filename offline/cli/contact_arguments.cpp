@@ -55,6 +55,22 @@ Eigen::Vector3d parse_gravity(const std::string& text) {
   return acceleration;
 }
 
+// "10,0,4,5,3": the centre, the radius, how many times as stiff; model units.
+pal_inclusion parse_inclusion(const std::string& text) {
+  pal_inclusion inclusion = {};
+  Eigen::Vector3d centre;
+  ArgumentReader reader(text);
+  if (!take_point(reader, centre) || !reader.take(',') || !reader.take(inclusion.radius) ||
+      !reader.take(',') || !reader.take(inclusion.stiffness) || !reader.is_at_end()) {
+    throw std::runtime_error(fmt::format(
+        "--inclusion {}: expected x,y,z,radius,stiffness, for example 10,0,4,5,3: a ball of radius 5 that is "
+        "three times as stiff",
+        text));
+  }
+  Eigen::Map<Eigen::Vector3d>(inclusion.centre) = centre;
+  return inclusion;
+}
+
 // "0,0,-5": moved by (0, 0, -5); "0,0,f-300": along z the force on it is -300 instead.
 bool take_push(ArgumentReader& reader, pal_contact& contact) {
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -162,6 +178,12 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
           "--gravity", arguments.gravity,
           "Acceleration in place of the scene's, which must let it turn (answered by the linear model)")
       ->type_name("gx,gy,gz");
+  command
+      .add_option(
+          "--inclusion", arguments.inclusion,
+          "Tissue within a ball that is so many times as stiff, 0.01 to 100; felt as far as it lies in "
+          "a zone (answered by zones)")
+      ->type_name("x,y,z,radius,stiffness");
   command
       .add_option(
           "--model", arguments.model,
@@ -272,6 +294,17 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
           fmt::format("--model {} answers the scene's gravity alone; use auto or linear", arguments.model));
     }
     session.set_gravity(acceleration);
+  }
+  if (!arguments.inclusion.empty()) {
+    const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
+    const bool is_for_zones = info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) &&
+                              count <= pack::kMostZoneContacts && fixed.empty() && arguments.gravity.empty();
+    if (!is_for_zones) {
+      throw std::runtime_error(
+          "--inclusion: only zones answer it: a pack that has them ([models] zone = true), --model auto or "
+          "zone, up to 8 contacts, and no --fix and --gravity");
+    }
+    session.set_inclusion(inclusion);
   }
   answer.results = session.settle(answer.contacts);
   for (size_t c = 0; c < answer.contacts.size(); ++c) {

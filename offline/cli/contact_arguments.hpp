@@ -18,11 +18,12 @@ struct ContactArguments {
   std::vector<std::string> points;
   std::vector<int> fixed;
   std::string gravity;
+  std::string inclusion;
   std::string model = "auto";
   unsigned zone_rings = 0;  // 0: all that the pack carries
 };
 
-// Adds --contact, --at, --fix, --gravity, --model and --rings.
+// Adds --contact, --at, --fix, --gravity, --inclusion, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
 // Where a contact is.

@@ -143,6 +143,19 @@ void ModelUnitSession::set_gravity(const Eigen::Vector3d& acceleration) {
   require_ok(status, "gravity");
 }
 
+void ModelUnitSession::set_inclusion(pal_inclusion inclusion) {
+  const double metres = opened_->info().metres_per_length_unit;
+  inclusion.struct_size = sizeof inclusion;
+  for (double& component : inclusion.centre) component *= metres;
+  inclusion.radius *= metres;
+  const pal_status status = pal_session_set_inclusion(session_.get(), &inclusion);
+  if (status == PAL_STATUS_BAD_ARGUMENT) {
+    throw std::runtime_error(
+        "--inclusion: the radius must be above 0 and the stiffness from 0.01 to 100 times the tissue's");
+  }
+  require_ok(status, "inclusion");
+}
+
 std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const pal_contact> contacts) {
   const pal_pack_info info = opened_->info();
   std::vector<pal_contact> scaled(contacts.begin(), contacts.end());
@@ -168,20 +181,27 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   std::vector<pal_contact_result> results = contact_frame(on_the_way);
   if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
   contact_frame({});
-  double farthest = 0;
-  for (const pal_contact& contact : contacts)
-    farthest = std::max(farthest, Eigen::Vector3d(contact.displacement).norm());
-  const pal_pack_info info = opened_->info();
-  const double edge = info.mean_surface_edge / info.metres_per_length_unit;
   constexpr double kStepsPerEdge = 8;
+  constexpr int kStepsOfForce = 16;
   constexpr int kMostSteps = 64;
   constexpr int kMostFrames = 40;  // of a step
+  double farthest = 0;
+  int least_steps = 1;
+  for (const pal_contact& contact : contacts) {
+    farthest = std::max(farthest, Eigen::Vector3d(contact.displacement).norm());
+    if (contact.force_axes != 0) least_steps = kStepsOfForce;
+  }
+  const pal_pack_info info = opened_->info();
+  const double edge = info.mean_surface_edge / info.metres_per_length_unit;
   const int steps =
-      static_cast<int>(std::clamp(std::ceil(kStepsPerEdge * farthest / edge), 1.0, double{kMostSteps}));
+      std::max(least_steps,
+               static_cast<int>(std::min(std::ceil(kStepsPerEdge * farthest / edge), double{kMostSteps})));
   for (int step = 1; step <= steps; ++step) {
     for (size_t c = 0; c < contacts.size(); ++c) {
-      for (size_t axis = 0; axis < 3; ++axis)
+      for (size_t axis = 0; axis < 3; ++axis) {
         on_the_way[c].displacement[axis] = contacts[c].displacement[axis] * step / steps;
+        on_the_way[c].force[axis] = contacts[c].force[axis] * step / steps;
+      }
     }
     for (int frame = 0; frame < kMostFrames; ++frame) {
       results = contact_frame(on_the_way);

@@ -51,6 +51,8 @@ class ModelUnitSession {
   void fix(std::span<const std::uint32_t> contact_nodes);
   // The pack lets it turn, and not only polynomials answer.
   void set_gravity(const Eigen::Vector3d& acceleration);
+  // In length units. The session has zones.
+  void set_inclusion(pal_inclusion inclusion);
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);

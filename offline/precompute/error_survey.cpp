@@ -18,6 +18,12 @@ double chance_of(int k, int n) {
                   k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
 }
 
+double force_floor(const std::vector<SurveySample>& samples) {
+  double largest = 0;
+  for (const SurveySample& sample : samples) largest = std::max(largest, sample.truth.force.norm());
+  return kForceFloor * largest;
+}
+
 }  // namespace
 
 ErrorFigures figures_of(const std::vector<double>& errors) {
@@ -54,9 +60,7 @@ double quantile(std::vector<double> values, double q) {
 }
 
 std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model) {
-  double largest_force = 0;
-  for (const SurveySample& sample : samples)
-    largest_force = std::max(largest_force, sample.truth.force.norm());
+  const double floor = force_floor(samples);
   std::vector<SampleErrors> errors(samples.size());
   for (size_t i = 0; i < samples.size(); ++i) {
     const SurveySample& sample = samples[i];
@@ -66,8 +70,7 @@ std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples
     errors[i].displacement =
         (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() /
         sample.truth.displacement.norm();
-    errors[i].force = (answer.force - sample.truth.force).norm() /
-                      std::max(sample.truth.force.norm(), kForceFloor * largest_force);
+    errors[i].force = (answer.force - sample.truth.force).norm() / std::max(sample.truth.force.norm(), floor);
   }
   return errors;
 }
@@ -76,10 +79,14 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
                             double max_displacement) {
   std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
   std::array<std::vector<double>, kSurveyBins + 1> force_errors;
+  std::vector<double> absolute;  // |f - f_FE| in the last bin
+  const double floor = force_floor(samples);
   for (size_t i = 0; i < samples.size(); ++i) {
     const double size = samples[i].truth.displacement.norm();
     const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
                                kSurveyBins - 1);
+    if (bin == kSurveyBins - 1)
+      absolute.push_back(errors[i].force * std::max(samples[i].truth.force.norm(), floor));
     for (const int target : {bin, kSurveyBins}) {
       displacement_errors[static_cast<size_t>(target)].push_back(errors[i].displacement);
       force_errors[static_cast<size_t>(target)].push_back(errors[i].force);
@@ -87,6 +94,7 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
   }
 
   SurveyTable table;
+  table.force_scale = floor;
   for (int i = 0; i <= kSurveyBins; ++i) {
     SurveyBin& bin = i < kSurveyBins ? table.bins[static_cast<size_t>(i)] : table.overall;
     if (i < kSurveyBins) {
@@ -97,6 +105,8 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
     bin.displacement = figures_of(displacement_errors[static_cast<size_t>(i)]);
     bin.force = figures_of(force_errors[static_cast<size_t>(i)]);
   }
+  if (const SurveyBin& last = table.bins.back(); last.samples > 0 && last.force.bound > 0)
+    table.force_scale = std::max(table.force_scale, covering_bound(absolute) / last.force.bound);
   return table;
 }
 

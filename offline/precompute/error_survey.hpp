@@ -36,6 +36,9 @@ struct SurveyBin {
 struct SurveyTable {
   std::array<SurveyBin, kSurveyBins> bins;
   SurveyBin overall;
+  // A force, at the largest |d|, beside which the bound of the last bin covers |f - f_FE| itself; force unit. Where a force is
+  // smaller, as along an axis that gives way easily, errors are larger parts of it.
+  double force_scale = 0;
 };
 
 // One truth and where it was measured.

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -9,28 +10,8 @@ namespace {
 
 constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
 constexpr double kControlled = 1e-5;
+constexpr double kLeastPart = 1e-6;     // of a pivot: below it the rounding of a tangent
 constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
-
-// Solves K x = b in place by Cholesky's factor of the lower triangle. False where K is not positive definite.
-bool solve_small(uint32_t size, double K[kMostAxes][kMostAxes], double* b) {
-  for (uint32_t j = 0; j < size; ++j) {
-    for (uint32_t k = 0; k < j; ++k) {
-      for (uint32_t i = j; i < size; ++i) K[i][j] -= K[i][k] * K[j][k];
-    }
-    if (!(K[j][j] > 0)) return false;
-    const double pivot = sqrt(K[j][j]);
-    for (uint32_t i = j; i < size; ++i) K[i][j] /= pivot;
-  }
-  for (uint32_t i = 0; i < size; ++i) {
-    for (uint32_t k = 0; k < i; ++k) b[i] -= K[i][k] * b[k];
-    b[i] /= K[i][i];
-  }
-  for (uint32_t i = size; i-- > 0;) {
-    for (uint32_t k = i + 1; k < size; ++k) b[i] -= K[k][i] * b[k];
-    b[i] /= K[i][i];
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -43,7 +24,7 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     push = fmax(push, fabs(set.followed[at]));
     if (is_force_given(contacts[at / 3], at % 3)) axes[size++] = at;
   }
-  double K[kMostAxes][kMostAxes];
+  double K[kMostAxes * kMostAxes];  // the upper triangle
   double step[kMostAxes];
   for (uint32_t i = 0; i < size; ++i) {
     const uint32_t contact = axes[i] / 3;
@@ -51,23 +32,24 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     const double given = contacts[contact].force[axis] / pack.newtons;
     step[i] =
         fmin(fmax(given, -kLargestForce), kLargestForce) - set.force[axes[i]] - moved[contact].force[axis];
-    for (uint32_t j = 0; j <= i; ++j) {
-      K[i][j] = set.stiffness[axes[i]][axes[j]];
-      if (axes[j] / 3 == contact) K[i][j] += moved[contact].stiffness[3 * axis + axes[j] % 3];
+    for (uint32_t j = i; j < size; ++j) {
+      double& entry = K[i * size + j];
+      entry = set.stiffness[axes[i]][axes[j]];
+      if (axes[j] / 3 == contact) entry += moved[contact].stiffness[3 * axis + axes[j] % 3];
     }
   }
   if (size == 0) return {true, 0};
-  if (!solve_small(size, K, step)) return {false, 0};
+  uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
+  solve_given(K, size, step);
   double longest = 0;
   for (uint32_t i = 0; i < size; ++i) longest = fmax(longest, fabs(step[i]));
-  if (longest <= kControlled * push) return {true, 0};
+  if (longest <= kControlled * push) return {true, flags};
   const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;
   const double most = kMostGiven * pack.max_displacement;
-  uint32_t flags = 0;
   for (uint32_t i = 0; i < size; ++i) {
     const double wanted = set.followed[axes[i]] + part * step[i];
     displacements[axes[i]] = fmin(fmax(wanted, -most), most);
-    if (!(fabs(wanted) <= most)) flags = PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+    if (!(fabs(wanted) <= most)) flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
   }
   return {false, flags};
 }

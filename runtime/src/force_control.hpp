@@ -18,8 +18,9 @@ inline bool is_force_given(const pal_contact& contact, uint32_t axis) {
 
 struct ForceControl {
   bool has_ended;  // nothing was given, or all forces are what they should be to 1e-5 of the displacement
-  uint32_t
-      flags;  // PAL_FLAG_CLAMPED: the force asks for more than kMostGiven of the scene's largest displacement
+  // PAL_FLAG_CLAMPED: a force asks for more than kMostGiven of the scene's largest displacement; PAL_FLAG_ILL_CONDITIONED: they
+  // cannot all act
+  uint32_t flags;
 };
 
 // Of that displacement, along an axis.

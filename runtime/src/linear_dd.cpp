@@ -8,6 +8,7 @@
 
 #include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/contact_place.hpp"
+#include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -98,44 +99,6 @@ void gather_given(const pal_pack& pack, const LinearSet& set, const uint32_t* ax
   }
 }
 
-// U^T U = S_PP in place of its upper triangle. An axis along which no force moves anything, as of a contact
-// wholly on fixed nodes, gets no entry: false.
-bool factor_given(uint32_t count, double* factor) {
-  constexpr double kSmallestPivot = 1e-12;
-  bool is_whole = true;
-  for (uint32_t k = 0; k < count; ++k) {
-    double* row = factor + size_t{k} * count;
-    const double own = row[k];
-    for (uint32_t i = 0; i < k; ++i) {
-      const double* above = factor + size_t{i} * count;
-      for (uint32_t j = k; j < count; ++j) row[j] -= above[k] * above[j];
-    }
-    if (!(row[k] > kSmallestPivot * own)) {
-      is_whole = false;
-      for (uint32_t j = k; j < count; ++j) row[j] = 0;
-      continue;
-    }
-    const double inverse = 1.0 / sqrt(row[k]);
-    for (uint32_t j = k; j < count; ++j) row[j] *= inverse;
-  }
-  return is_whole;
-}
-
-// x := (U^T U)^-1 x, zero where there is no pivot.
-void solve_given(const double* factor, uint32_t count, double* x) {
-  for (uint32_t k = 0; k < count; ++k) {
-    const double* row = factor + size_t{k} * count;
-    x[k] = row[k] > 0 ? x[k] / row[k] : 0.0;
-    for (uint32_t j = k + 1; j < count; ++j) x[j] -= row[j] * x[k];
-  }
-  for (uint32_t k = count; k-- > 0;) {
-    const double* row = factor + size_t{k} * count;
-    double sum = x[k];
-    for (uint32_t j = k + 1; j < count; ++j) sum -= row[j] * x[j];
-    x[k] = row[k] > 0 ? sum / row[k] : 0.0;
-  }
-}
-
 // Y = M G_H and Z = G_H^T Y.
 void sum_gravity(const pal_pack& pack, LinearState& state) {
   LinearSet& set = state.next;
@@ -192,7 +155,8 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
     x[k] = frame.given_forces[axis] - frame.forces[axis];
   }
   gather_given(pack, set, state.given_axes, count, state.given_factor);
-  if (!factor_given(count, state.given_factor)) frame.flags = PAL_FLAG_ILL_CONDITIONED;
+  constexpr double kLeastPart = 1e-12;
+  if (!factor_given(count, kLeastPart, state.given_factor)) frame.flags = PAL_FLAG_ILL_CONDITIONED;
   solve_given(state.given_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }

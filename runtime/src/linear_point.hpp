@@ -19,7 +19,7 @@ struct LinearPointAnswer {
   double stiffness[9];  // by rows, symmetric
 };
 
-// Nodes that such a contact holds at most.
+// Nodes that a contact at a point holds at most. Of a place with more corners, as place_answer.hpp has, one patch each.
 inline uint32_t most_held_at_point(const pal_pack& pack) {
   return 3 * pack.max_patch_nodes;
 }

@@ -5,6 +5,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_inclusion.hpp"
 #include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
@@ -19,9 +20,9 @@ constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr uint32_t kMostCuts = 6;
-constexpr double kLargest = 1e60;  // displacement, model units
-constexpr uint32_t kMostFailures = 8;
-// Of a contact in one frame, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
+constexpr double kLargest = 1e60;      // displacement, model units
+constexpr uint32_t kMostFailures = 8;  // in a row
+// Of a contact in one solve, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
 constexpr double kLongestStep = 0.5;
 
 // The patches of the group's contacts as they are to be.
@@ -157,11 +158,6 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// Where there was no way on for some frames it begins anew at rest, and comes back.
-void count_failure(const ZoneFrame& frame, ZoneGroup& group) {
-  if (++group.failures > kMostFailures) rest_group(frame.pack, frame.set, group);
-}
-
 // Forces and tractions of where the group has got to, and what it stores. Before the step the residual was so large.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_pull(frame, group);
@@ -178,6 +174,7 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state) {
   ZoneSet& set = state.answering;
+  const double energy_of_inclusion = take_inclusion(pack, state);
   ZoneFrame frame = {pack, state, set, set.flags};
   state.strained = true;
   double size = 1e-6 * pack.max_displacement;
@@ -202,11 +199,12 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const auto is_coupled = [&](const ZoneGroup& group) {
     return kOfOthers * group.others_moved <= kMostUncoupled * size;
   };
-  for (uint32_t i = 0; i < iterations && !converged; ++i) {
+  uint32_t taken = 0;
+  for (; taken < iterations && !converged; ++taken) {
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
       if (failed[g] || (done[g] && is_coupled(group))) continue;
-      if (i == 0 || !is_coupled(group)) find_coupling(frame, group);
+      if (taken == 0 || !is_coupled(group)) find_coupling(frame, group);
       find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
@@ -220,20 +218,20 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       converged = converged && done[g] && is_coupled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  ZoneAnswer answer = {0, 0};
+  ZoneAnswer answer = {0, taken, false, 0, energy_of_inclusion};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    answer.energy += group.stored;
-    if (frame.flags != set.flags && is_lost(frame, group, size)) {
+    // Where there was no way on for some frames it begins anew at rest, and comes back.
+    group.failures = failed[g] ? group.failures + 1 : 0;
+    if (group.failures > kMostFailures || (frame.flags != set.flags && is_lost(frame, group, size))) {
       rest_group(pack, set, group);
-    } else if (failed[g]) {
-      count_failure(frame, group);
-    } else {
-      group.failures = 0;
-      advance_tangent(frame, group);
+      answer.has_reset = true;
+      continue;
     }
+    answer.energy += group.stored;
+    if (!failed[g]) advance_tangent(frame, group);
   }
-  if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
+  if (!(fabs(answer.energy) <= kLargest)) answer.energy = answer.energy_of_inclusion = 0;
   answer.flags = frame.flags;
   return answer;
 }

@@ -22,6 +22,7 @@ inline constexpr uint32_t kNumModels = 4;  // ResponseModel of the schema that t
 
 struct SurveyView {
   uint32_t num_bins;  // 0 = no survey of this model
+  float force_scale;  // ErrorSurvey::force_scale
   ErrorBinView bins[pack::kSurveyBins];
   // Of sets of several contacts, at most so many; 0 in packs of builders that did not know them
   uint32_t most_contacts;

@@ -112,8 +112,8 @@ void begin_account(pal_session& session) {
   passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
   if (passivity.one_set) {
-    passivity.account += session.energy_of_gravity;
-    passivity.stored += session.energy_of_gravity;
+    passivity.account += session.energy_brought;
+    passivity.stored += session.energy_brought;
   }
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);

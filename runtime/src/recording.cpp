@@ -32,6 +32,7 @@ enum class Call : uint32_t {
   contact_frame = 5,
   haptic_frame = 6,
   set_gravity = 7,
+  set_inclusion = 8,
 };
 
 struct CallHeader {
@@ -42,7 +43,7 @@ struct CallHeader {
 // Of the input of a call: what it counts, or the tool that it is about.
 struct CallSubject {
   uint32_t subject;
-  uint32_t has_more;  // ages of a haptic frame, the settings of a touch, an acceleration
+  uint32_t has_more;  // ages of a haptic frame, the settings of a touch, an acceleration, an inclusion
 };
 
 // Inputs without the gaps that a compiler leaves in a struct: what is in those is nobody's.
@@ -245,6 +246,12 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
       if (subject.has_more != 0 && !reader.take(acceleration, 3)) return PAL_STATUS_CORRUPT_RECORDING;
       return pal_session_set_gravity(&session, subject.has_more != 0 ? acceleration : nullptr);
     }
+    case Call::set_inclusion: {
+      pal_inclusion inclusion;
+      if (subject.has_more != 0 && !reader.take(&inclusion, 1)) return PAL_STATUS_CORRUPT_RECORDING;
+      inclusion.struct_size = sizeof inclusion;
+      return pal_session_set_inclusion(&session, subject.has_more != 0 ? &inclusion : nullptr);
+    }
     case Call::haptic_frame:
       return replay_tools(session, reader, subject, replay);
   }
@@ -302,6 +309,14 @@ void record_gravity(pal_session& session, const double* acceleration) {
   CallWriter writer(session.recorder, Call::set_gravity, sizeof subject + bytes);
   writer.put(&subject, sizeof subject);
   writer.put(acceleration, bytes);
+}
+
+void record_inclusion(pal_session& session, const pal_inclusion* inclusion) {
+  const CallSubject subject = {0, inclusion != nullptr};
+  const size_t bytes = inclusion != nullptr ? sizeof *inclusion : 0;
+  CallWriter writer(session.recorder, Call::set_inclusion, sizeof subject + bytes);
+  writer.put(&subject, sizeof subject);
+  writer.put(inclusion, bytes);
 }
 
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,

@@ -59,9 +59,11 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError: for a case that no survey has, or a flagged answer.
+// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError: for a case
+// that no survey has, or a flagged answer. The force's as parts of `force`, its size in model units: of one that is small for its
+// displacement they are larger parts.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
-                     pal_contact_result& result) {
+                     double force, pal_contact_result& result) {
   result.displacement_error = kUnknownError;
   result.force_error = kUnknownError;
   if (!surveyed || result.flags != 0) return;
@@ -71,7 +73,13 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
     // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
     if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
       result.displacement_error = survey.bins[bin].displacement_bound;
-      result.force_error = survey.bins[bin].force_bound;
+      // As an absolute error, and of what it leaves of the force at least.
+      const double bound = survey.bins[bin].force_bound;
+      const double scale = static_cast<double>(survey.force_scale) * fmin(1.0, size);
+      const double left = force - bound * scale;
+      result.force_error = !(force < scale)       ? bound
+                           : left > bound * scale ? bound * scale / left
+                                                  : kUnknownError;
       return;
     }
   }
@@ -91,7 +99,8 @@ void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t cou
     if (length(d) > length(largest)) largest = d;
     of_set.flags |= results[c].flags;
   }
-  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest, of_set);
+  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
+                  static_cast<double>(INFINITY), of_set);
   const auto at_least = [&](double bound, double error) {
     return fmin(kUnknownError, fmax(error, bound * load));
   };
@@ -109,11 +118,11 @@ pal_model model_alone(const pal_pack& pack, uint32_t site) {
 
 // The largest of the estimates: where the models of these sites alone come in.
 void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
-                     const double displacement[3], pal_contact_result& result) {
+                     const double displacement[3], double force, pal_contact_result& result) {
   for (uint32_t i = 0; i < place.count; ++i) {
     pal_contact_result of_corner = {};
     of_corner.flags = result.flags;
-    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, of_corner);
+    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
     result.displacement_error = fmax(result.displacement_error, of_corner.displacement_error);
     result.force_error = fmax(result.force_error, of_corner.force_error);
   }
@@ -151,8 +160,7 @@ void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, L
     shorten(frame.forces[i]);
   }
   for (uint32_t i = 0; i < 3 * linear.answering.num_held; ++i) shorten(linear.nodal_force[i]);
-  shorten(frame.energy);
-  shorten(frame.energy);
+  for (int of = 0; of < 2; ++of) shorten(frame.energy);  // of forces and displacements
   frame.flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
 }
 
@@ -184,7 +192,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   const uint32_t flags = frame.flags | linear.answering.flags;
   const double energy_unit = count == 0 ? 0.0 : pack.newtons * pack.metres;
   session.stored_energy = frame.energy * energy_unit;
-  session.energy_of_gravity = (frame.energy - frame.energy_before) * energy_unit;
+  session.energy_brought = (frame.energy - frame.energy_before) * energy_unit;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.num_held = linear.answering.num_held;
   memcpy(field.held, linear.answering.held, field.num_held * sizeof *field.held);
@@ -205,7 +213,7 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     if (!is_sampled(pack, nearest_site(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
-    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, result);
+    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(session.forces + size_t{3} * c), result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       result.displacement[i] = d[i] * pack.metres;
@@ -225,7 +233,7 @@ void give_result(const pal_session& session, pal_model model, uint32_t flags, co
   result = {};
   result.model = model;
   result.flags = flags | session.input_flags[0];
-  estimate_errors(pack, model, true, d, result);
+  estimate_errors(pack, model, true, d, length(force), result);
   for (int i = 0; i < 3; ++i) {
     result.force[i] = force[i] * pack.newtons;
     result.displacement[i] = d[i] * pack.metres;
@@ -247,7 +255,7 @@ void answer_polynomial(pal_session& session, const pal_contact& contact, pal_con
   pal_contact_result& result = results[0];
   give_result(session, all_sampled ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE, blend.flags, blend.force,
               blend.stiffness, result);
-  if (!all_sampled) worsen_estimate(pack, place, true, session.displacements, result);
+  if (!all_sampled) worsen_estimate(pack, place, true, session.displacements, length(blend.force), result);
   if (session.config.model == PAL_MODEL_AFFINE) result.model = PAL_MODEL_AFFINE;
 }
 
@@ -285,13 +293,19 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   const ZoneSet& set = session.zone.answering;
   for (uint32_t at = 0; at < 3 * count; ++at) {
     if (is_force_given(contacts[at / 3], at % 3))
-      session.displacements[at] = session.zone.strained ? set.followed[at] : 0.0;
+      session.displacements[at] = session.zone.strained ? set.wanted[at] : 0.0;
   }
   ZoneAnswer answer;
+  double energy_of_inclusion = 0;
   ForceControl control;
   PlaceAnswer moved[pack::kMostZoneContacts];
-  for (uint32_t i = 0;; ++i) {
-    answer = solve_zone(pack, session.displacements, session.config.zone_iterations, session.zone);
+  // A frame's iterations are for all that the given forces take.
+  for (uint32_t left = session.config.zone_iterations;;) {
+    answer = solve_zone(pack, session.displacements, left, session.zone);
+    left -= answer.iterations;
+    energy_of_inclusion += answer.energy_of_inclusion;
+    // Tools fade from what was to what comes back.
+    if (answer.has_reset) session.tools.changed = true;
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
@@ -302,11 +316,13 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       answer.energy += moved[c].energy;
     }
     control = control_forces(pack, set, contacts, moved, session.displacements);
-    if (control.has_ended || i == session.config.zone_iterations) break;
+    if (control.has_ended || answer.has_reset || left == 0) break;
   }
+  if (!answer.has_reset) memcpy(set.wanted, session.displacements, size_t{3} * count * sizeof *set.wanted);
   answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
+  session.energy_brought = energy_of_inclusion * pack.newtons * pack.metres;
   if (results == nullptr) return;
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
   double largest = 0;
@@ -317,7 +333,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
     load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
-  bool is_surveyed = session.zone.rings == pack.zone_rings;
+  bool is_surveyed = session.zone.rings == pack.zone_rings && !set.is_included;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -331,10 +347,12 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
     if (count > 1 && difference.count > 0) result.flags |= PAL_FLAG_NEAREST_SITE;
     is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
-    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, result);
-    worsen_estimate(pack, difference, is_surveyed, d, result);
+    double force[3];
+    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
+    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
+    worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
     for (uint32_t i = 0; i < 3; ++i) {
-      result.force[i] = (set.force[3 * c + i] + moved[c].force[i]) * pack.newtons;
+      result.force[i] = force[i] * pack.newtons;
       result.displacement[i] = set.followed[3 * c + i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j)
         result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + moved[c].stiffness[3 * i + j]) *
@@ -358,7 +376,8 @@ bool zone_answers(const pal_session& session, uint32_t num_contacts) {
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
-  return !forces_given && !session.gravity_turned &&
+  const bool is_for_zone = session.zone.inclusion.is_present && zone_answers(session, num_contacts);
+  return !forces_given && !session.gravity_turned && !is_for_zone &&
          (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_POLYNOMIAL ||
           session.config.model == PAL_MODEL_AFFINE) &&
          session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
@@ -452,7 +471,7 @@ void answer_contacts(pal_session& session, Answering answering, const pal_contac
       given[axis] = (contacts[c].force_axes >> axis & 1) != 0 ? 0.0 : contacts[c].displacement[axis];
     session.input_flags[c] = take_displacement(*session.pack, given, session.displacements + size_t{3} * c);
   }
-  session.energy_of_gravity = 0;
+  session.energy_brought = 0;
   if (answering != Answering::zone) rest_zone(*session.pack, session.zone);
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   field.model = model_of(answering);

@@ -28,18 +28,19 @@ struct pal_session {
   uint32_t num_requested;  // 0: all nodes
   uint32_t* requested;     // [max_requested] packed nodes, ascending
   uint32_t*
-      requested_by_panel;    // [max_requested] places in `requested`, as compressed panels hold their nodes
-  double* displacements;     // [max_contacts][3] model units
-  double* forces;            // [max_contacts][3] model units
-  double gravity_turn[3];    // what gravity has become, less the scene's: model units, organ frame
-  bool gravity_turned;       // it is not zero
-  bool gravity_changed;      // since the last haptic frame
-  double turn_before[3];     // gravity_turn in that frame
-  double energy_of_gravity;  // of stored_energy, what gravity has brought by turning since: as stored_energy
-  double stored_energy;      // of the last answer: J, or the model's units of energy
-  uint32_t* input_flags;     // [max_contacts] what was done to the displacement before any model saw it
-  uint32_t* given_axes;      // [max_contacts] pal_contact::force_axes
-  double* given_forces;      // [max_contacts][3] model units
+      requested_by_panel;  // [max_requested] places in `requested`, as compressed panels hold their nodes
+  double* displacements;   // [max_contacts][3] model units
+  double* forces;          // [max_contacts][3] model units
+  double gravity_turn[3];  // what gravity has become, less the scene's: model units, organ frame
+  bool gravity_turned;     // it is not zero
+  bool gravity_changed;    // since the last haptic frame
+  double turn_before[3];   // gravity_turn in that frame
+  double
+      energy_brought;  // of stored_energy, what turned gravity or an inclusion has brought since: as stored_energy
+  double stored_energy;   // of the last answer: J, or the model's units of energy
+  uint32_t* input_flags;  // [max_contacts] what was done to the displacement before any model saw it
+  uint32_t* given_axes;   // [max_contacts] pal_contact::force_axes
+  double* given_forces;   // [max_contacts][3] model units
   palpate::LinearState linear;
   bool linear_begun;  // linear.next is being made ready
   palpate::ZoneState zone;

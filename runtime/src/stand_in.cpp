@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "runtime/src/contact_place.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
 
@@ -18,14 +19,24 @@ void match_answered(ToolStates& states) {
   }
 }
 
+// The site that an answer is about, where it jumps as another takes its place.
+uint32_t site_of_answer(const pal_session& session, Answering answering, uint32_t contact,
+                        const pal_contact& input) {
+  if (answering == Answering::zone) return session.zone.answering.sites[contact];
+  return answering == Answering::linear ? nearest_site(input) : 0;
+}
+
 // What answers from now on: the contacts held, or those for which it was begun earlier.
 void set_answered(Answering answering, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
-                  uint32_t fixed_version, ToolStates& states) {
+                  uint32_t fixed_version, pal_session& session) {
+  ToolStates& states = session.tools;
   states.changed = states.changed || answering != states.answered || count != states.num_answered ||
                    fixed_version != states.answered_fixed;
   for (uint32_t i = 0; i < count; ++i) {
-    states.changed = states.changed || states.answered_ids[i] != ids[i];
+    const uint32_t site = site_of_answer(session, answering, i, inputs[i]);
+    states.changed = states.changed || states.answered_ids[i] != ids[i] || states.answered_sites[i] != site;
     states.answered_ids[i] = ids[i];
+    states.answered_sites[i] = site;
     states.answered_inputs[i] = inputs[i];
   }
   states.answered = answering;
@@ -46,7 +57,6 @@ void answer_or_stand_in(pal_session& session) {
   bool finished = false;
   const bool ready =
       make_ready_within(session, answering, states.inputs, states.num_contacts, began, finished);
-  states.changed = states.changed || finished;
   if (began) {
     states.begun = answering;
     states.num_begun = states.num_contacts;
@@ -56,14 +66,14 @@ void answer_or_stand_in(pal_session& session) {
            states.num_contacts * sizeof *states.inputs);
   }
   if (ready) {
-    set_answered(answering, states.num_contacts, ids, states.inputs, session.fixed_version, states);
+    set_answered(answering, states.num_contacts, ids, states.inputs, session.fixed_version, session);
   } else if (finished) {
     set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_fixed,
-                 states);
+                 session);
   } else if (!is_ready(session, states.answered, states.answered_inputs, states.num_answered,
                        states.answered_fixed)) {
     // pal_contact_frame has made it ready for contacts of its own.
-    set_answered(Answering::nothing, 0, nullptr, nullptr, session.fixed_version, states);
+    set_answered(Answering::nothing, 0, nullptr, nullptr, session.fixed_version, session);
   }
   states.preparing = !ready;
   match_answered(states);

@@ -329,6 +329,7 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.begun_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_ids = arena.take<uint64_t>(config.max_contacts);
   states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
+  states.answered_sites = arena.take<uint32_t>(config.max_contacts);
   states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
   states.organ = rotation_of(config.organ.orientation);
 }

@@ -64,6 +64,7 @@ struct ToolStates {
   uint32_t num_answered;
   uint64_t* answered_ids;                // [max_contacts]
   pal_contact* answered_inputs;          // [max_contacts]
+  uint32_t* answered_sites;              // [max_contacts] that the answers are about, where they jump with it
   pal_contact_result* answered_results;  // [max_contacts]
   uint32_t answered_fixed;               // pal_session::fixed_version then
   uint32_t* answered_of;  // [max_contacts] which of these each contact held is, or kNotAnswered

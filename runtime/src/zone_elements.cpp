@@ -507,12 +507,14 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
   }
   batch.materials[lane] = pack.zone_materials + element.material;
   batch.patches[lane] = patch;
+  batch.stiffness[lane] = 1;
   for (int p = 0; p < ElementBatch<kNodes>::kPoints; ++p) {
     auto& point = batch.elements.points[static_cast<size_t>(p)];
     double gradients[kNodes][3];
     const double volume = global_gradients<kNodes>(positions, p, gradients);
     if (!(volume > 0)) return false;
     point.volume.set(lane, volume);
+    batch.volumes[static_cast<size_t>(p)].set(lane, volume);
     for (size_t a = 0; a < kNodes; ++a) {
       for (size_t i = 0; i < 3; ++i) point.gradients[a][i].set(lane, gradients[a][i]);
     }

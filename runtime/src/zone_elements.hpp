@@ -24,7 +24,10 @@ struct ZoneBatch {
   ElementBatch<kNodes> elements;  // nodes: places in the zone's list
   const pack::ZoneMaterial* materials[kLanes];
   uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
-  int count;                 // the lanes after them repeat the last one
+  // What the points of `elements` stand for in the mesh, there times the stiffness that zone_inclusion.hpp gives a lane
+  std::array<Lanes, ElementBatch<kNodes>::kPoints> volumes;
+  double stiffness[kLanes];
+  int count;  // the lanes after them repeat the last one
 };
 
 struct ZoneBatches {

@@ -253,6 +253,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     for (uint32_t axis = 0; axis < 3 && held[c] > 0; ++axis) set.followed[3 * c + axis] /= held[c];
   }
+  memcpy(set.wanted, set.followed, size_t{3} * set.num_contacts * sizeof *set.wanted);
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
@@ -294,6 +295,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
     set->sites = arena.take<uint32_t>(state.max_contacts);
     set->groups = arena.take<ZoneGroup>(state.max_contacts);
     set->followed = arena.take<double>(size_t{3} * state.max_contacts);
+    set->wanted = arena.take<double>(size_t{3} * state.max_contacts);
     set->force = arena.take<double>(size_t{3} * state.max_contacts);
     set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
@@ -345,6 +347,8 @@ void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state) {
   for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
   set.sound = true;
   set.flags = 0;
+  set.inclusion_version = 0;
+  set.is_included = false;
   set.num_groups = 0;
   set.num_nodes = 0;
   state.phase = ZoneState::Phase::collect;
@@ -362,6 +366,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   }
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     memset(set.followed + 3 * group.contacts[slot], 0, 3 * sizeof(double));
+    memset(set.wanted + 3 * group.contacts[slot], 0, 3 * sizeof(double));
     memset(set.force + 3 * group.contacts[slot], 0, 3 * sizeof(double));
   }
   group.has_tangent = false;

@@ -64,7 +64,7 @@ struct ZoneGroup {
   double moved_since;  // it was begun
   double energy;       // of the elements, at the displacements that were evaluated last
   double stored;       // of the group and the organ outside, as it was concluded last
-  uint32_t failures;   // frames in a row in which there was no way on
+  uint32_t failures;   // solves in a row in which there was no way on
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -76,12 +76,22 @@ inline uint32_t contact_axis(const ZoneGroup& group, uint32_t i) {
   return 3 * group.contacts[i / 3] + i % 3;
 }
 
+// pal_inclusion in model units (zone_inclusion.hpp).
+struct Inclusion {
+  bool is_present;
+  double centre[3];
+  double radius;
+  double stiffness;
+};
+
 struct ZoneSet {
   bool ready;
   bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
   uint32_t num_contacts;
-  uint32_t* sites;  // [max_contacts]
-  uint32_t flags;   // PAL_FLAG_OVERLAPPING
+  uint32_t* sites;             // [max_contacts]
+  uint32_t flags;              // PAL_FLAG_OVERLAPPING
+  uint32_t inclusion_version;  // of ZoneState's, that its elements have; 0: none
+  bool is_included;            // some element is stiffer or softer for it
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
   uint32_t num_nodes;
@@ -93,8 +103,9 @@ struct ZoneSet {
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
   double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
   double* followed;  // [max_contacts][3] displacement of the contacts' patches, from rest
-  double* force;     // [max_contacts][3]
-  double* weights;   // [columns] of the exterior at these forces (zone_exterior.hpp)
+  double* wanted;  // [max_contacts][3] where they were to be in the last frame: from there given forces go on
+  double* force;   // [max_contacts][3]
+  double* weights;  // [columns] of the exterior at these forces (zone_exterior.hpp)
   double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] of the tangents; zero between groups
   double (*brought)[3 * kMostZoneContacts];    // [3 max_contacts] (1 - H)^-1, as the stiffness
   ZoneBatch<4>* linear;
@@ -122,6 +133,8 @@ struct ZoneState {
   size_t max_tangents;     // numbers of the matrices of tangents
   size_t max_preparation;  // of the matrices of making ready
   EliminationKernel kernel;
+  Inclusion inclusion;
+  uint32_t inclusion_version;  // how often it has changed
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready

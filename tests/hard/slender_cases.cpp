@@ -63,11 +63,9 @@ std::vector<Answer> bent(double size, const Bar& bar) {
   std::vector<std::vector<Answer>> sets;
   for (const std::vector<pal_contact>& contacts : bending_pushes(usual, size)) {
     const Truth truth = usual.solve(contacts, 16);
-    if (!truth.solved) continue;
     std::vector<Answer>& answers = sets.emplace_back();
     answers.push_back(usual.ask(PAL_MODEL_AUTO, contacts, truth));
     answers.push_back(usual.ask(PAL_MODEL_LINEAR, contacts, truth));
-    answers.back().force_error = Answer::kNotMeasured;
     for (int rings = 1; rings <= kMostRings; ++rings) {
       answers.push_back(bar_with_zones(size, rings).ask(PAL_MODEL_ZONE, contacts, truth));
       answers.back().by += fmt::format(", {} ring{}", rings, rings > 1 ? "s" : "");
@@ -84,12 +82,7 @@ Group slender_cases() {
       "An organ that bends",
       "A bar nine times as long as it is thick, clamped at one end, with sites along the far half of its "
       "upper side: its end and its middle pushed down, up, aside and askew, by parts of its length as far as "
-      "its pack goes. Packs with zones of one to three rings, beside full solves in sixteen increments. What "
-      "the "
-      "linear model says of forces is left out: estimates are of parts of the largest force, which is that "
-      "along "
-      "the bar, and do not tell how wrong it is of the far smaller ones that bend it: 60 % at 3 % of the "
-      "length.",
+      "its pack goes. Packs with zones of one to three rings, beside full solves in sixteen increments.",
       {}};
   const Bar bar = {0.02, 0.02};
   const std::string limit =

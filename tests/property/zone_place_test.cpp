@@ -4,11 +4,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <tuple>
 #include <vector>
 
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
+#include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
 namespace {
@@ -179,7 +181,74 @@ TEST_P(ZonePlaces, TremblingTheyStayWithOneZone) {
   const Eigen::Vector3d beyond = force_of(session.touch({between(0.51)}).front());
   const Eigen::Vector3d after = force_of(session.touch({between(0.49)}).front());
   EXPECT_LE((after - before).norm(), 1e-6 * before.norm());
+  // A little beyond the middle it is still that zone which is moved: what it says there alone, moved.
+  EXPECT_LE((beyond - before).norm(), 0.05 * before.norm());
   EXPECT_GT((beyond - before).norm(), 0);
+}
+
+// The force that a displacement at a point takes brings it there.
+TEST_P(ZonePlaces, GivenForcesActWhereTheContactIs) {
+  const pal_contact moved = contact_at(kPlace, kPush);
+  const Answer there = settled({moved});
+  pal_contact pressed = moved;
+  pressed.force_axes = 7;
+  for (int axis = 0; axis < 3; ++axis) {
+    pressed.displacement[axis] = 0;
+    pressed.force[axis] = there.force[axis];
+  }
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  pal_contact_result result;
+  for (int frame = 0; frame < 40; ++frame) result = session.touch({pressed}).front();
+  EXPECT_LE((Eigen::Vector3d(result.displacement) - kPush).norm(), 1e-3 * kPush.norm());
+  EXPECT_LE((force_of(result) - there.force).norm(), 1e-3 * there.force.norm());
+  EXPECT_LE((as_vector(session.field()) - there.field).lpNorm<Eigen::Infinity>(), 1e-3 * kPush.norm());
+}
+
+// A frame's iterations are for all that the forces take: with one they take several frames.
+TEST_P(ZonePlaces, GivenForcesTakeNoMoreIterations) {
+  pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 1, 0);
+  config.zone_iterations = 1;
+  OwnedSession session(pack_.get(), config);
+  pal_contact pressed = contact_at(kPlace, Eigen::Vector3d::Zero());
+  pressed.force_axes = 7;
+  const Answer there = settled({contact_at(kPlace, kPush)});
+  for (int axis = 0; axis < 3; ++axis) pressed.force[axis] = there.force[axis];
+  EXPECT_NE(session.touch({pressed}).front().flags & PAL_FLAG_UNCONVERGED, 0U);
+  int frames = 1;
+  while ((session.touch({pressed}).front().flags & PAL_FLAG_UNCONVERGED) != 0 && frames < 60) ++frames;
+  EXPECT_LT(frames, 60);
+}
+
+// Two contacts whose zones share no node: each is moved to its place as if alone, beside blends of the pair's zones at the
+// corners of the first one's.
+TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
+  const ZoneBlock organ(1, CompressibleNeoHookean{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 8, 0.1);
+  const uint32_t corners[3] = {8, 9, 16};
+  const double weights[3] = {0.4, 0.35, 0.25};
+  const pal_contact other = at_site(40, {0.01, 0, -0.02});
+  const auto settled = [&](const pal_contact& contact) {
+    OwnedSession session(organ.pack->get(), organ.config(2));
+    const auto results = settle(session, {contact, other});
+    return std::tuple(results, force_of(results[0]), as_vector(session.field()));
+  };
+  pal_contact between = at_site(corners[0], kPush);
+  Eigen::Vector3d blend = Eigen::Vector3d::Zero();
+  Eigen::VectorXd field = Eigen::VectorXd::Zero(3 * Eigen::Index{organ.pack->info().num_nodes});
+  for (int corner = 0; corner < 3; ++corner) {
+    const auto [results, force, own_field] = settled(at_site(corners[corner], kPush));
+    blend += weights[corner] * force;
+    field += weights[corner] * own_field;
+    if (corner == 0) continue;
+    between.neighbours[corner - 1] = corners[corner];
+    between.neighbour_weights[corner - 1] = weights[corner];
+  }
+  const auto [at_nearest, nearest, nearest_field] = settled(at_site(corners[0], kPush));
+  const auto [results, force, own_field] = settled(between);
+  EXPECT_NE(results[0].flags & PAL_FLAG_NEAREST_SITE, 0U) << "the other does not feel that it moved";
+  EXPECT_LE((force - blend).norm(), 0.5 * (nearest - blend).norm());
+  EXPECT_LE((own_field - field).lpNorm<Eigen::Infinity>(),
+            0.5 * (nearest_field - field).lpNorm<Eigen::Infinity>());
+  EXPECT_LE((force_of(results[1]) - force_of(at_nearest[1])).norm(), 1e-6 * force_of(at_nearest[1]).norm());
 }
 
 }  // namespace

@@ -120,8 +120,9 @@ typedef enum pal_model {
   /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes. Where a site was not sampled affine_site answers, and the
    * result says so. */
   PAL_MODEL_POLYNOMIAL = 2,
-  /* nonlinear_zone: nonlinear, up to 8 contacts, no run-time fixed nodes or turned gravity. Its answer depends on the frames before: each goes on from the last. Its force is the gradient of the
-   * stored energy but for some 1e-4 of it, more where several contacts pull against each other, and its stiffness symmetric. */
+  /* nonlinear_zone: nonlinear, up to 8 contacts, no run-time fixed nodes or turned gravity. Its answer depends on the
+   * frames before: each goes on from the last. Its force is the gradient of the stored energy but for some 1e-4 of it,
+   * more where several contacts pull against each other, and its stiffness symmetric. */
   PAL_MODEL_ZONE = 3,
   /* affine_site: as polynomial_dd, at sites that were not sampled: their exact derivatives at rest, to fifth order. A site that
    * was sampled answers with its own polynomial, under this name. */
@@ -357,6 +358,24 @@ PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint3
 PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
                                                  const double* acceleration) PAL_NOEXCEPT;
 
+/* A ball of tissue that is stiffer or softer than the pack's: a tumour that moves, a lesion that hardens. */
+typedef struct pal_inclusion {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  double centre[3];  /* where the organ rests, in its own axes: m, or length unit */
+  double radius;     /* of half the change: it comes about over a mean edge of the surface */
+  double stiffness;  /* of the pack's tissue there: 0.01 .. 100 */
+} pal_inclusion;
+
+/* Puts it there, or moves it, from the next frame on; NULL: takes it away. It acts in the nonlinear zones that it reaches, as
+ * if their elements were of such tissue and rested where they do; what lies outside of a zone answers as the pack has it,
+ * which leaves an error of some percent of the force where the zone does not hold all of the inclusion (README): none is estimated. With
+ * PAL_MODEL_AUTO nonlinear_zone answers while there is one; PAL_STATUS_NO_SUCH_MODEL where the session has none. Tools feel it
+ * move, and the energy that this brings is its own. Set inclusion->struct_size first. Cost: the next frame of a zone evaluates
+ * its elements twice more, and where the stiffness there changes by half makes the tangent anew. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
+                                                   const pal_inclusion* inclusion) PAL_NOEXCEPT;
+
 /* ------------------------------------------------------------ contacts -- */
 
 /* The patch of a site, held and moved as one: along each axis of the organ frame its displacement is given,
@@ -403,9 +422,9 @@ typedef struct pal_contact_result {
  * count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed:
  * polynomial_dd of degree 3 about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
- * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by linear_dd
- * alone. At a point between sites: that of its corners, of linear_dd 9 for each node of their patches.
- * nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
+ * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
+ * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd 9 for
+ * each node of their patches. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
  * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
  * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes. Real-time safe: yes,
  * for the n that the budget allows. */

@@ -1,0 +1,149 @@
+#include "runtime/src/zone_inclusion.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/floating_point_mode.hpp"
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/session_state.hpp"
+#include "runtime/src/sized_struct.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kLeastStiffness = 0.01;
+constexpr double kMostStiffness = 100;
+constexpr double kLargestLength = 1e100;
+
+// s, of the file's comment.
+double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const double point[3]) {
+  double square = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double offset = point[i] - inclusion.centre[i];
+    square += offset * offset;
+  }
+  const double outside = (sqrt(square) - inclusion.radius) / pack.mean_surface_edge + 0.5;
+  const double t = fmin(fmax(1.0 - outside, 0.0), 1.0);
+  return 1.0 + (inclusion.stiffness - 1.0) * t * t * (3.0 - 2.0 * t);
+}
+
+// The volumes of a kind of elements, and of the patches that share them. The largest change of a stiffness, of the larger.
+template <int kNodes>
+double scale(const pal_pack& pack, const Inclusion& inclusion, ZonePatch* patches, uint32_t count,
+             ZoneBatch<kNodes>* batches, ZoneSet& set) {
+  double largest = 0;
+  for (uint32_t n = 0; n < count; ++n) {
+    ZoneBatch<kNodes>& batch = batches[n];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      double centre[3] = {};
+      for (size_t corner = 0; corner < 4; ++corner) {
+        const pack::ZoneNode& node =
+            pack.zone_nodes[set.nodes[batch.elements.nodes[corner][static_cast<size_t>(lane)]]];
+        for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
+      }
+      const double to = inclusion.is_present ? stiffness_at(pack, inclusion, centre) : 1.0;
+      const double from = batch.stiffness[lane];
+      batch.stiffness[lane] = to;
+      set.is_included = set.is_included || to != 1.0;
+      largest = fmax(largest, fabs(to - from) / fmax(to, from));
+      for (size_t p = 0; p < batch.elements.points.size(); ++p) {
+        const double volume = to * batch.volumes[p][lane];
+        batch.elements.points[p].volume.set(lane, volume);
+        if (lane < batch.count && batch.patches[lane] != pack::kNoPatch)
+          patches[batch.patches[lane]].volume += volume;
+      }
+    }
+  }
+  return largest;
+}
+
+// What a group's elements store beyond the work of their forces at rest.
+double element_energy(const ZoneSet& set, const ZoneGroup& group, const pal_pack& pack, double* scratch) {
+  double energy = add_zone_forces(group.batches, set.displacement, scratch).energy;
+  for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const uint32_t i = 3 * place + axis;
+      energy -=
+          set.rest_force[i] * (set.displacement[i] - pack.zone_nodes[set.nodes[place]].displacement[axis]);
+    }
+  }
+  return energy;
+}
+
+void find_rest_force(const pal_pack& pack, ZoneState& state, const ZoneGroup& group) {
+  ZoneSet& set = state.answering;
+  const size_t first = size_t{3} * group.first_node;
+  memset(set.rest_force + first, 0, size_t{3} * group.num_nodes * sizeof(double));
+  for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place)
+    memcpy(state.saved + size_t{3} * place, pack.zone_nodes[set.nodes[place]].displacement,
+           3 * sizeof(double));
+  add_zone_forces(group.batches, state.saved, set.rest_force);
+}
+
+pal_status check_inclusion(const pal_pack& pack, const pal_inclusion& given, Inclusion& inclusion) {
+  for (int i = 0; i < 3; ++i) {
+    if (!(fabs(given.centre[i]) <= kLargestLength)) return PAL_STATUS_NOT_FINITE;
+    inclusion.centre[i] = given.centre[i] / pack.metres;
+  }
+  if (!isfinite(given.radius) || !isfinite(given.stiffness)) return PAL_STATUS_NOT_FINITE;
+  if (!(given.radius > 0 && given.radius <= kLargestLength && given.stiffness >= kLeastStiffness &&
+        given.stiffness <= kMostStiffness && given.reserved == 0))
+    return PAL_STATUS_BAD_ARGUMENT;
+  inclusion.radius = given.radius / pack.metres;
+  inclusion.stiffness = given.stiffness;
+  inclusion.is_present = true;
+  return PAL_STATUS_OK;
+}
+
+bool is_same(const Inclusion& one, const Inclusion& other) {
+  return one.is_present == other.is_present && one.radius == other.radius &&
+         one.stiffness == other.stiffness && one.centre[0] == other.centre[0] &&
+         one.centre[1] == other.centre[1] && one.centre[2] == other.centre[2];
+}
+
+}  // namespace
+
+double take_inclusion(const pal_pack& pack, ZoneState& state) {
+  ZoneSet& set = state.answering;
+  if (set.inclusion_version == state.inclusion_version) return 0;
+  set.inclusion_version = state.inclusion_version;
+  set.is_included = false;
+  double added = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    ZoneBatches& batches = group.batches;
+    const double before = element_energy(set, group, pack, state.forces);
+    for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;
+    const double change =
+        fmax(scale(pack, state.inclusion, batches.patches, batches.num_linear, batches.linear, set),
+             scale(pack, state.inclusion, batches.patches, batches.num_quadratic, batches.quadratic, set));
+    find_rest_force(pack, state, group);
+    // A tangent of other tissue is as far off as one of tissue that has been strained as much.
+    group.moved += 0.5 * change * pack.mean_surface_edge;
+    group.moved_since += 0.5 * change * pack.mean_surface_edge;
+    added += element_energy(set, group, pack, state.forces) - before;
+  }
+  return added;
+}
+
+}  // namespace palpate
+
+extern "C" pal_status pal_session_set_inclusion(pal_session* session,
+                                                const pal_inclusion* inclusion) noexcept {
+  if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  palpate::ZoneState& zone = session->zone;
+  if (zone.max_contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
+  const palpate::FloatingPointMode mode;
+  palpate::Inclusion made = {};
+  pal_inclusion known = {};
+  if (inclusion != nullptr) {
+    pal_status status = palpate::read_sized(*inclusion, sizeof *inclusion, known);
+    if (status == PAL_STATUS_OK) status = palpate::check_inclusion(*session->pack, known, made);
+    if (status != PAL_STATUS_OK) return status;
+  }
+  if (!palpate::is_same(made, zone.inclusion)) ++zone.inclusion_version;
+  zone.inclusion = made;
+  session->used = true;
+  palpate::record_inclusion(*session, inclusion != nullptr ? &known : nullptr);
+  return PAL_STATUS_OK;
+}

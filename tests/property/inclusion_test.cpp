@@ -1,0 +1,210 @@
+// Inclusions put into the tissue while running, beside full solves of organs that have them.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/support/small_pack.hpp"
+#include "tests/support/tool_session.hpp"
+#include "tests/support/zone_block.hpp"
+
+namespace palpate::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+const std::vector<pal_contact> kPress = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
+
+pal_inclusion ball(const Vector3d& centre, double radius, double stiffness) {
+  return {sizeof(pal_inclusion), 0, {centre[0], centre[1], centre[2]}, radius, stiffness};
+}
+
+void include(OwnedSession& session, const pal_inclusion& inclusion) {
+  require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
+}
+
+// palpate.h's words for where it is how stiff: half of the change at the radius, all of it over an edge, as a cubic.
+double stiffness_at(const pal_inclusion& inclusion, double edge, const Vector3d& point) {
+  const double depth = (inclusion.radius - (point - Vector3d(inclusion.centre)).norm()) / edge;
+  const double t = std::clamp(depth + 0.5, 0.0, 1.0);
+  return 1 + (inclusion.stiffness - 1) * (3 * t * t - 2 * t * t * t);
+}
+
+// The organ whose elements are of such tissue, each of its own.
+ContactAnswer solve_with(const ZoneBlock& organ, const pal_inclusion& inclusion,
+                         const std::vector<pal_contact>& contacts) {
+  TouchedBlock block = organ.block;
+  const Material tissue = block.model.materials.front();
+  block.model.materials.clear();
+  for (Tetrahedron& element : block.model.elements) {
+    Vector3d centre = Vector3d::Zero();
+    for (size_t k = 0; k < 4; ++k)
+      centre += 0.25 * block.model.positions[static_cast<size_t>(element.nodes()[k])];
+    const double part = stiffness_at(inclusion, block.sites.mean_surface_edge, centre);
+    element.material = static_cast<int>(block.model.materials.size());
+    Material own = tissue;
+    own.law = CompressibleNeoHookean{part * kTissue.mu, part * kTissue.lambda};
+    block.model.materials.push_back(own);
+  }
+  const Assembly assembly(block.model, block.model.fixed_dofs());
+  return solve_contacts(block, assembly, organ.rest, contacts);
+}
+
+// |error of the force| / |force|, of one contact.
+double force_error(const pal_contact_result& found, const ContactAnswer& truth) {
+  return (Vector3d(found.force) - truth.forces[0]).norm() / truth.forces[0].norm();
+}
+
+TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
+  for (const bool quadratic : {false, true}) {
+    const ZoneBlock organ(8, kTissue, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
+    const std::vector<pal_contact> contacts = {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}};
+    OwnedSession session(organ.pack->get(), organ.config(1));
+    for (const double stiffness : {0.1, 10.0}) {
+      const pal_inclusion inclusion = ball({0.5, 0.4, 0.6}, 0.3, stiffness);
+      include(session, inclusion);
+      const auto results = settle(session, contacts);
+      const ContactAnswer truth = solve_with(organ, inclusion, contacts);
+      EXPECT_LE(force_error(results[0], truth), 1e-6) << stiffness;
+      EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(),
+                field_tolerance(2e-6) * 0.05);
+      EXPECT_GE(force_error(results[0], organ.solve(contacts)), 0.1) << "it has to matter";
+    }
+  }
+}
+
+// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt. README states these errors.
+TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
+  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
+  const Vector3d touched = organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[12].node)];
+  OwnedSession session(organ.pack->get(), organ.config(1));
+  const Vector3d without(settle(session, contacts)[0].force);
+  struct Expectation {
+    double depth;  // of the ball's centre
+    double error;
+    double felt;  // of the change of the force
+  };
+  for (const auto& [depth, error, felt] : {Expectation{0.2, 0.01, 0.95}, {0.35, 0.06, 0.5}, {0.5, 0.08, 0}}) {
+    for (const double stiffness : {0.25, 4.0}) {
+      const pal_inclusion inclusion = ball(touched - depth * Vector3d::UnitZ(), 0.15, stiffness);
+      include(session, inclusion);
+      const auto results = settle(session, contacts);
+      const ContactAnswer truth = solve_with(organ, inclusion, contacts);
+      EXPECT_LE(force_error(results[0], truth), error) << stiffness << " at " << depth;
+      const Vector3d change = truth.forces[0] - without;
+      EXPECT_GE((Vector3d(results[0].force) - without).dot(change), felt * change.squaredNorm());
+      EXPECT_EQ(results[0].flags, 0U);
+      EXPECT_EQ(results[0].displacement_error, 1.0) << "not surveyed";
+    }
+  }
+}
+
+// The answer does not depend on the way that it has come, and when it is gone all is as before.
+TEST(Inclusion, LeavesNothingBehind) {
+  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 4, 0.26, false, true);
+  OwnedSession moved(organ.pack->get(), organ.config(1));
+  const Vector3d before(settle(moved, kPress)[0].force);
+  for (int frame = 0; frame <= 200; ++frame) {
+    include(moved, ball({0.1 + 0.002 * frame, 0.5, 0.8}, 0.25, 6));
+    moved.touch(kPress);
+  }
+  std::vector<pal_contact_result> there;
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) there = moved.touch(kPress);
+  OwnedSession fresh(organ.pack->get(), organ.config(1));
+  include(fresh, ball({0.5, 0.5, 0.8}, 0.25, 6));
+  const Vector3d of_fresh(settle(fresh, kPress)[0].force);
+  EXPECT_LE((Vector3d(there[0].force) - of_fresh).norm(), 1e-6 * of_fresh.norm());
+  EXPECT_GE((of_fresh - before).norm(), 0.2 * before.norm());
+  require(pal_session_set_inclusion(moved.get(), nullptr), "inclusion");
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) there = moved.touch(kPress);
+  EXPECT_LE((Vector3d(there[0].force) - before).norm(), 1e-6 * before.norm());
+}
+
+// A quarter of a millimetre of an organ of ten centimetres a frame.
+TEST(Inclusion, MovesSmoothly) {
+  const ZoneBlock organ(2, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(1));
+  settle(session, kPress);
+  Vector3d last = Vector3d::Zero();
+  double largest = 0;
+  double peak = 0;
+  for (int frame = 0; frame <= 400; ++frame) {
+    include(session, ball({0.0025 * frame, 0.5, 0.85}, 0.2, 5));
+    const pal_contact_result result = session.touch(kPress)[0];
+    EXPECT_EQ(result.flags, 0U) << frame;
+    const Vector3d force(result.force);
+    if (frame > 0) largest = std::max(largest, (force - last).norm());
+    peak = std::max(peak, force.norm());
+    last = force;
+  }
+  EXPECT_LE(largest, 0.02 * peak);
+}
+
+// Hardened under a weight of its own it stays where it rests.
+TEST(Inclusion, RestsWhereTheTissueDoes) {
+  const ZoneBlock organ(2, kTissue, false, {0.02, 0.01, -0.06});
+  OwnedSession session(organ.pack->get(), organ.config(1));
+  include(session, ball({0.5, 0.5, 0.9}, 0.3, 20));
+  const auto result = settle(session, {{4, {0, 0, 0}, 0, {}, {}, {}}});
+  EXPECT_LE(Vector3d(result[0].force).norm(), 1e-9);
+}
+
+// What hardens under a tool that holds still pushes back: no energy of the tool's.
+TEST(Inclusion, IsFeltByAToolThatHoldsStill) {
+  const ZoneBlock organ(2, kTissue);
+  pal_session_config config = pal_default_session_config(organ.pack->get());
+  config.model = PAL_MODEL_ZONE;
+  config.organ = at_rest();
+  ToolSession session(organ.pack->get(), config);
+  pal_hold hold = pal_default_hold(4);
+  session.hold(0, hold);
+  for (int frame = 0; frame < 100; ++frame) session.frame({at({0, 0, -0.001 * frame})});
+  const double before = force_of(session.last()[0]).norm();
+  for (int frame = 0; frame < 300; ++frame) {
+    include(session, ball({0.5, 0.5, 0.9}, 0.3, 1 + 0.02 * std::min(frame, 200)));
+    session.frame({at({0, 0, -0.099})});
+    EXPECT_EQ(session.last()[0].flags & PAL_FLAG_REDUCED, 0U) << frame;
+  }
+  EXPECT_GE(force_of(session.last()[0]).norm(), 1.5 * before);
+}
+
+TEST(Inclusion, MakesZonesAnswerWherePolynomialsDo) {
+  const OpenPack pack(zone_pack_bytes());
+  OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+  const pal_contact contact = {small_pack().site_at(54), {0, 0, -0.02}, 0, {}, {}, {}};
+  EXPECT_EQ(session.touch({contact})[0].model, PAL_MODEL_POLYNOMIAL);
+  include(session, ball({0.1, 0.1, 0.3}, 0.1, 3));
+  EXPECT_EQ(session.touch({contact})[0].model, PAL_MODEL_ZONE);
+  require(pal_session_set_inclusion(session.get(), nullptr), "inclusion");
+  EXPECT_EQ(session.touch({contact})[0].model, PAL_MODEL_POLYNOMIAL);
+}
+
+TEST(Inclusion, AnswersArgumentsWithAStatus) {
+  const OpenPack pack(zone_pack_bytes());
+  OwnedSession session(pack.get(), PAL_MODEL_AUTO);
+  const auto status_of = [&](const pal_inclusion& inclusion) {
+    return pal_session_set_inclusion(session.get(), &inclusion);
+  };
+  const Vector3d here(0.1, 0.1, 0.3);
+  EXPECT_EQ(pal_session_set_inclusion(nullptr, nullptr), PAL_STATUS_NULL_ARGUMENT);
+  EXPECT_EQ(status_of({}), PAL_STATUS_BAD_STRUCT_SIZE);
+  for (const double stiffness : {0.0, -1.0, 1e-3, 101.0})
+    EXPECT_EQ(status_of(ball(here, 0.1, stiffness)), PAL_STATUS_BAD_ARGUMENT);
+  for (const double radius : {0.0, -1.0, 1e200})
+    EXPECT_EQ(status_of(ball(here, radius, 2)), PAL_STATUS_BAD_ARGUMENT);
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(status_of(ball({0, kNaN, 0}, 0.1, 2)), PAL_STATUS_NOT_FINITE);
+  EXPECT_EQ(status_of(ball(here, kNaN, 2)), PAL_STATUS_NOT_FINITE);
+  EXPECT_EQ(status_of(ball(here, 0.1, std::numeric_limits<double>::infinity())), PAL_STATUS_NOT_FINITE);
+  EXPECT_EQ(status_of(ball({1e99, 0, 0}, 0.1, 2)), PAL_STATUS_OK);
+  EXPECT_TRUE(all_finite(session.touch({{0, {0, 0, -0.02}, 0, {}, {}, {}}})[0]));
+  OwnedSession linear(pack.get(), PAL_MODEL_LINEAR);
+  EXPECT_EQ(pal_session_set_inclusion(linear.get(), nullptr), PAL_STATUS_NO_SUCH_MODEL);
+}
+
+}  // namespace
+}  // namespace palpate::test

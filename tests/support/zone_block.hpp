@@ -1,0 +1,125 @@
+// A block whose nodes are all shown, with nonlinear zones, and the full solve beside it.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "offline/mesh/volume_patches.hpp"
+#include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/zone_exterior.hpp"
+#include "offline/precompute/zone_mutual.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/touched_block.hpp"
+
+namespace palpate::test {
+
+struct ContactAnswer {
+  Eigen::VectorXd field;  // from rest
+  std::vector<Eigen::Vector3d> forces;
+};
+
+// The full solve: patches moved from rest, a node of several follows their mean.
+inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& assembly,
+                                    const RestState& rest, const std::vector<pal_contact>& contacts) {
+  const LoadCase at_rest = rest.load_case(block.model);
+  LoadCase load = at_rest;
+  const Eigen::VectorXd u0 = rest.displacement_of(block.model);
+  std::vector<int> holders(static_cast<size_t>(block.model.num_nodes()));
+  for (const pal_contact& contact : contacts) {
+    for (const int node : block.sites.sites[contact.site].patch_nodes) ++holders[static_cast<size_t>(node)];
+  }
+  for (const pal_contact& contact : contacts) {
+    for (const int node : block.sites.sites[contact.site].patch_nodes) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Index dof = 3 * node + axis;
+        if (load.held[static_cast<size_t>(dof)] == 0) load.displacement[dof] = u0[dof];
+        load.held[static_cast<size_t>(dof)] = 1;
+        load.displacement[dof] += contact.displacement[axis] / holders[static_cast<size_t>(node)];
+      }
+    }
+  }
+  StaticSolver solver(assembly);
+  Eigen::VectorXd u = u0;
+  SolverSettings settings;
+  settings.residual_tolerance = 1e-12;
+  if (!solver.ramp(at_rest, load, u, settings).converged) throw std::runtime_error("the full solve failed");
+  Eigen::VectorXd internal;
+  assembly.internal_force(u, internal);
+  Eigen::VectorXd outside = internal - at_rest.force;
+  ContactAnswer truth;
+  truth.field = packed_rows(block.sites, u);
+  for (const pal_contact& contact : contacts) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (const int node : block.sites.sites[contact.site].patch_nodes)
+      force += outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    truth.forces.push_back(force);
+  }
+  return truth;
+}
+
+// A block whose nodes are all shown, with a zone of so many rings; eight hold the whole of it.
+struct ZoneBlock {
+  ZoneBlock(int rings, const Law& law, bool quadratic = false,
+            const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
+            bool pairs = false, bool shares_volumes = false)
+      : block(made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {
+    zone = find_zones(block.model, block.sites, rings);
+    compute_zone_compliance(assembly, block.sites, rest, {}, zone);
+    compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
+    compute_zone_mutual(assembly, block.sites, rest, pairs ? 2 : 1, 2, {}, zone);
+    PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
+    content.zone = &zone;
+    bytes.emplace(write_pack(content));
+    pack.emplace(*bytes);
+  }
+
+  ContactAnswer solve(const std::vector<pal_contact>& contacts) const {
+    return solve_contacts(block, assembly, rest, contacts);
+  }
+
+  pal_session_config config(uint32_t max_contacts, uint32_t rings = 0) const {
+    pal_session_config config = session_config(pack->get(), PAL_MODEL_ZONE, max_contacts, 0);
+    config.zone_rings = rings;
+    return config;
+  }
+
+  TouchedBlock block;
+  Assembly assembly{block.model, block.model.fixed_dofs()};
+  RestState rest = find_rest(assembly, block.scene);
+  LinearDd linear = compute_linear_dd(assembly, block.sites, {}, rest);
+  ZoneTables zone;
+  std::optional<AlignedBytes> bytes;
+  std::optional<OpenPack> pack;
+
+ private:
+  static TouchedBlock made_of(const Law& law, bool quadratic, const Eigen::Vector3d& gravity, int cells,
+                              double tip_radius, bool shares_volumes) {
+    TouchedBlock block = touched_block(cells, tip_radius, quadratic);
+    if (shares_volumes) form_volume_patches(block.model, std::vector<int>(block.model.elements.size(), 0));
+    block.model.materials.front().law = law;
+    block.model.materials.front().density = 1.0;
+    if (gravity.norm() > 0) block.scene.gravity = gravity;
+    show_every_node(block);
+    return block;
+  }
+};
+
+// Goes there in steps, as a tool would, until it has come to rest.
+inline std::vector<pal_contact_result> settle(OwnedSession& session,
+                                              const std::vector<pal_contact>& contacts) {
+  std::vector<pal_contact_result> results;
+  for (int step = 1; step <= 10; ++step) {
+    std::vector<pal_contact> on_the_way = contacts;
+    for (pal_contact& contact : on_the_way) {
+      for (double& d : contact.displacement) d *= step / 10.0;
+    }
+    results = session.touch(on_the_way);
+  }
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+  return results;
+}
+
+}  // namespace palpate::test
