@@ -232,9 +232,13 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
         zone->rings * (kFactorsPerSite * static_cast<double>(sites.sites.size()) +
                        kFactorsPerPair * static_cast<double>(num_zone_pairs(sites, scene.max_contacts)));
     fmt::print(
-        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements\n",
+        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
         zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,
-        zone->most_nodes, zone->most_elements);
+        zone->most_nodes, zone->most_elements,
+        scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
+            ? fmt::format("; more than {} contacts at once are answered by the linear model",
+                          pack::kMostZoneContacts)
+            : "");
   }
   constexpr double kFactorsPerSet = 4;  // of contacts that may strain what is between them
   factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);

@@ -184,7 +184,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   constexpr double kStepsPerEdge = 8;
   constexpr int kStepsOfForce = 16;
   constexpr int kMostSteps = 64;
-  constexpr int kMostFrames = 40;  // of a step
+  constexpr int kMostFrames = 16;  // of a step
   double farthest = 0;
   int least_steps = 1;
   for (const pal_contact& contact : contacts) {

@@ -239,7 +239,7 @@ nlohmann::json summary_of(const StepResult& result, double seconds, const Model&
   return summary;
 }
 
-void print_step(size_t number, const StepResult& result, double seconds) {
+void print_step(size_t number, const Step& step, const StepResult& result, double seconds) {
   const SolveReport& report = result.report;
   fmt::print("step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
              number, report.increments, report.iterations, report.factorizations, report.residual,
@@ -252,6 +252,13 @@ void print_step(size_t number, const StepResult& result, double seconds) {
       before = ", ";
     }
     fmt::print("\n");
+  }
+  if (step.riks && !step.riks->end_load_factor && !step.riks->end_displacement) {
+    fmt::print(
+        "step {}: nothing said where the path ends: it went on for its {} increments; name a load factor or "
+        "a "
+        "displacement on the data line of *STATIC, RIKS\n",
+        number, report.increments);
   }
   if (result.stable == false)
     fmt::print("step {}: this equilibrium is unstable: the tangent is not positive definite\n", number);
@@ -303,7 +310,7 @@ int run_solve(const SolveArguments& arguments) {
     if (!converged) {
       print_failure(result.report, i + 1, model);
     } else if (!arguments.json) {
-      print_step(i + 1, result, seconds);
+      print_step(i + 1, model.steps[i], result, seconds);
     }
   }
   summary["seconds"] = solver.seconds();

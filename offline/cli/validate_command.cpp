@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "offline/cli/carried_scene.hpp"
 #include "offline/cli/commands.hpp"
@@ -26,7 +27,7 @@ namespace {
 struct ValidateArguments {
   std::filesystem::path pack;
   int samples = 128;
-  int sets = 48;
+  std::optional<int> sets;
   std::int64_t seed = 1;
   int jobs = 1;
   bool json = false;
@@ -110,13 +111,18 @@ int run_validate(const ValidateArguments& arguments) {
       std::count_if(samples.begin(), samples.end(), [](const SurveySample& one) { return !one.solved; });
 
   // Surveys of builders have smaller seeds.
+  constexpr int kSets = 48;
   SolvedSets sets;
   const std::vector<ModelErrors> claims = surveys_of(opened.tables());
   const bool are_claimed = std::any_of(claims.begin(), claims.end(),
                                        [](const ModelErrors& one) { return !one.sets.kinds.empty(); });
-  if (std::vector<ContactSet> drawn =
-          draw_contact_sets(organ.model, organ.scene, organ.sites, are_claimed ? arguments.sets : 0,
-                            static_cast<std::uint64_t>(arguments.seed) | std::uint64_t{1} << 63);
+  if (!are_claimed && arguments.sets.value_or(0) > 0) {
+    fmt::print(stderr, "{}: says nothing of several contacts at once; --sets {} was left out\n",
+               arguments.pack.string(), *arguments.sets);
+  }
+  if (std::vector<ContactSet> drawn = draw_contact_sets(
+          organ.model, organ.scene, organ.sites, are_claimed ? arguments.sets.value_or(kSets) : 0,
+          static_cast<std::uint64_t>(arguments.seed) | std::uint64_t{1} << 63);
       !drawn.empty()) {
     ProgressBar bar("solving several contacts", static_cast<int>(drawn.size()));
     sets = solve_drawn_sets(organ.assembly, organ.sites, organ.rest, std::move(drawn), arguments.jobs,

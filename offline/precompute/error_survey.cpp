@@ -79,14 +79,15 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
                             double max_displacement) {
   std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
   std::array<std::vector<double>, kSurveyBins + 1> force_errors;
-  std::vector<double> absolute;  // |f - f_FE| in the last bin
+  // |f - f_FE| as if it were proportional to |d|, as forces are, at the largest |d|
+  std::array<std::vector<double>, kSurveyBins> absolute;
   const double floor = force_floor(samples);
   for (size_t i = 0; i < samples.size(); ++i) {
     const double size = samples[i].truth.displacement.norm();
     const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
                                kSurveyBins - 1);
-    if (bin == kSurveyBins - 1)
-      absolute.push_back(errors[i].force * std::max(samples[i].truth.force.norm(), floor));
+    absolute[static_cast<size_t>(bin)].push_back(
+        errors[i].force * std::max(samples[i].truth.force.norm(), floor) * max_displacement / size);
     for (const int target : {bin, kSurveyBins}) {
       displacement_errors[static_cast<size_t>(target)].push_back(errors[i].displacement);
       force_errors[static_cast<size_t>(target)].push_back(errors[i].force);
@@ -105,8 +106,11 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
     bin.displacement = figures_of(displacement_errors[static_cast<size_t>(i)]);
     bin.force = figures_of(force_errors[static_cast<size_t>(i)]);
   }
-  if (const SurveyBin& last = table.bins.back(); last.samples > 0 && last.force.bound > 0)
-    table.force_scale = std::max(table.force_scale, covering_bound(absolute) / last.force.bound);
+  for (size_t bin = 0; bin < absolute.size(); ++bin) {
+    const double bound = table.bins[bin].force.bound;
+    if (absolute[bin].empty() || !(bound > 0)) continue;
+    table.force_scale = std::max(table.force_scale, covering_bound(absolute[bin]) / bound);
+  }
   return table;
 }
 

@@ -36,8 +36,8 @@ struct SurveyBin {
 struct SurveyTable {
   std::array<SurveyBin, kSurveyBins> bins;
   SurveyBin overall;
-  // A force, at the largest |d|, beside which the bound of the last bin covers |f - f_FE| itself; force unit. Where a force is
-  // smaller, as along an axis that gives way easily, errors are larger parts of it.
+  // A force, at the largest |d| and in proportion below, beside which the bounds of all bins cover |f - f_FE| itself; force unit.
+  // Where a force is smaller, as along an axis that gives way easily, errors are larger parts of it.
   double force_scale = 0;
 };
 

@@ -174,7 +174,7 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state) {
   ZoneSet& set = state.answering;
-  const double energy_of_inclusion = take_inclusion(pack, state);
+  take_inclusion(pack, state);
   ZoneFrame frame = {pack, state, set, set.flags};
   state.strained = true;
   double size = 1e-6 * pack.max_displacement;
@@ -218,20 +218,20 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       converged = converged && done[g] && is_coupled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  ZoneAnswer answer = {0, taken, false, 0, energy_of_inclusion};
+  ZoneAnswer answer = {0, taken, false, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     // Where there was no way on for some frames it begins anew at rest, and comes back.
     group.failures = failed[g] ? group.failures + 1 : 0;
     if (group.failures > kMostFailures || (frame.flags != set.flags && is_lost(frame, group, size))) {
       rest_group(pack, set, group);
-      answer.has_reset = true;
+      answer.has_reset = state.has_reset = true;
       continue;
     }
     answer.energy += group.stored;
     if (!failed[g]) advance_tangent(frame, group);
   }
-  if (!(fabs(answer.energy) <= kLargest)) answer.energy = answer.energy_of_inclusion = 0;
+  if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;
 }

@@ -27,7 +27,6 @@ struct ZoneAnswer {
   uint32_t iterations;  // that it took
   bool has_reset;       // a group found no way on, or one that led too far, and is at rest
   double energy;
-  double energy_of_inclusion;  // of that, what an inclusion has brought by changing before this frame
 };
 
 // Moves the contacts of the set that answers to these displacements [contacts][3] from rest and solves, model units; at

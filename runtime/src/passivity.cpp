@@ -111,10 +111,8 @@ void begin_account(pal_session& session) {
   const double larger = stored > passivity.stored ? stored : passivity.stored;
   passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
-  if (passivity.one_set) {
-    passivity.account += session.energy_brought;
-    passivity.stored += session.energy_brought;
-  }
+  if (!states.changed) passivity.account += session.energy_brought;
+  if (passivity.one_set) passivity.stored += session.energy_brought;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);
   if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought)) {  // of a damaged pack

@@ -296,16 +296,12 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       session.displacements[at] = session.zone.strained ? set.wanted[at] : 0.0;
   }
   ZoneAnswer answer;
-  double energy_of_inclusion = 0;
   ForceControl control;
   PlaceAnswer moved[pack::kMostZoneContacts];
   // A frame's iterations are for all that the given forces take.
   for (uint32_t left = session.config.zone_iterations;;) {
     answer = solve_zone(pack, session.displacements, left, session.zone);
     left -= answer.iterations;
-    energy_of_inclusion += answer.energy_of_inclusion;
-    // Tools fade from what was to what comes back.
-    if (answer.has_reset) session.tools.changed = true;
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
@@ -318,11 +314,13 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     control = control_forces(pack, set, contacts, moved, session.displacements);
     if (control.has_ended || answer.has_reset || left == 0) break;
   }
-  if (!answer.has_reset) memcpy(set.wanted, session.displacements, size_t{3} * count * sizeof *set.wanted);
+  for (uint32_t at = 0; at < 3 * count; ++at) {
+    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.has_reset;
+    set.wanted[at] = goes_on ? session.displacements[at] : set.followed[at];
+  }
   answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
-  session.energy_brought = energy_of_inclusion * pack.newtons * pack.metres;
   if (results == nullptr) return;
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
   double largest = 0;
@@ -333,7 +331,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
     load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
-  bool is_surveyed = session.zone.rings == pack.zone_rings && !set.is_included;
+  bool is_surveyed = session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];

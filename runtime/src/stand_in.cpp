@@ -1,5 +1,6 @@
 #include "runtime/src/stand_in.hpp"
 
+#include <math.h>
 #include <string.h>
 
 #include "runtime/src/contact_place.hpp"
@@ -24,6 +25,18 @@ uint32_t site_of_answer(const pal_session& session, Answering answering, uint32_
                         const pal_contact& input) {
   if (answering == Answering::zone) return session.zone.answering.sites[contact];
   return answering == Answering::linear ? nearest_site(input) : 0;
+}
+
+// Whether a contact has not got to where it is held.
+bool is_behind(const double displacement[3], const double given[3]) {
+  constexpr double kAsGood = 0.01;
+  double largest = 0;
+  double missing = 0;
+  for (int i = 0; i < 3; ++i) {
+    largest = fmax(largest, fabs(given[i]));
+    missing = fmax(missing, fabs(given[i] - displacement[i]));
+  }
+  return missing > kAsGood * largest;
 }
 
 // What answers from now on: the contacts held, or those for which it was begun earlier.
@@ -83,6 +96,16 @@ void answer_or_stand_in(pal_session& session) {
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_results);
+  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the tools it jumps. So does what
+  // has come to rest for want of a way, in this frame or in contact frames since the last.
+  bool is_any_behind = false;
+  for (uint32_t i = 0; i < states.num_answered; ++i)
+    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
+                                               states.answered_inputs[i].displacement);
+  const bool caught_up = states.catches_up;
+  states.catches_up = is_any_behind && (finished || states.catches_up);
+  states.changed = states.changed || states.catches_up || caught_up || session.zone.has_reset;
+  session.zone.has_reset = false;
 }
 
 }  // namespace palpate

@@ -355,6 +355,8 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   }
   fill_inputs(session, last);
   answer_or_stand_in(session);
+  session.energy_brought += session.zone.inclusion_energy * session.pack->newtons * session.pack->metres;
+  session.zone.inclusion_energy = 0;
   begin_account(session);
   memcpy(session.turn_before, session.gravity_turn, sizeof session.turn_before);
   session.gravity_changed = false;

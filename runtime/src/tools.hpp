@@ -77,6 +77,7 @@ struct ToolStates {
   bool held_changed;  // since the last frame: a contact was taken hold of or let go
   bool preparing;     // not all contacts held are answered, or not with the nodes that are fixed now
   bool changed;       // what answers, in this frame
+  bool catches_up;    // a zone that was made anew has not got to where the tools are
   double dt;          // of the last frame in which it made sense
   Passivity passivity;
 };

@@ -14,6 +14,8 @@ namespace {
 constexpr double kLeastStiffness = 0.01;
 constexpr double kMostStiffness = 100;
 constexpr double kLargestLength = 1e100;
+constexpr uint32_t kFirstInclusionBytes = 48;  // of pal_inclusion in the first release
+static_assert(sizeof(pal_inclusion) >= kFirstInclusionBytes);
 
 // s, of the file's comment.
 double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const double point[3]) {
@@ -27,34 +29,51 @@ double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const doub
   return 1.0 + (inclusion.stiffness - 1.0) * t * t * (3.0 - 2.0 * t);
 }
 
-// The volumes of a kind of elements, and of the patches that share them. The largest change of a stiffness, of the larger.
+// Of a lane's element.
 template <int kNodes>
-double scale(const pal_pack& pack, const Inclusion& inclusion, ZonePatch* patches, uint32_t count,
-             ZoneBatch<kNodes>* batches, ZoneSet& set) {
+double stiffness_of(const pal_pack& pack, const ZoneState& state, const ZoneBatch<kNodes>& batch, int lane) {
+  if (!state.inclusion.is_present) return 1;
+  double centre[3] = {};
+  for (size_t corner = 0; corner < 4; ++corner) {
+    const uint32_t place = static_cast<uint32_t>(batch.elements.nodes[corner][static_cast<size_t>(lane)]);
+    const pack::ZoneNode& node = pack.zone_nodes[state.answering.nodes[place]];
+    for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
+  }
+  return stiffness_at(pack, state.inclusion, centre);
+}
+
+// The largest change of a stiffness, of the larger.
+template <int kNodes>
+double change_of(const pal_pack& pack, const ZoneState& state, uint32_t count,
+                 const ZoneBatch<kNodes>* batches) {
   double largest = 0;
+  for (uint32_t n = 0; n < count; ++n) {
+    for (int lane = 0; lane < batches[n].count; ++lane) {
+      const double from = batches[n].stiffness[lane];
+      const double to = stiffness_of(pack, state, batches[n], lane);
+      largest = fmax(largest, fabs(to - from) / fmax(to, from));
+    }
+  }
+  return largest;
+}
+
+// The volumes of a kind of elements, and of the patches that share them.
+template <int kNodes>
+void scale(const pal_pack& pack, const ZoneState& state, uint32_t count, ZoneBatch<kNodes>* batches,
+           ZonePatch* patches) {
   for (uint32_t n = 0; n < count; ++n) {
     ZoneBatch<kNodes>& batch = batches[n];
     for (int lane = 0; lane < kLanes; ++lane) {
-      double centre[3] = {};
-      for (size_t corner = 0; corner < 4; ++corner) {
-        const pack::ZoneNode& node =
-            pack.zone_nodes[set.nodes[batch.elements.nodes[corner][static_cast<size_t>(lane)]]];
-        for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
-      }
-      const double to = inclusion.is_present ? stiffness_at(pack, inclusion, centre) : 1.0;
-      const double from = batch.stiffness[lane];
-      batch.stiffness[lane] = to;
-      set.is_included = set.is_included || to != 1.0;
-      largest = fmax(largest, fabs(to - from) / fmax(to, from));
+      const double stiffness = stiffness_of(pack, state, batch, lane);
+      batch.stiffness[lane] = stiffness;
       for (size_t p = 0; p < batch.elements.points.size(); ++p) {
-        const double volume = to * batch.volumes[p][lane];
+        const double volume = stiffness * batch.volumes[p][lane];
         batch.elements.points[p].volume.set(lane, volume);
         if (lane < batch.count && batch.patches[lane] != pack::kNoPatch)
           patches[batch.patches[lane]].volume += volume;
       }
     }
   }
-  return largest;
 }
 
 // What a group's elements store beyond the work of their forces at rest.
@@ -103,27 +122,29 @@ bool is_same(const Inclusion& one, const Inclusion& other) {
 
 }  // namespace
 
-double take_inclusion(const pal_pack& pack, ZoneState& state) {
+void take_inclusion(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.answering;
-  if (set.inclusion_version == state.inclusion_version) return 0;
+  if (set.inclusion_version == state.inclusion_version) return;
+  // What a set that was just made has of it, it has from the start.
+  const bool is_new = set.inclusion_version == kNoInclusion;
+  if (is_new) state.inclusion_energy = 0;
   set.inclusion_version = state.inclusion_version;
-  set.is_included = false;
-  double added = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     ZoneBatches& batches = group.batches;
-    const double before = element_energy(set, group, pack, state.forces);
+    const double change = fmax(change_of(pack, state, batches.num_linear, batches.linear),
+                               change_of(pack, state, batches.num_quadratic, batches.quadratic));
+    if (change == 0) continue;
+    const double before = is_new ? 0 : element_energy(set, group, pack, state.forces);
     for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;
-    const double change =
-        fmax(scale(pack, state.inclusion, batches.patches, batches.num_linear, batches.linear, set),
-             scale(pack, state.inclusion, batches.patches, batches.num_quadratic, batches.quadratic, set));
+    scale(pack, state, batches.num_linear, batches.linear, batches.patches);
+    scale(pack, state, batches.num_quadratic, batches.quadratic, batches.patches);
     find_rest_force(pack, state, group);
     // A tangent of other tissue is as far off as one of tissue that has been strained as much.
     group.moved += 0.5 * change * pack.mean_surface_edge;
     group.moved_since += 0.5 * change * pack.mean_surface_edge;
-    added += element_energy(set, group, pack, state.forces) - before;
+    if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.forces) - before;
   }
-  return added;
 }
 
 }  // namespace palpate
@@ -137,7 +158,7 @@ extern "C" pal_status pal_session_set_inclusion(pal_session* session,
   palpate::Inclusion made = {};
   pal_inclusion known = {};
   if (inclusion != nullptr) {
-    pal_status status = palpate::read_sized(*inclusion, sizeof *inclusion, known);
+    pal_status status = palpate::read_sized(*inclusion, palpate::kFirstInclusionBytes, known);
     if (status == PAL_STATUS_OK) status = palpate::check_inclusion(*session->pack, known, made);
     if (status != PAL_STATUS_OK) return status;
   }

@@ -19,8 +19,8 @@
 
 namespace palpate {
 
-// Gives the elements of the set that answers the stiffness that they are to have, where that has changed. What this adds to
-// the energy that they store where they are: model units. Cost where it has: two evaluations of the elements.
-double take_inclusion(const pal_pack& pack, ZoneState& state);
+// Gives the elements of the set that answers the stiffness that they are to have, where that has changed, and counts what this
+// adds to the energy that they store where they are. Cost where it has: three evaluations of the elements.
+void take_inclusion(const pal_pack& pack, ZoneState& state);
 
 }  // namespace palpate

@@ -347,8 +347,7 @@ void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state) {
   for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
   set.sound = true;
   set.flags = 0;
-  set.inclusion_version = 0;
-  set.is_included = false;
+  set.inclusion_version = kNoInclusion;
   set.num_groups = 0;
   set.num_nodes = 0;
   state.phase = ZoneState::Phase::collect;

@@ -84,14 +84,16 @@ struct Inclusion {
   double stiffness;
 };
 
+inline constexpr uint32_t kNoInclusion = UINT32_MAX;
+
 struct ZoneSet {
   bool ready;
   bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
   uint32_t num_contacts;
-  uint32_t* sites;             // [max_contacts]
-  uint32_t flags;              // PAL_FLAG_OVERLAPPING
-  uint32_t inclusion_version;  // of ZoneState's, that its elements have; 0: none
-  bool is_included;            // some element is stiffer or softer for it
+  uint32_t* sites;  // [max_contacts]
+  uint32_t flags;   // PAL_FLAG_OVERLAPPING
+  uint32_t
+      inclusion_version;  // of ZoneState's, that its elements have, or kNoInclusion: those of the pack, of a set just made
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
   uint32_t num_nodes;
@@ -135,6 +137,10 @@ struct ZoneState {
   EliminationKernel kernel;
   Inclusion inclusion;
   uint32_t inclusion_version;  // how often it has changed
+  // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group of it found
+  // no way on, or one that led too far, and is at rest
+  double inclusion_energy;
+  bool has_reset;
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready

@@ -48,5 +48,37 @@ TEST(CoveringBound, CoversAsOftenAsItSays) {
   }
 }
 
+// An organ a hundred times as stiff along x as along y, and a model that is wrong by the same along both, as the square of
+// the push: its bounds are parts of the forces along x, and beside the force scale cover what it is wrong by along y.
+TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
+  constexpr double kMost = 2.0;
+  constexpr double kWrong = 0.01;
+  std::vector<SurveySample> samples;
+  for (int i = 1; i <= 240; ++i) {
+    const double size = kMost * i / 240;
+    SurveySample sample;
+    const bool stiff = i % 40 != 0;
+    sample.truth.displacement = stiff ? Eigen::Vector3d(size, 0, 0) : Eigen::Vector3d(0, size, 0);
+    sample.truth.force = (stiff ? 1.0 : 0.01) * sample.truth.displacement;
+    sample.truth.field = Eigen::VectorXd::Zero(3);
+    samples.push_back(sample);
+  }
+  const SurveyTable table = survey_errors(samples, kMost, [&](size_t, const Eigen::Vector3d& d) {
+    const auto truth = std::find_if(samples.begin(), samples.end(),
+                                    [&](const SurveySample& one) { return one.truth.displacement == d; });
+    return Answer{Eigen::VectorXd::Zero(3),
+                  truth->truth.force + Eigen::Vector3d(0, 0, kWrong * d.squaredNorm())};
+  });
+  for (const SurveySample& sample : samples) {
+    const double part = sample.truth.displacement.norm() / kMost;
+    const auto bin = static_cast<size_t>(std::min(3.0, std::floor(4 * part * (1 - 1e-12))));
+    const double error = kWrong * kMost * part * kMost * part;
+    // All but the few above each bound of 95 %.
+    if (part < 0.97 * table.bins[bin].to) {
+      EXPECT_GE(table.bins[bin].force.bound * table.force_scale * part, error) << part;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -210,6 +210,15 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     replay.offset = 8 * static_cast<uint64_t>(any(kRecordingBytes / 8));
     return pal_session_replay(session_.get(), recording_.data(), kRecordingBytes, rarely_null(&replay));
   }
+  pal_status include() {
+    Wide<pal_inclusion> wide;
+    pal_inclusion& inclusion = wide.value;
+    inclusion.struct_size = size_of_struct(sizeof inclusion);
+    for (double& component : inclusion.centre) component = rarely() ? number() : 0.2 + 0.2 * small();
+    inclusion.radius = rarely() ? number() : 0.1 + 0.1 * small();
+    inclusion.stiffness = rarely() ? number() : std::exp(4.6 * small());
+    return pal_session_set_inclusion(session_.get(), rarely_null(&inclusion));
+  }
   pal_status call() {
     switch (any(24)) {
       case 0:
@@ -234,6 +243,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
       case 11:
       case 12:
         return contact_frame();
+      case 13:
+        return include();
       default:
         return haptic_frame();
     }

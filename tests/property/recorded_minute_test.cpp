@@ -42,7 +42,7 @@ struct Played {
 
 // Tool 0 slides: from site to site without leaving the surface, at a depth that breathes. Tool 1 taps: down on what is below
 // it, on into the tissue and off again, each time elsewhere. Tool 2 jumps: it grasps any site, is thrown to any displacement,
-// lets go, is away or late.
+// lets go, is away or late. At times the tissue somewhere is stiffer.
 Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
   std::mt19937_64 random(11);
   const auto number = [&](double most) {
@@ -80,6 +80,12 @@ Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
       const pal_hold hold = pal_default_hold(any_site());
       played.held += pal_tool_hold(session.get(), 2, &hold) == PAL_STATUS_OK ? 1 : 0;
     }
+    if (frame % 300 == 100) {
+      const Eigen::Vector3d centre = place(any_site()) - Eigen::Vector3d(0, 0, depth);
+      const pal_inclusion inclusion = {sizeof inclusion, 0, {centre[0], centre[1], centre[2]}, 2 * depth, 5};
+      require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
+    }
+    if (frame % 300 == 250) require(pal_session_set_inclusion(session.get(), nullptr), "inclusion");
     if (random() % 50 == 0) thrown = Eigen::Vector3d(number(0.7), number(0.7), number(0.7)) * depth;
     std::vector<pal_pose> poses = {at(slid), at(tapped - Eigen::Vector3d(0, 0, down)), at(thrown)};
     if (random() % 40 == 0) poses.resize(2);

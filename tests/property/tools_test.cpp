@@ -490,6 +490,27 @@ TEST_F(ToolForce, IsNotBlendedWhereOthersAskInBetween) {
   }
 }
 
+// One that is deeper than a zone follows in a frame: what it has to catch up with after contacts of others is faded.
+TEST_F(ToolForce, DoesNotJumpWhereOthersAskInBetween) {
+  const OpenPack with_zones(zone_pack_bytes());
+  pal_session_config config = pal_default_session_config(with_zones.get());
+  config.model = PAL_MODEL_ZONE;
+  ToolSession session(with_zones.get(), config);
+  session.hold(0, pal_default_hold(0));
+  const double depth = 1.2 * with_zones.info().mean_surface_edge;
+  for (int frame = 0; frame <= 200; ++frame)
+    session.frame({at({0, 0, -depth * std::min(1.0, frame / 100.0)})});
+  const Eigen::Vector3d before = force_of(session.last()[0]);
+  session.touch({{6, {0, 0, -0.01}, 0, {}, {}, {}}});
+  Eigen::Vector3d last = before;
+  for (int frame = 0; frame < 40; ++frame) {
+    session.frame({at({0, 0, -depth})});
+    EXPECT_LE((force_of(session.last()[0]) - last).norm(), 0.2 * before.norm()) << frame;
+    last = force_of(session.last()[0]);
+  }
+  EXPECT_LE((last - before).norm(), 0.01 * before.norm());
+}
+
 TEST_F(ToolForce, RampsToZeroWhenInputIsStale) {
   config_.stale_seconds = 0.0505;  // between two frames
   config_.ramp_seconds = 0.02;

@@ -204,8 +204,8 @@ TEST_P(ZonePlaces, GivenForcesActWhereTheContactIs) {
   EXPECT_LE((as_vector(session.field()) - there.field).lpNorm<Eigen::Infinity>(), 1e-3 * kPush.norm());
 }
 
-// A frame's iterations are for all that the forces take: with one they take several frames.
-TEST_P(ZonePlaces, GivenForcesTakeNoMoreIterations) {
+// With one iteration a frame, which moves the contact or brings its zone to rest, they are borne after several frames.
+TEST_P(ZonePlaces, GivenForcesAreBorneByOneIterationAFrame) {
   pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 1, 0);
   config.zone_iterations = 1;
   OwnedSession session(pack_.get(), config);
