@@ -84,7 +84,7 @@ struct Inclusion {
   double stiffness;
 };
 
-inline constexpr uint32_t kNoInclusion = UINT32_MAX;
+inline constexpr uint32_t kNoInclusion = UINT32_MAX;  // ZoneSet::inclusion_version
 
 struct ZoneSet {
   bool ready;
@@ -92,8 +92,8 @@ struct ZoneSet {
   uint32_t num_contacts;
   uint32_t* sites;  // [max_contacts]
   uint32_t flags;   // PAL_FLAG_OVERLAPPING
-  uint32_t
-      inclusion_version;  // of ZoneState's, that its elements have, or kNoInclusion: those of the pack, of a set just made
+  // Of ZoneState's, that its elements have; kNoInclusion: it was just made, and they are the pack's
+  uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
   uint32_t num_nodes;

@@ -371,8 +371,9 @@ typedef struct pal_inclusion {
  * if their elements were of such tissue and rested where they do; what lies outside of a zone answers as the pack has it,
  * which leaves an error of some percent of the force where the zone does not hold all of the inclusion (README): none is estimated. With
  * PAL_MODEL_AUTO nonlinear_zone answers while there is one; PAL_STATUS_NO_SUCH_MODEL where the session has none. Tools feel it
- * move, and the energy that this brings is its own. Set inclusion->struct_size first. Cost: the next frame of a zone that it reaches evaluates
- * its elements three times more, and where the stiffness there changes by half makes the tangent anew. Real-time safe: yes. */
+ * move, and the energy that this brings is its own. Set inclusion->struct_size first. Cost: the next frame of a
+ * zone that it reaches evaluates its elements three times more, and where the stiffness there changes by half makes the tangent
+ * anew. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
                                                    const pal_inclusion* inclusion) PAL_NOEXCEPT;
 
