@@ -26,6 +26,7 @@
 #include "offline/cli/progress_bar.hpp"
 #include "offline/cli/report_effort.hpp"
 #include "offline/cli/report_rows.hpp"
+#include "offline/cli/scene_sites.hpp"
 #include "offline/output/finished_file.hpp"
 #include "offline/report/csv_tables.hpp"
 
@@ -206,14 +207,14 @@ std::int64_t seed_of(std::string_view text) {
 
 void study(const std::filesystem::path& scene, const std::filesystem::path& out, std::int64_t seed) {
   check_can_finish(out);
-  const Organ organ(read_scene(scene));
+  // As the whole report has them.
+  const ReportEffort effort;
+  const Organ organ(with_at_most_sites(read_scene(scene), effort.scene_sites));
   if (!organ.rest.is_mesh())
     throw std::runtime_error(scene.string() + ": under [gravity], which Bullet is not compared at");
   const SiteDomain domain = [&](size_t site) -> Eigen::Matrix3d {
     return organ.scene.max_displacement * organ.sites.sites[site].frame;
   };
-  // As the whole report has them.
-  const ReportEffort effort;
   const std::vector<double> parts = compared_parts(organ);
   const std::vector<size_t> sites =
       spread_sites(organ.model, organ.sites, static_cast<size_t>(effort.most_sites));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "offline/cli/scene_sites.hpp"
 #include "offline/mesh/volume_patches.hpp"
 
 namespace palpate {
@@ -106,18 +107,6 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
     methods_.push_back({{MethodKind::zone, zone_name(rings), false}, &zone->opened, PAL_MODEL_ZONE, rings});
   }
   packs_.push_back(std::move(zone));
-}
-
-std::vector<size_t> compared_sites(const Organ& organ, int most) {
-  return spread_sites(organ.model, organ.sites, static_cast<size_t>(most));
-}
-
-LoadedScene with_sites(const Organ& organ, const std::vector<size_t>& sites) {
-  LoadedScene loaded{organ.scene, organ.model};
-  loaded.scene.sites.clear();
-  for (const size_t site : sites) loaded.scene.sites.push_back(organ.sites.sites[site].node);
-  std::sort(loaded.scene.sites.begin(), loaded.scene.sites.end());
-  return loaded;
 }
 
 }  // namespace palpate

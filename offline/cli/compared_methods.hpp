@@ -49,8 +49,4 @@ class OtherSettings {
   std::vector<ComparedMethod> methods_;
 };
 
-// The organ again, touchable at so many of its sites far from one another; all of them where there are no more.
-std::vector<size_t> compared_sites(const Organ& organ, int most);
-LoadedScene with_sites(const Organ& organ, const std::vector<size_t>& sites);
-
 }  // namespace palpate

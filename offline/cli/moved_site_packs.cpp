@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "offline/cli/build_plan.hpp"
-#include "offline/cli/compared_methods.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/cli/scene_sites.hpp"
 #include "offline/cli/study_packs.hpp"
 #include "offline/precompute/affine_site.hpp"
 

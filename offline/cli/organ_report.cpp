@@ -17,6 +17,8 @@
 #include "offline/cli/reference_methods.hpp"
 #include "offline/cli/report_pushes.hpp"
 #include "offline/cli/report_rows.hpp"
+#include "offline/cli/scene_sites.hpp"
+#include "offline/precompute/solver_threads.hpp"
 
 namespace palpate {
 namespace {
@@ -125,14 +127,7 @@ class Measurement {
     methods.insert(methods.end(), moving.begin(), moving.end());
     std::vector<std::vector<size_t>> site_sets;
     for (size_t i = 0; i < std::min(kTimedSets, sites.size()); ++i) site_sets.push_back({sites[i]});
-    {
-      ProgressBar bar("methods", static_cast<int>(methods.size() * levels.size()));
-      int done = 0;
-      for (const ComparedMethod& method : methods) {
-        compare(method, method.pack == &opened_ ? all_sites() : others_->sites(), levels, site_sets,
-                [&] { bar.show(++done); });
-      }
-    }
+    compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, 1, rows_);
   }
 
@@ -156,42 +151,68 @@ class Measurement {
     const std::vector<ComparedMethod> moving =
         moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
-    {
-      ProgressBar bar("methods, several contacts", static_cast<int>(methods.size()));
-      int done = 0;
-      for (const ComparedMethod& method : methods) {
-        // A polynomial answers one contact alone.
-        if (method.kind != MethodKind::polynomial) compare(method, all_sites(), levels, site_sets, [] {});
-        bar.show(++done);
-      }
-    }
+    // A polynomial answers one contact alone.
+    std::erase_if(methods,
+                  [](const ComparedMethod& method) { return method.kind == MethodKind::polynomial; });
+    compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, contacts, rows_);
   }
 
-  // Errors at each level, and a timer for them: only a zone's frames depend on how far it is pushed.
-  void compare(const ComparedMethod& method, const std::vector<std::uint32_t>& sites,
-               const std::vector<Level>& levels, const std::vector<std::vector<size_t>>& site_sets,
-               const std::function<void()>& progress) {
+  // Errors of methods at each level, which do not depend on what else the machine does, and timers for what does.
+  void compare(const std::vector<ComparedMethod>& methods, const std::vector<Level>& levels,
+               const std::vector<std::vector<size_t>>& site_sets) {
+    const auto contacts = static_cast<std::uint32_t>(site_sets.front().size());
+    const int of_slow = contacts > 1 ? effort_.several_of_slow_methods : effort_.pushes_of_slow_methods;
+    std::vector<Level> levels_of_slow;
+    for (const Level& level : levels) levels_of_slow.push_back(level.first(of_slow));
+    const auto levels_of = [&](const ComparedMethod& method) -> const std::vector<Level>& {
+      return method.rings >= kThick && (!method.carried || contacts > 1) ? levels_of_slow : levels;
+    };
+    std::vector<std::vector<std::vector<MeasuredPush>>> measured(methods.size());  // by method and level
+    {
+      ProgressBar bar(contacts > 1 ? "methods, several contacts" : "methods",
+                      static_cast<int>(methods.size()));
+      // Those that take longest stand last: begun first, they leave no thread without work at the end.
+      const auto measure = [&](size_t, size_t i) {
+        const size_t m = methods.size() - 1 - i;
+        measured[m] = measure_method(methods[m], levels_of(methods[m]), contacts);
+      };
+      for_each_on_threads(methods.size(), jobs_, measure, [&](int done, int) { bar.show(done); });
+    }
+    for (size_t m = 0; m < methods.size(); ++m)
+      add_rows(methods[m], levels_of(methods[m]), site_sets, measured[m]);
+  }
+
+  std::vector<std::vector<MeasuredPush>> measure_method(const ComparedMethod& method,
+                                                        const std::vector<Level>& levels,
+                                                        std::uint32_t contacts) const {
+    ModelUnitSession session(*method.pack, method.model, contacts, 0, method.rings, method.iterations);
+    const Method answer = method.iterations == 0
+                              ? runtime_method(session, sites_of(method))
+                              : moving_method(session, sites_of(method), kFramesOfAnApproach);
+    std::vector<std::vector<MeasuredPush>> measured;
+    for (const Level& level : levels) measured.push_back(measure_pushes(level.truths.truths, answer));
+    return measured;
+  }
+
+  // Of a method, with a timer for each level of a zone's, and one for all of another's: only a zone's frames depend on how far
+  // it is pushed.
+  void add_rows(const ComparedMethod& method, const std::vector<Level>& levels,
+                const std::vector<std::vector<size_t>>& site_sets,
+                const std::vector<std::vector<MeasuredPush>>& measured) {
+    const std::vector<std::uint32_t> sites = sites_of(method);
     std::vector<std::vector<std::uint32_t>> timed_sets;
     for (const std::vector<size_t>& one : site_sets) {
       std::vector<std::uint32_t>& timed = timed_sets.emplace_back();
       for (const size_t site : one) timed.push_back(sites[site]);
     }
-    const auto contacts = static_cast<std::uint32_t>(site_sets.front().size());
-    ModelUnitSession session(*method.pack, method.model, contacts, 0, method.rings, method.iterations);
-    const Method answer = method.iterations == 0 ? runtime_method(session, sites)
-                                                 : moving_method(session, sites, kFramesOfAnApproach);
+    const auto contacts = static_cast<int>(site_sets.front().size());
     std::vector<size_t> rows;
-    for (const Level& whole : levels) {
-      const bool is_slow = method.rings >= kThick && (!method.carried || contacts > 1);
-      const Level level = is_slow ? whole.first(contacts > 1 ? effort_.several_of_slow_methods
-                                                             : effort_.pushes_of_slow_methods)
-                                  : whole;
-      const std::vector<MeasuredPush> pushes = measure_pushes(level.truths.truths, answer);
-      rows_.add_pushes(level.about, method, pushes);
-      rows.push_back(rows_.add_method(method, static_cast<int>(contacts), level.truths, pushes));
-      progress();
-      if (method.kind != MethodKind::zone && &whole != &levels.back()) continue;
+    for (size_t l = 0; l < levels.size(); ++l) {
+      const Level& level = levels[l];
+      rows_.add_pushes(level.about, method, measured[l]);
+      rows.push_back(rows_.add_method(method, contacts, level.truths, measured[l]));
+      if (method.kind != MethodKind::zone && l + 1 < levels.size()) continue;
       timers_.push_back({std::exchange(rows, {}), method.carried,
                          MethodTimer(*method.pack, method.model, method.rings, method.iterations, timed_sets,
                                      level.truths.part)});
@@ -231,6 +252,11 @@ class Measurement {
                                   palpate::summary_of(timing.nanoseconds, {})});
       }
     }
+  }
+
+  // Of the method's pack, of each site of the organ's.
+  std::vector<std::uint32_t> sites_of(const ComparedMethod& method) const {
+    return method.pack == &opened_ ? all_sites() : others_->sites();
   }
 
   std::vector<std::uint32_t> all_sites() const {

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <thread>
 
@@ -24,6 +23,7 @@
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/organ_report.hpp"
 #include "offline/cli/pack_stages.hpp"
+#include "offline/cli/scene_sites.hpp"
 #include "offline/output/finished_file.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/html_page.hpp"
@@ -120,32 +120,29 @@ OrganReport report_on_pack(const std::filesystem::path& file, const ReportArgume
   return measure_organ(opened, organ, nullptr, effort, arguments.seed, arguments.jobs, map);
 }
 
-// Packs the scene first, quickly at few of its sites.
+// Packs the scene first, at no more of its sites than a report has time for.
 OrganReport report_on_scene(const std::filesystem::path& file, const ReportArguments& arguments,
                             const ReportEffort& effort, const std::filesystem::path& map,
                             const std::string& name) {
-  std::optional<Organ> organ(std::in_place, read_scene(file));
-  const auto all_sites = organ->sites.sites.size();
-  if (effort.scene_sites > 0 && all_sites > static_cast<size_t>(effort.scene_sites)) {
-    LoadedScene few = with_sites(*organ, compared_sites(*organ, effort.scene_sites));
-    organ.emplace(std::move(few));
-  }
-  std::vector<std::filesystem::path> files = {organ->scene.file};
-  files.insert(files.end(), organ->model.files.begin(), organ->model.files.end());
+  LoadedScene scene = read_scene(file);
+  const auto all_sites = scene.scene.sites.size();
+  const Organ organ(with_at_most_sites(std::move(scene), effort.scene_sites));
+  std::vector<std::filesystem::path> files = {organ.scene.file};
+  files.insert(files.end(), organ.model.files.begin(), organ.model.files.end());
   std::vector<InputFile> inputs = read_inputs(files);
-  SamplingPlan plan = plan_sampling(organ->scene, organ->sites, arguments.jobs);
-  const int num_sites = static_cast<int>(organ->sites.sites.size());
+  SamplingPlan plan = plan_sampling(organ.scene, organ.sites, arguments.jobs);
+  const int num_sites = static_cast<int>(organ.sites.sites.size());
   if (effort.scene_survey > 0) plan.survey_samples = (effort.scene_survey + num_sites - 1) / num_sites;
   if (effort.scene_sets > 0) plan.survey_sets = effort.scene_sets;
   const SampleStore store(arguments.folder / "samples" / name,
-                          what_samples_depend_on(organ->model, organ->scene, organ->sites, inputs));
+                          what_samples_depend_on(organ.model, organ.scene, organ.sites, inputs));
   const AlignedBytes bytes =
-      make_pack(organ->assembly, organ->scene, organ->sites, organ->rest, plan, &store, std::move(inputs));
+      make_pack(organ.assembly, organ.scene, organ.sites, organ.rest, plan, &store, std::move(inputs));
   const OpenedPack opened(bytes);
-  OrganReport report = measure_organ(opened, *organ, &store, effort, arguments.seed, arguments.jobs, map);
-  if (organ->sites.sites.size() < all_sites) {
-    report.notes.push_back(fmt::format("Packed for this quick report at {} of the scene's {} sites.",
-                                       organ->sites.sites.size(), all_sites));
+  OrganReport report = measure_organ(opened, organ, &store, effort, arguments.seed, arguments.jobs, map);
+  if (organ.sites.sites.size() < all_sites) {
+    report.notes.push_back(fmt::format("Packed for this report at {} of the scene's {} sites.",
+                                       organ.sites.sites.size(), all_sites));
   }
   return report;
 }

@@ -9,7 +9,7 @@ struct ReportEffort {
   int random_pushes = 512;           // that a pack is judged by, and its distributions of errors are of
   int most_sites = 12;               // at which methods are compared,
   int pushes_at_level = 144;         // by so many pushes of each |d|;
-  int pushes_of_slow_methods = 36;   //   of thick zones that move or are not carried
+  int pushes_of_slow_methods = 24;   //   of thick zones that move or are not carried
   int several = 32;                  // pushes of several contacts, of each |d|,
   int several_of_slow_methods = 12;  //   of thick zones, the first so many
   int most_zone_rings = 4;           // of a method that the pack does not carry
@@ -25,7 +25,7 @@ struct ReportEffort {
   int cold_frames_of_settings = 12;
   int reference_frames = 120;  // of linear references,
   int newton_frames = 12;      // and of full Newton
-  int scene_sites = 0;         // of a scene that is packed for the report: at most so many; 0: all
+  int scene_sites = 24;        // of a scene that is packed for the report, at most;
   int scene_survey = 0;        // pushes of its survey; 0: as many as `palpate build` takes
   int scene_sets = 0;          // and sets of several contacts
 

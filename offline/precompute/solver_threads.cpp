@@ -11,8 +11,7 @@
 
 namespace palpate {
 
-void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
-                         const std::function<void(StaticSolver&, size_t)>& work,
+void for_each_on_threads(size_t count, int jobs, const std::function<void(size_t, size_t)>& work,
                          const std::function<void(int, int)>& progress, const std::function<size_t()>& next) {
   std::atomic<size_t> own_next = 0;
   std::atomic<bool> has_failed = false;
@@ -21,12 +20,10 @@ void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
   int done = 0;
   std::exception_ptr failure;
   size_t failed = count;
-  const auto run = [&] {
-    std::optional<StaticSolver> solver;
+  const auto run = [&](size_t worker) {
     for (size_t i = take(); i < count; i = take()) {
       try {
-        if (!solver) solver.emplace(assembly);
-        work(*solver, i);
+        work(worker, i);
         const std::lock_guard lock(report);
         ++done;
         if (progress) progress(done, static_cast<int>(count));
@@ -44,13 +41,25 @@ void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
   {
     std::vector<std::jthread> threads;
     try {
-      for (int i = 1; i < std::min(jobs, static_cast<int>(count)); ++i) threads.emplace_back(run);
+      for (int i = 1; i < std::min(jobs, static_cast<int>(count)); ++i)
+        threads.emplace_back(run, static_cast<size_t>(i));
     } catch (const std::system_error&) {
       // The machine gives no more threads: those there are do all the work.
     }
-    run();
+    run(0);
   }
   if (failure) std::rethrow_exception(failure);
+}
+
+void for_each_on_threads(const Assembly& assembly, size_t count, int jobs,
+                         const std::function<void(StaticSolver&, size_t)>& work,
+                         const std::function<void(int, int)>& progress, const std::function<size_t()>& next) {
+  std::vector<std::optional<StaticSolver>> solvers(static_cast<size_t>(std::max(jobs, 1)));
+  const auto solve = [&](size_t worker, size_t i) {
+    if (!solvers[worker]) solvers[worker].emplace(assembly);
+    work(*solvers[worker], i);
+  };
+  for_each_on_threads(count, jobs, solve, progress, next);
 }
 
 }  // namespace palpate
