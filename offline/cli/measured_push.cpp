@@ -1,6 +1,7 @@
 #include "offline/cli/measured_push.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace palpate {
@@ -83,7 +84,13 @@ std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths
                                          std::vector<double>* worst) {
   const double floor = kForceFloor * largest_force(truths);
   std::vector<MeasuredPush> pushes(truths.size());
-  for (size_t i = 0; i < truths.size(); ++i) {
+  // Site by site, so that a zone is made ready once for all of a site's pushes.
+  std::vector<size_t> order(truths.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return truths[a].contacts.front().site < truths[b].contacts.front().site;
+  });
+  for (const size_t i : order) {
     if (truths[i].solved) pushes[i] = measure_push(truths[i], method(truths[i].contacts), floor, worst);
   }
   return pushes;

@@ -23,10 +23,11 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kTimedSets = 4;  // of sites
-constexpr size_t kTimedSetsOfSeveral = 1;
-constexpr std::uint32_t kThick = 3;      // rings, whose frames take long
-constexpr int kFramesOfAnApproach = 50;  // of a contact that comes from rest: at 1 kHz, 0.16 m/s for 8 mm
+constexpr size_t kTimedSets = 4;           // of sites,
+constexpr size_t kTimedSetsOfSlow = 2;     // of a slow method,
+constexpr size_t kTimedSetsOfSeveral = 1;  // of several contacts
+constexpr std::uint32_t kThick = 3;        // rings, whose frames take long
+constexpr int kFramesOfAnApproach = 50;    // of a contact that comes from rest: at 1 kHz, 0.16 m/s for 8 mm
 
 // Gathers rows of one organ.
 class Measurement {
@@ -165,8 +166,14 @@ class Measurement {
     const int of_slow = contacts > 1 ? effort_.several_of_slow_methods : effort_.pushes_of_slow_methods;
     std::vector<Level> levels_of_slow;
     for (const Level& level : levels) levels_of_slow.push_back(level.first(of_slow));
+    const std::vector<std::vector<size_t>> sets_of_slow(
+        site_sets.begin(),
+        site_sets.begin() + static_cast<std::ptrdiff_t>(std::min(kTimedSetsOfSlow, site_sets.size())));
+    const auto is_slow = [&](const ComparedMethod& method) {
+      return method.rings >= kThick && (!method.carried || contacts > 1);
+    };
     const auto levels_of = [&](const ComparedMethod& method) -> const std::vector<Level>& {
-      return method.rings >= kThick && (!method.carried || contacts > 1) ? levels_of_slow : levels;
+      return is_slow(method) ? levels_of_slow : levels;
     };
     std::vector<std::vector<std::vector<MeasuredPush>>> measured(methods.size());  // by method and level
     {
@@ -180,7 +187,8 @@ class Measurement {
       for_each_on_threads(methods.size(), jobs_, measure, [&](int done, int) { bar.show(done); });
     }
     for (size_t m = 0; m < methods.size(); ++m)
-      add_rows(methods[m], levels_of(methods[m]), site_sets, measured[m]);
+      add_rows(methods[m], levels_of(methods[m]), is_slow(methods[m]) ? sets_of_slow : site_sets,
+               measured[m]);
   }
 
   std::vector<std::vector<MeasuredPush>> measure_method(const ComparedMethod& method,
