@@ -154,7 +154,9 @@ inline constexpr uint32_t kPairColumns = 9 + 2 * num_monomials(2);
 inline constexpr uint32_t kMostMutual = 64;  // fields in the basis of what pairs of contacts add
 
 inline constexpr uint32_t kMostZoneRings = 8;
-inline constexpr uint32_t kMostZoneContacts = 8;  // of a session
+inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones
+// answer with at most so many nodes fixed while running: all are on the boundary of every zone, whose square a frame costs.
+inline constexpr uint32_t kMostZoneFixed = 32;
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;

@@ -169,7 +169,8 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       .add_option("--fix", arguments.fixed,
-                  "Hold a node of a contact patch at zero (answered by the linear model); may be repeated")
+                  "Hold a node of a contact patch at zero (answered by zones, up to 32 of them, or the "
+                  "linear model); may be repeated")
       ->type_name("NODE")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -254,8 +255,9 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   const auto count = static_cast<std::uint32_t>(answer.contacts.size());
   const bool is_polynomial = model == PAL_MODEL_POLYNOMIAL || model == PAL_MODEL_AFFINE;
   if (is_polynomial && (count > 1 || !fixed.empty() || forces_given)) {
-    throw std::runtime_error(fmt::format(
-        "--model {} answers one contact that is moved, and no --fix; use auto or linear", arguments.model));
+    throw std::runtime_error(
+        fmt::format("--model {} answers one contact that is moved, and no --fix; use auto, zone or linear",
+                    arguments.model));
   }
   const pal_pack_info info = opened.info();
   if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty() || forces_given)) {
@@ -265,6 +267,8 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         "[models] "
         "linear = true");
   }
+  const bool is_for_zones =
+      count <= pack::kMostZoneContacts && fixed.size() <= pack::kMostZoneFixed && arguments.gravity.empty();
   if (info.has_polynomial == 0 && is_polynomial)
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   if (info.zone_rings == 0 && (model == PAL_MODEL_ZONE || arguments.zone_rings > 0))
@@ -274,11 +278,9 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         fmt::format("--rings {}: the zones of this pack have {}; build it with [models] zone_rings = {}",
                     arguments.zone_rings, info.zone_rings, arguments.zone_rings));
   }
-  if (model == PAL_MODEL_ZONE &&
-      (count > pack::kMostZoneContacts || !fixed.empty() || !arguments.gravity.empty())) {
+  if (model == PAL_MODEL_ZONE && !is_for_zones) {
     throw std::runtime_error(
-        "--model zone answers up to 8 contacts, and no --fix and --gravity; use auto or "
-        "linear");
+        "--model zone answers up to 8 contacts and 32 --fix, and no --gravity; use auto or linear");
   }
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),
                            arguments.zone_rings);
@@ -297,12 +299,10 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   }
   if (!arguments.inclusion.empty()) {
     const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
-    const bool is_for_zones = info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) &&
-                              count <= pack::kMostZoneContacts && fixed.empty() && arguments.gravity.empty();
-    if (!is_for_zones) {
+    if (info.zone_rings == 0 || (model != PAL_MODEL_AUTO && model != PAL_MODEL_ZONE) || !is_for_zones) {
       throw std::runtime_error(
           "--inclusion: only zones answer it: a pack that has them ([models] zone = true), --model auto or "
-          "zone, up to 8 contacts, and no --fix and --gravity");
+          "zone, up to 8 contacts and 32 --fix, and no --gravity");
     }
     session.set_inclusion(inclusion);
   }

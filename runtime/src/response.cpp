@@ -305,8 +305,9 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
-      // Of contacts that share one, what moves one would drag the patches of the others from where they are held.
-      if (!is_alone_in_zone(set, c)) continue;
+      // Of contacts that share one, what moves one would drag the patches of the others from where they are held, and with it
+      // nodes that are fixed.
+      if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
       moved[c] =
           move_to_place(pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);
       answer.energy += moved[c].energy;
@@ -331,7 +332,8 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
     load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
-  bool is_surveyed = session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present;
+  bool is_surveyed =
+      session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present && set.num_fixed == 0;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -343,7 +345,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     // Surveyed were contacts at sites with all rings, once they had come to rest.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    if (count > 1 && difference.count > 0) result.flags |= PAL_FLAG_NEAREST_SITE;
+    if ((count > 1 || set.num_fixed > 0) && difference.count > 0) result.flags |= PAL_FLAG_NEAREST_SITE;
     is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
     double force[3];
     for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
@@ -364,13 +366,14 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
 bool is_zone_refused(const pal_session& session, const pal_contact* contacts, uint32_t count) {
   const ZoneSet& set = session.zone.answering;
   return session.config.model == PAL_MODEL_AUTO && set.ready && !set.sound &&
-         is_zone_for(set, contacts, count);
+         is_zone_for(set, contacts, count, session.fixed_version);
 }
 
 bool zone_answers(const pal_session& session, uint32_t num_contacts) {
   return (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_ZONE) &&
-         session.pack->zone_nodes != nullptr && !session.gravity_turned && session.num_fixed == 0 &&
-         num_contacts >= 1 && num_contacts <= session.zone.max_contacts;
+         session.pack->zone_nodes != nullptr && !session.gravity_turned &&
+         session.num_fixed <= session.zone.max_fixed && num_contacts >= 1 &&
+         num_contacts <= session.zone.max_contacts;
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
@@ -381,8 +384,13 @@ bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool 
          session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
 }
 
-bool is_zone_ready(const ZoneState& zone, const pal_contact* contacts, uint32_t count) {
-  return zone.answering.ready && is_zone_for(zone.answering, contacts, count);
+bool is_zone_ready(const ZoneState& zone, const pal_contact* contacts, uint32_t count,
+                   uint32_t fixed_version) {
+  return zone.answering.ready && is_zone_for(zone.answering, contacts, count, fixed_version);
+}
+
+FixedNodes fixed_nodes(const pal_session& session) {
+  return {session.num_fixed, session.fixed, session.fixed_version};
 }
 
 // Whether one of the two sets is ready for these contacts; it then answers.
@@ -415,8 +423,8 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
 }
 
 void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
-  if (answering == Answering::zone && !is_zone_ready(session.zone, contacts, count)) {
-    begin_zone(contacts, count, session.zone);
+  if (answering == Answering::zone && !is_zone_ready(session.zone, contacts, count, session.fixed_version)) {
+    begin_zone(contacts, count, fixed_nodes(session), session.zone);
     session.zone_begun = false;
     advance_zone(*session.pack, UINT64_MAX, session.zone);
   }
@@ -429,7 +437,7 @@ void make_ready(pal_session& session, Answering answering, const pal_contact* co
 
 bool is_ready(const pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
               uint32_t fixed_version) {
-  if (answering == Answering::zone) return is_zone_ready(session.zone, contacts, count);
+  if (answering == Answering::zone) return is_zone_ready(session.zone, contacts, count, fixed_version);
   return answering != Answering::linear ||
          (session.linear.answering.ready && is_for(session.linear.answering, contacts, count, fixed_version));
 }
@@ -443,7 +451,7 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
     return true;
   if (!session.zone_begun && !session.linear_begun) {
     if (answering == Answering::zone) {
-      begin_zone(contacts, count, session.zone);
+      begin_zone(contacts, count, fixed_nodes(session), session.zone);
     } else {
       begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
                    session.linear);

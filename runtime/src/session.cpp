@@ -58,7 +58,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   uint32_t most_own = 0;
   uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
-    carve_zone(pack, config.max_contacts, config.zone_rings, arena, arrays.zone);
+    carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, arena, arrays.zone);
     const uint32_t of_zone =
         arrays.zone.max_boundary + arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes;
     most_held = of_zone > most_held ? of_zone : most_held;
@@ -356,10 +356,9 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
     if (contact_nodes[i] >= session->pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
   }
   // The polynomials know nothing of nodes fixed later.
-  if (count > 0 &&
-      (session->pack->field_compliance == nullptr || palpate::is_nonlinear_alone(session->config.model))) {
-    return PAL_STATUS_MODEL_CANNOT_ANSWER;
-  }
+  const bool has_linear =
+      session->pack->field_compliance != nullptr && !palpate::is_nonlinear_alone(session->config.model);
+  if (count > session->zone.max_fixed && !has_linear) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
   palpate::record_fixed(*session, contact_nodes, count);
   // The field of the last frame keeps its weights: only the next frame knows of the change.

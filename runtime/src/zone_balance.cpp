@@ -104,7 +104,7 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
     residual[3 * group.num_interior + i] += state.outside[i];
   for (uint32_t i = 0; i < free; ++i) {
-    const uint32_t axes = frame.pack.zone_nodes[set.nodes[group.first_node + i]].free_axes;
+    const uint32_t axes = moving_axes(frame.pack, set, group.first_node + i);
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
       if ((axes >> axis & 1) == 0) residual[3 * i + axis] = 0;
     }

@@ -33,10 +33,12 @@ struct Force {
 
 // How far the series is good for the forces of a set, in x; beyond, a force counts the less the larger it is: contacts that
 // pull against each other bear many times what they do alone, and what each of their forces adds outside, which nearly
-// cancels, would have to be known as much better. In place of it there is then almost none: the answer to first order.
+// cancels, would have to be known as much better. In place of it there is then almost none: the answer to first order. Forces that
+// fix nodes cancel them as well, and of those no series is known.
 double reach_of(const pal_pack& pack, const ZoneSet& set) {
   constexpr double kFarthest =
       2;  // of one contact alone; within the scene's largest displacement x stays about 1
+  if (set.num_fixed > 0) return 0;
   if (set.num_contacts == 1) return kFarthest;
   double largest = 0;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {

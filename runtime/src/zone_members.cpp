@@ -79,6 +79,20 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
   return true;
 }
 
+// Marks the nodes that are fixed while running as every contact's. False where that is more than fit.
+bool mark_fixed(ZoneState& state) {
+  const ZoneSet& set = state.next;
+  for (uint32_t i = 0; i < set.num_fixed; ++i) {
+    uint64_t& contacts = state.node_contacts[set.fixed[i]];
+    if (contacts == 0) {
+      if (state.num_found_nodes == state.max_nodes) return false;
+      state.found_nodes[state.num_found_nodes++] = set.fixed[i];
+    }
+    contacts = UINT64_MAX;
+  }
+  return true;
+}
+
 void forget_marks(ZoneState& state) {
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) state.node_contacts[state.found_nodes[i]] = 0;
   for (uint32_t i = 0; i < state.num_found_elements; ++i) state.element_contacts[state.found_elements[i]] = 0;
@@ -125,13 +139,26 @@ uint32_t list_masters(const pal_pack& pack, const ZoneSet& set, const ZoneGroup&
   return count;
 }
 
-enum Role : uint32_t { kInterior, kBoundary, kHeld, kFixed };
+bool is_fixed(const ZoneSet& set, uint32_t node) {
+  for (uint32_t i = 0; i < set.num_fixed; ++i) {
+    if (set.fixed[i] == node) return true;
+  }
+  return false;
+}
+
+enum Role : uint32_t {
+  kInterior,
+  kBoundary,
+  kHeld,
+  kFixed
+};  // kFixed: in the model, while kBoundary may be fixed too
 constexpr uint32_t kRoles = 4;
 
 Role role_of(const pal_pack& pack, const ZoneState& state, const ZoneGroup& group, uint64_t mask,
              uint32_t node) {
   const pack::ZoneNode& entry = pack.zone_nodes[node];
   if (entry.free_axes == 0) return kFixed;
+  if (is_fixed(state.next, node)) return kBoundary;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     if (holds(pack, state.next.sites[group.contacts[slot]], node)) return kHeld;
   }
@@ -180,7 +207,7 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
         set.unknown_of[place] = kNoUnknown;
         break;
       default:
-        set.unknown_of[place] = 3 * (place - group.first_node);
+        set.unknown_of[place] = is_fixed(set, node) ? kNoUnknown : 3 * (place - group.first_node);
     }
   }
 }
@@ -258,6 +285,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
   bool sound = true;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
   if (sound) find_groups(state, set.num_contacts, groups);
+  sound = sound && mark_fixed(state);
   uint32_t num_masters = 0;
   uint32_t first_linear = 0;
   uint32_t first_quadratic = 0;

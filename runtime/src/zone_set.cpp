@@ -211,7 +211,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     const uint32_t node = set.nodes[i];
     double* to = set.displacement + size_t{3} * i;
     memcpy(to, pack.zone_nodes[node].displacement, 3 * sizeof *to);
-    if (!before.ready || pack.zone_nodes[node].free_axes == 0) continue;
+    if (!before.ready || moving_axes(pack, set, i) == 0) continue;
     if (const uint32_t place = state.place_of[node]; place != 0) {
       memcpy(to, before.displacement + size_t{3} * (place - 1), 3 * sizeof *to);
     } else {
@@ -264,18 +264,21 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
 
 }  // namespace
 
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Arena& arena, ZoneState& state) {
+void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, Arena& arena,
+                ZoneState& state) {
   state = {};
   state.max_contacts = max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts;
+  state.max_fixed = max_fixed < kMostZoneFixed ? max_fixed : kMostZoneFixed;
   state.rings = rings;
   const auto times = [&](uint32_t of_site, uint32_t all) {
     const uint64_t most = uint64_t{of_site} * state.max_contacts;
     return static_cast<uint32_t>(most < all ? most : all);
   };
-  state.max_nodes = times(pack.most_zone_nodes, pack.num_zone_nodes);
+  const uint32_t fixed = state.max_contacts * state.max_fixed;
+  state.max_nodes = times(pack.most_zone_nodes, pack.num_zone_nodes) + fixed;
   state.max_elements = times(pack.most_zone_elements, pack.num_zone_elements);
   state.max_quadratic = state.max_elements < pack.num_quadratic ? state.max_elements : pack.num_quadratic;
-  const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes);
+  const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + fixed;
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
@@ -293,6 +296,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
       size_t{largest + 2 * kEliminationColumns} * elimination_stride(largest + kEliminationColumns);
   for (ZoneSet* set : {&state.answering, &state.next}) {
     set->sites = arena.take<uint32_t>(state.max_contacts);
+    set->fixed = arena.take<uint32_t>(state.max_fixed);
     set->groups = arena.take<ZoneGroup>(state.max_contacts);
     set->followed = arena.take<double>(size_t{3} * state.max_contacts);
     set->wanted = arena.take<double>(size_t{3} * state.max_contacts);
@@ -332,19 +336,22 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Are
     *of_group = arena.take<double>(vector);
 }
 
-bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count) {
-  if (set.num_contacts != count) return false;
+bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
+  if (set.num_contacts != count || set.fixed_version != fixed_version) return false;
   for (uint32_t c = 0; c < count; ++c) {
     if (!is_about_nearest(contacts[c], set.sites[c])) return false;
   }
   return true;
 }
 
-void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state) {
+void begin_zone(const pal_contact* contacts, uint32_t count, const FixedNodes& fixed, ZoneState& state) {
   ZoneSet& set = state.next;
   set.ready = false;
   set.num_contacts = count;
   for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
+  set.num_fixed = fixed.count;
+  memcpy(set.fixed, fixed.nodes, fixed.count * sizeof *set.fixed);
+  set.fixed_version = fixed.version;
   set.sound = true;
   set.flags = 0;
   set.inclusion_version = kNoInclusion;

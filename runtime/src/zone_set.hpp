@@ -11,6 +11,9 @@
 //
 // which is where C_VV^-1 - K_V differs from zero. In float64: what is left of two stiffnesses that nearly cancel.
 //
+// Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and T that
+// of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
+//
 // The rest of the organ adds to that what zone_exterior.hpp says. Contacts whose zones share a node share a zone, a
 // *group*. Groups act on each other through C (nonlinear_zone.hpp).
 #pragma once
@@ -24,6 +27,7 @@
 namespace palpate {
 
 using pack::kMostZoneContacts;
+using pack::kMostZoneFixed;
 
 struct ZoneGroup {
   uint32_t num_contacts;
@@ -91,14 +95,17 @@ struct ZoneSet {
   bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
   uint32_t num_contacts;
   uint32_t* sites;  // [max_contacts]
-  uint32_t flags;   // PAL_FLAG_OVERLAPPING
+  uint32_t num_fixed;
+  uint32_t* fixed;         // [max_fixed] contact nodes
+  uint32_t fixed_version;  // of the session's
+  uint32_t flags;          // PAL_FLAG_OVERLAPPING
   // Of ZoneState's, that its elements have; kNoInclusion: it was just made, and they are the pack's
   uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
   uint32_t num_nodes;
-  uint32_t* nodes;         // [max_nodes] zone nodes, group by group
-  uint32_t* unknown_of;    // [max_nodes] ZoneUnknowns::of_node; within the group
+  uint32_t* nodes;       // [max_nodes] zone nodes, group by group
+  uint32_t* unknown_of;  // [max_nodes] ZoneUnknowns::of_node; within the group. kNoUnknown: it does not move
   uint32_t* first_master;  // [max_nodes + 1]
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
@@ -124,6 +131,7 @@ inline constexpr double kLeastJacobian = 0.02;
 struct ZoneState {
   // Capacities
   uint32_t max_contacts;
+  uint32_t max_fixed;
   uint32_t rings;
   uint32_t max_nodes;
   uint32_t max_boundary;
@@ -173,14 +181,27 @@ struct ZoneState {
   double* vector;
 };
 
-// Takes the arrays of a state for so many contacts, at most kMostZoneContacts.
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t rings, Arena& arena, ZoneState& state);
+// Axes along which the node at a place of a set can move: bits 0 to 2.
+inline uint32_t moving_axes(const pal_pack& pack, const ZoneSet& set, uint32_t place) {
+  return set.unknown_of[place] == kNoUnknown ? 0 : pack.zone_nodes[set.nodes[place]].free_axes;
+}
 
-// Whether a set is, or will be, for these contacts.
-bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count);
+// Contact nodes that are fixed while running.
+struct FixedNodes {
+  uint32_t count;
+  const uint32_t* nodes;
+  uint32_t version;  // how often they have changed
+};
 
-// Begins to make the next set, for 1 .. max_contacts contacts.
-void begin_zone(const pal_contact* contacts, uint32_t count, ZoneState& state);
+// Takes the arrays of a state for so many contacts and fixed nodes, at most kMostZoneContacts and kMostZoneFixed.
+void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, Arena& arena,
+                ZoneState& state);
+
+// Whether a set is, or will be, for these contacts and fixed nodes.
+bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
+
+// Begins to make the next set, for 1 .. max_contacts contacts and at most max_fixed fixed nodes.
+void begin_zone(const pal_contact* contacts, uint32_t count, const FixedNodes& fixed, ZoneState& state);
 
 // Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
 // true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.

@@ -61,7 +61,7 @@ void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* ma
   const uint32_t free = group.num_interior + group.num_boundary;
   for (uint32_t i = 3 * free; i < group.unknowns; ++i) matrix[i * stride + i] = 1;
   for (uint32_t i = 0; i < free; ++i) {
-    const uint32_t axes = frame.pack.zone_nodes[set.nodes[group.first_node + i]].free_axes;
+    const uint32_t axes = moving_axes(frame.pack, set, group.first_node + i);
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
       if ((axes >> axis & 1) == 0) drop_unknown(3 * i + axis, group.size, group.stride, matrix);
     }

@@ -99,8 +99,11 @@ Truth Organ::solve(const std::vector<pal_contact>& contacts, int increments,
   truth.field = packed_rows(sites_, u);
   for (const pal_contact& contact : contacts) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (const int node : sites_.sites[contact.site].patch_nodes)
-      force += internal.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    for (const int node : sites_.sites[contact.site].patch_nodes) {
+      // What fixes a node bears its force, no contact does.
+      if (std::find(fixed_nodes.begin(), fixed_nodes.end(), node) == fixed_nodes.end())
+        force += internal.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    }
     truth.forces.push_back(force);
   }
   return truth;

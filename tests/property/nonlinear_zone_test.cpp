@@ -445,11 +445,10 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
 // What another model answered in between is not where the zone had been.
 TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
   const ZoneBlock organ(2, kTissue);
-  OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 2, 1));
+  OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 9, 0));
   settle(session, {{4, {0, 0, 0.3}, 0, {}, {}, {}}});  // further than a frame brings it back
-  session.fix({0});
-  EXPECT_EQ(session.touch(kOne)[0].model, PAL_MODEL_LINEAR);
-  session.fix({});
+  const std::vector<pal_contact> more_than_zones_answer(9, kOne[0]);
+  EXPECT_EQ(session.touch(more_than_zones_answer)[0].model, PAL_MODEL_LINEAR);
   std::vector<pal_contact> light = kOne;
   for (double& d : light[0].displacement) d *= 0.01;
   const auto result = session.touch(light)[0];

@@ -276,9 +276,13 @@ TEST_F(Eval, SeveralContactsAreAnsweredByAZone) {
 }
 
 TEST_F(Eval, WhatNoNonlinearModelAnswersIsLinearAndSaysSo) {
-  const nlohmann::json json =
-      answer({"--contact", "22=0,0,-0.01", "--contact", "23=0,0,-0.01", "--fix", "19"});
-  ASSERT_EQ(json["contacts"].size(), 2u);
+  std::vector<std::string> nine;  // one more than zones answer
+  for (int i = 0; i < 9; ++i) {
+    nine.push_back("--contact");
+    nine.push_back(i % 2 == 0 ? "22=0,0,-0.01" : "23=0,0,-0.01");
+  }
+  const nlohmann::json json = answer(nine);
+  ASSERT_EQ(json["contacts"].size(), 9u);
   for (const nlohmann::json& contact : json["contacts"]) {
     EXPECT_EQ(contact["model"], "linear");
     EXPECT_NE(contact["flags"].dump().find("linear_fallback"), std::string::npos);
@@ -288,14 +292,16 @@ TEST_F(Eval, WhatNoNonlinearModelAnswersIsLinearAndSaysSo) {
 
 TEST_F(Eval, FixHoldsANodeAtZero) {
   const std::filesystem::path table = files_.dir.path() / "field.csv";
-  const nlohmann::json json = answer(
-      {"--contact", "23=0,0,-0.01", "--fix", "19", "--fix", "22", "-o", table.string(), "--model", "linear"});
-  const std::vector<CsvRow> rows = read_csv(table);
-  constexpr double kFloatSum = 1e-7 * 0.01;  // the field is a float32 sum of responses of the push's size
-  EXPECT_LT(distance(row_of(rows, 22).u, {}), 10 * kFloatSum);
-  EXPECT_NEAR(row_of(rows, 23).u[2], -0.01, 1e-7);
-  const nlohmann::json free = answer({"--contact", "23=0,0,-0.01", "--model", "linear"});
-  EXPECT_NE(json["contacts"][0]["force"], free["contacts"][0]["force"]);
+  for (const std::string model : {"linear", "zone"}) {
+    const nlohmann::json json = answer(
+        {"--contact", "23=0,0,-0.01", "--fix", "19", "--fix", "22", "-o", table.string(), "--model", model});
+    const std::vector<CsvRow> rows = read_csv(table);
+    constexpr double kFloatSum = 1e-7 * 0.01;  // the field is a float32 sum of responses of the push's size
+    EXPECT_LT(distance(row_of(rows, 22).u, {}), 10 * kFloatSum);
+    EXPECT_NEAR(row_of(rows, 23).u[2], -0.01, 1e-7);
+    const nlohmann::json free = answer({"--contact", "23=0,0,-0.01", "--model", model});
+    EXPECT_NE(json["contacts"][0]["force"], free["contacts"][0]["force"]);
+  }
 }
 
 TEST_F(Eval, AForceInPlaceOfADisplacement) {
@@ -360,7 +366,7 @@ TEST_F(Eval, NodesThatAreNoSitesAreRefused) {
   EXPECT_NE(refusal({"--fix", "x"}).find("--fix"), std::string::npos);
   EXPECT_NE(refusal({"--model", "cubic"}).find("cubic"), std::string::npos);
   EXPECT_NE(refusal({"--model", "polynomial", "--contact", "22=0,0,1", "--contact", "23=0,0,1"})
-                .find("use auto or linear"),
+                .find("use auto, zone or linear"),
             std::string::npos);
   Words many;
   for (int i = 0; i < 65; ++i) many.insert(many.end(), {"--contact", "23=0,0,0"});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -21,9 +22,10 @@ struct ContactAnswer {
   std::vector<Eigen::Vector3d> forces;
 };
 
-// The full solve: patches moved from rest, a node of several follows their mean.
+// The full solve: patches moved from rest, a node of several follows their mean, and those that are fixed stay.
 inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& assembly,
-                                    const RestState& rest, const std::vector<pal_contact>& contacts) {
+                                    const RestState& rest, const std::vector<pal_contact>& contacts,
+                                    const std::vector<int>& fixed = {}) {
   const LoadCase at_rest = rest.load_case(block.model);
   LoadCase load = at_rest;
   const Eigen::VectorXd u0 = rest.displacement_of(block.model);
@@ -31,9 +33,16 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
   for (const pal_contact& contact : contacts) {
     for (const int node : block.sites.sites[contact.site].patch_nodes) ++holders[static_cast<size_t>(node)];
   }
+  const auto is_fixed = [&](int node) { return std::find(fixed.begin(), fixed.end(), node) != fixed.end(); };
+  for (const int node : fixed) {
+    for (int axis = 0; axis < 3; ++axis) {
+      load.held[static_cast<size_t>(3 * node + axis)] = 1;
+      load.displacement[3 * node + axis] = u0[3 * node + axis];
+    }
+  }
   for (const pal_contact& contact : contacts) {
     for (const int node : block.sites.sites[contact.site].patch_nodes) {
-      for (int axis = 0; axis < 3; ++axis) {
+      for (int axis = 0; axis < 3 && !is_fixed(node); ++axis) {
         const Eigen::Index dof = 3 * node + axis;
         if (load.held[static_cast<size_t>(dof)] == 0) load.displacement[dof] = u0[dof];
         load.held[static_cast<size_t>(dof)] = 1;
@@ -53,8 +62,9 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
   truth.field = packed_rows(block.sites, u);
   for (const pal_contact& contact : contacts) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (const int node : block.sites.sites[contact.site].patch_nodes)
-      force += outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    for (const int node : block.sites.sites[contact.site].patch_nodes) {
+      if (!is_fixed(node)) force += outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    }
     truth.forces.push_back(force);
   }
   return truth;
@@ -76,8 +86,8 @@ struct ZoneBlock {
     pack.emplace(*bytes);
   }
 
-  ContactAnswer solve(const std::vector<pal_contact>& contacts) const {
-    return solve_contacts(block, assembly, rest, contacts);
+  ContactAnswer solve(const std::vector<pal_contact>& contacts, const std::vector<int>& fixed = {}) const {
+    return solve_contacts(block, assembly, rest, contacts, fixed);
   }
 
   pal_session_config config(uint32_t max_contacts, uint32_t rings = 0) const {

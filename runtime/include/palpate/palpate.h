@@ -82,10 +82,11 @@ typedef enum pal_status {
   PAL_STATUS_NOT_FINITE = 13,      /* a NaN or an infinity came in, or a place beyond 1e100 */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
-  PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model asked for */
-  PAL_STATUS_MODEL_CANNOT_ANSWER = 17, /* several contacts or fixed nodes, and no linear_dd to answer them */
-  PAL_STATUS_NO_SUCH_TOOL = 18,        /* at or beyond the session's max_tools */
-  PAL_STATUS_ALREADY_USED = 19,        /* recording starts with a session to which nothing has happened yet */
+  PAL_STATUS_NO_SUCH_MODEL = 16, /* the pack does not carry the response model asked for */
+  PAL_STATUS_MODEL_CANNOT_ANSWER =
+      17,                       /* several contacts or fixed nodes, and no linear_dd or zone to answer them */
+  PAL_STATUS_NO_SUCH_TOOL = 18, /* at or beyond the session's max_tools */
+  PAL_STATUS_ALREADY_USED = 19, /* recording starts with a session to which nothing has happened yet */
   /* memory */
   PAL_STATUS_ARENA_TOO_SMALL = 20,
   PAL_STATUS_ARENA_MISALIGNED = 21,
@@ -345,8 +346,9 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 
 /* Fixes exactly these contact nodes from the next frame on, or as soon as budget_seconds lets (zero
  * displacement), in addition to the model's own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs.
- * (20), (21). A node that a contact holds at the same time follows the fixing. Cost: the next haptic frame
- * takes them in. Real-time safe: yes. */
+ * (20), (21). A node that a contact holds at the same time follows the fixing. nonlinear_zone answers with up to 32 of them,
+ * nonlinear about contacts and linear about the nodes that are farther away; linear_dd with any. Cost: the next haptic frame
+ * takes them in; of a zone they are boundary nodes. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
@@ -389,7 +391,7 @@ PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
  * linear_dd where the pack has no other, says of the contact alone at the point instead of that site; where the site
  * changes the answer jumps by what those models are wrong by. Several contacts act at their sites of the largest weight, and
  * are PAL_FLAG_NEAREST_SITE: with linear_dd all, with nonlinear_zone those that share a zone, while the others are
- * moved as if alone. This struct does not grow. */
+ * moved as if alone. So does any contact where nodes are fixed. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */
@@ -427,7 +429,8 @@ typedef struct pal_contact_result {
  * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd 9 for
  * each node of their patches. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
  * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
- * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes. Real-time safe: yes,
+ * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
+ * them. Real-time safe: yes,
  * for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
