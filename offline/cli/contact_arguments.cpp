@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 
@@ -69,6 +70,22 @@ pal_inclusion parse_inclusion(const std::string& text) {
   }
   Eigen::Map<Eigen::Vector3d>(inclusion.centre) = centre;
   return inclusion;
+}
+
+// "0,0,20", degrees: the rotation vector in radians.
+Eigen::Vector3d parse_turn(const std::string& text) {
+  Eigen::Vector3d degrees;
+  ArgumentReader reader(text);
+  if (!take_point(reader, degrees) || !reader.is_at_end()) {
+    throw std::runtime_error(fmt::format(
+        "--turn {}: expected rx,ry,rz, an axis times the angle in degrees, for example 0,0,20", text));
+  }
+  constexpr double kMost = 90;
+  if (degrees.norm() > kMost) {
+    throw std::runtime_error(
+        fmt::format("--turn {}: {:.6g} degrees; patches turn by 90 at most", text, degrees.norm()));
+  }
+  return degrees * (std::numbers::pi / 180);
 }
 
 // "0,0,-5": moved by (0, 0, -5); "0,0,f-300": along z the force on it is -300 instead.
@@ -165,6 +182,13 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
       .add_option("--at", arguments.points,
                   "The same at the surface point nearest to (x,y,z), also between sites; may be repeated")
       ->type_name("x,y,z=dx,dy,dz")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      .add_option("--turn", arguments.turns,
+                  "Turn the patch of the first contact about its place, an axis times the angle in degrees; "
+                  "repeated: of the next one, --contact before --at (answered by zones, up to 90 degrees)")
+      ->type_name("rx,ry,rz")
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
@@ -282,8 +306,23 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     throw std::runtime_error(
         "--model zone answers up to 8 contacts and 32 --fix, and no --gravity; use auto or linear");
   }
+  // What only zones can do needs them.
+  const auto require_zones = [&](const char* option) {
+    if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && is_for_zones) return;
+    throw std::runtime_error(
+        fmt::format("{}: only zones answer it: a pack that has them ([models] zone = true), --model auto or "
+                    "zone, up to 8 contacts and 32 --fix, and no --gravity",
+                    option));
+  };
+  std::vector<Eigen::Vector3d> rotations;
+  for (const std::string& text : arguments.turns) rotations.push_back(parse_turn(text));
+  if (rotations.size() > count)
+    throw std::runtime_error(
+        fmt::format("{} --turn for {} contacts; give one for each at most", rotations.size(), count));
+  if (!rotations.empty()) require_zones("--turn");
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),
-                           arguments.zone_rings);
+                           arguments.zone_rings, 0, !rotations.empty());
+  session.turn(rotations);
   session.fix(fixed);
   if (!arguments.gravity.empty()) {
     const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
@@ -299,11 +338,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   }
   if (!arguments.inclusion.empty()) {
     const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
-    if (info.zone_rings == 0 || (model != PAL_MODEL_AUTO && model != PAL_MODEL_ZONE) || !is_for_zones) {
-      throw std::runtime_error(
-          "--inclusion: only zones answer it: a pack that has them ([models] zone = true), --model auto or "
-          "zone, up to 8 contacts and 32 --fix, and no --gravity");
-    }
+    require_zones("--inclusion");
     session.set_inclusion(inclusion);
   }
   answer.results = session.settle(answer.contacts);
@@ -313,6 +348,12 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         answer.contacts[c].displacement[axis] = answer.results[c].displacement[axis];
     }
   }
+  // Where a zone cannot be, the linear model stands in, which turns nothing and says so.
+  const bool is_by_zones =
+      std::all_of(answer.results.begin(), answer.results.end(),
+                  [](const pal_contact_result& result) { return result.model == PAL_MODEL_ZONE; });
+  for (std::uint32_t c = 0; c < count && !rotations.empty() && is_by_zones; ++c)
+    answer.torques.push_back(session.torque(c));
   answer.field = session.visual_frame();
   return answer;
 }

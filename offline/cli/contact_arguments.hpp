@@ -19,11 +19,12 @@ struct ContactArguments {
   std::vector<int> fixed;
   std::string gravity;
   std::string inclusion;
+  std::vector<std::string> turns;
   std::string model = "auto";
   unsigned zone_rings = 0;  // 0: all that the pack carries
 };
 
-// Adds --contact, --at, --fix, --gravity, --inclusion, --model and --rings.
+// Adds --contact, --at, --turn, --fix, --gravity, --inclusion, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
 // Where a contact is.
@@ -42,7 +43,8 @@ struct ContactAnswer {
   std::vector<TouchedPlace> places;   // of each contact
   std::vector<pal_contact> contacts;  // model units; with the displacements that given forces have made
   std::vector<pal_contact_result> results;
-  Eigen::VectorXd field;  // 3 packed nodes
+  std::vector<pal_contact_torque> torques;  // of each contact, where some are turned
+  Eigen::VectorXd field;                    // 3 packed nodes
 };
 
 // Throws std::runtime_error naming the option and the remedy when it does not fit the pack.

@@ -156,6 +156,12 @@ nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer
          {"model", model_name(result.model)},
          {"error_estimate", {{"displacement", result.displacement_error}, {"force", result.force_error}}},
          {"flags", flags_of(opened, answer, c)}});
+    if (!answer.torques.empty()) {
+      const pal_contact_torque& torque = answer.torques[c];
+      contacts.back()["torque"] = torque.torque;
+      contacts.back()["torque_by_displacement"] = torque.by_displacement;
+      contacts.back()["torque_by_rotation"] = torque.by_rotation;
+    }
     if (!answer.places[c].is_site) add_point(answer.places[c], contacts.back());
   }
   return {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
@@ -186,6 +192,11 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
     if (const auto pressure = mean_pressure(opened, answer.places[c], result.force)) {
       const std::string unit = length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
       fmt::print("; mean pressure {:.4g}{}", *pressure, unit);
+    }
+    if (!answer.torques.empty()) {
+      const double* torque = answer.torques[c].torque;
+      fmt::print("; torque ({:.6g}, {:.6g}, {:.6g}){}{}", torque[0], torque[1], torque[2], force_unit,
+                 length);
     }
     if (answer.contacts[c].force_axes != 0) {
       const double* d = answer.contacts[c].displacement;
@@ -247,6 +258,8 @@ int run_eval(const EvalArguments& arguments) {
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   // Everything that may refuse comes before anything is printed.
   std::optional<Reference> reference;
+  if (!arguments.reference.empty() && !arguments.contacts.turns.empty())
+    throw std::runtime_error("--reference: of pushes without --turn only");
   if (!arguments.reference.empty()) reference = compare(opened, answer, arguments.reference);
   if (!arguments.output.empty()) write_field(opened, answer, arguments.output);
   if (arguments.json) {
@@ -271,6 +284,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "pressure its part\ninto the surface over the patch's area. `palpate info PACK` "
       "names the nodes that --contact takes; without a contact the answer is rest.\n\n"
       "Example: palpate eval brain.pack --contact 812=0,0,-8 --json\n"
+      "         palpate eval brain.pack --contact 812=0,0,-4 --turn 0,0,20\n"
       "         palpate eval brain.pack --at 10,20,60=0,0,-8");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   add_contact_options(*command, arguments->contacts);

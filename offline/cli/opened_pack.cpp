@@ -19,9 +19,10 @@ size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
 }
 
 pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                             std::uint32_t max_fixed, std::uint32_t zone_rings,
-                             std::uint32_t zone_iterations) {
+                             std::uint32_t max_fixed, std::uint32_t zone_rings, std::uint32_t zone_iterations,
+                             bool patches_turn) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
+  config.patches_turn = patches_turn ? 1 : 0;
   config.zone_rings = zone_rings;
   config.zone_iterations = zone_iterations;
   config.model = model;
@@ -121,14 +122,13 @@ int OpenedPack::label_of_site(size_t site) const {
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                                    std::uint32_t max_fixed, std::uint32_t zone_rings,
-                                   std::uint32_t zone_iterations)
-    : opened_(&opened),
-      arena_(arena_bytes(opened.pack(),
-                         config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations))) {
-  require_ok(session_.init(opened.pack(),
-                           config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations),
-                           arena_.bytes()),
-             "session");
+                                   std::uint32_t zone_iterations, bool patches_turn)
+    : ModelUnitSession(opened, config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations,
+                                         patches_turn)) {}
+
+ModelUnitSession::ModelUnitSession(const OpenedPack& opened, const pal_session_config& config)
+    : opened_(&opened), arena_(arena_bytes(opened.pack(), config)) {
+  require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
 }
 
 void ModelUnitSession::fix(std::span<const std::uint32_t> contact_nodes) {
@@ -156,6 +156,33 @@ void ModelUnitSession::set_inclusion(pal_inclusion inclusion) {
   require_ok(status, "inclusion");
 }
 
+void ModelUnitSession::turn_patches(double part) {
+  std::vector<double> orientations;
+  for (const Eigen::Vector3d& rotation : rotations_) {
+    const double angle = part * rotation.norm();
+    const Eigen::Vector3d along = std::sin(angle / 2) * rotation.normalized();  // of no rotation, zero
+    orientations.insert(orientations.end(), {std::cos(angle / 2), along[0], along[1], along[2]});
+  }
+  if (orientations.empty()) return;
+  require_ok(pal_session_set_orientations(session_.get(), orientations.data(),
+                                          static_cast<std::uint32_t>(rotations_.size())),
+             "orientations");
+}
+
+pal_contact_torque ModelUnitSession::torque(std::uint32_t contact) const {
+  const pal_pack_info info = opened_->info();
+  pal_contact_torque torque = {};
+  torque.struct_size = sizeof torque;
+  require_ok(pal_session_get_torque(session_.get(), contact, &torque), "torque");
+  const double newtons = info.newtons_per_force_unit;
+  for (size_t i = 0; i < 3; ++i) {
+    torque.torque[i] /= newtons * info.metres_per_length_unit;
+    for (double& entry : torque.by_displacement[i]) entry /= newtons;
+    for (double& entry : torque.by_rotation[i]) entry /= newtons * info.metres_per_length_unit;
+  }
+  return torque;
+}
+
 std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const pal_contact> contacts) {
   const pal_pack_info info = opened_->info();
   std::vector<pal_contact> scaled(contacts.begin(), contacts.end());
@@ -176,6 +203,7 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
 }
 
 std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
+  turn_patches(0);
   contact_frame({});  // at rest
   std::vector<pal_contact> on_the_way(contacts.begin(), contacts.end());
   std::vector<pal_contact_result> results = contact_frame(on_the_way);
@@ -183,6 +211,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   contact_frame({});
   constexpr double kStepsPerEdge = 8;
   constexpr int kStepsOfForce = 16;
+  constexpr double kStepsPerRadian = 16;
   constexpr int kMostSteps = 64;
   constexpr int kMostFrames = 16;  // of a step
   double farthest = 0;
@@ -191,6 +220,8 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
     farthest = std::max(farthest, Eigen::Vector3d(contact.displacement).norm());
     if (contact.force_axes != 0) least_steps = kStepsOfForce;
   }
+  for (const Eigen::Vector3d& rotation : rotations_)
+    least_steps = std::max(least_steps, static_cast<int>(std::ceil(kStepsPerRadian * rotation.norm())));
   const pal_pack_info info = opened_->info();
   const double edge = info.mean_surface_edge / info.metres_per_length_unit;
   const int steps =
@@ -203,6 +234,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
         on_the_way[c].force[axis] = contacts[c].force[axis] * step / steps;
       }
     }
+    turn_patches(static_cast<double>(step) / steps);
     for (int frame = 0; frame < kMostFrames; ++frame) {
       results = contact_frame(on_the_way);
       if ((results.front().flags & PAL_FLAG_UNCONVERGED) == 0) break;

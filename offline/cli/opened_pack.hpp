@@ -43,16 +43,21 @@ class OpenedPack {
 // reason.
 class ModelUnitSession {
  public:
-  // Of the nonlinear zone: `zone_rings`, 0: all that the pack carries, and Newton iterations of a frame, 0: the runtime's
-  // default.
+  // Of the nonlinear zone: `zone_rings`, 0: all that the pack carries; Newton iterations of a frame, 0: the runtime's
+  // default; and whether patches turn.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                   std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0);
+                   std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0,
+                   bool patches_turn = false);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
   // The pack lets it turn, and not only polynomials answer.
   void set_gravity(const Eigen::Vector3d& acceleration);
   // In length units. The session has zones.
   void set_inclusion(pal_inclusion inclusion);
+  // How `settle` turns the patches of its contacts: rotation vectors, radians. Patches turn.
+  void turn(std::vector<Eigen::Vector3d> rotations) { rotations_ = std::move(rotations); }
+  // Of the last frame's contact: force unit x length unit, and force unit.
+  pal_contact_torque torque(std::uint32_t contact) const;
   // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
   // unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
@@ -61,9 +66,13 @@ class ModelUnitSession {
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
 
  private:
+  ModelUnitSession(const OpenedPack& opened, const pal_session_config& config);
+  void turn_patches(double part);
+
   const OpenedPack* opened_;
   AlignedBytes arena_;
   Session session_;
+  std::vector<Eigen::Vector3d> rotations_;
 };
 
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.

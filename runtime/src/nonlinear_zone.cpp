@@ -25,19 +25,54 @@ constexpr uint32_t kMostFailures = 8;  // in a row
 // Of a contact in one solve, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
 constexpr double kLongestStep = 0.5;
 
-// The patches of the group's contacts as they are to be.
+// The patches of the group's contacts as they are to be: u = d + (R - 1) r, r the arm at rest.
 void place_held(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
   const uint32_t first = first_boundary(group) + group.num_boundary;
+  Rotation rotations[kMostZoneContacts];
+  for (uint32_t slot = 0; slot < group.num_contacts && group.num_axes > 3 * group.num_contacts; ++slot)
+    rotations[slot] = patch_rotation(set, group.contacts[slot]);
   for (uint32_t i = first; i < first + group.num_held; ++i) {
     double* to = set.displacement + size_t{3} * i;
     memcpy(to, frame.pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof *to);
     for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
-      const ZoneMaster& master = set.masters[m];
-      const double* d = set.followed + 3 * group.contacts[(master.unknown - group.unknowns) / 3];
+      ZoneMaster& master = set.masters[m];
+      const uint32_t slot = (master.unknown - group.unknowns) / 3;
+      const double* d = set.followed + 3 * group.contacts[slot];
       for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * d[axis];
+      if (master.turn == kNoUnknown) continue;
+      double arm[3];
+      rest_arm(frame.pack, set, group.contacts[slot], set.nodes[i], arm);
+      rotate(rotations[slot], arm, master.arm);
+      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * (master.arm[axis] - arm[axis]);
     }
   }
+}
+
+// Of an axis, what stands for the length that it moves the tissue by.
+double length_of(const ZoneFrame& frame, uint32_t axis, double change) {
+  const double arm = fmax(frame.pack.tip_radius, frame.pack.mean_surface_edge);
+  return fabs(change) * (axis < 3 * frame.set.num_contacts ? 1.0 : arm);
+}
+
+double norm(const double v[3]) {
+  return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+// How far the patch of a contact goes at most as the point that it turns about does: |R - 1| is the length of its turn.
+double length_of_place(const ZoneSet& set, uint32_t contact) {
+  double way[3];
+  for (int i = 0; i < 3; ++i) way[i] = set.places[contact][i] - set.points[contact][i];
+  return norm(way) * norm(set.followed + 3 * (set.num_contacts + contact));
+}
+
+// The spin of a patch since it was turned as before.
+void find_spin(const ZoneSet& set, uint32_t contact, const double* before, double spin[3]) {
+  double was[4];
+  double is[4];
+  quaternion_of(before + 3 * (set.num_contacts + contact), was);
+  quaternion_of(set.followed + 3 * (set.num_contacts + contact), is);
+  turn_between(was, is, spin);
 }
 
 // Adds factor times [unknowns] to their displacements.
@@ -70,21 +105,39 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   ZoneSet& set = frame.set;
   save(frame, group);
-  double before[3 * kMostZoneContacts];
-  memcpy(before, set.followed, size_t{3} * set.num_contacts * sizeof *before);
+  const bool turns = group.num_axes > 3 * group.num_contacts;
+  double before[kMostZoneAxes];
+  double points[kMostZoneContacts][3];
+  memcpy(before, set.followed, set.num_axes * sizeof *before);
+  memcpy(points, set.points, set.num_contacts * sizeof *points);
   double longest = 0;
-  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
-    const uint32_t at = contact_axis(group, i);
-    longest = fmax(longest, fabs(wanted[at] - before[at]));
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    longest = fmax(longest, length_of(frame, at, wanted[at] - before[at]));
   }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot)
+    longest = fmax(longest, length_of_place(set, group.contacts[slot]));
   const double limit = kLongestStep * frame.pack.mean_surface_edge;
   double part = longest > limit ? limit / longest : 1.0;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
-    for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
-      const uint32_t at = contact_axis(group, i);
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      const uint32_t at = contact_axis(set, group, i);
       const double step = part * (wanted[at] - before[at]);
       set.followed[at] = before[at] + step;
-      if (group.has_tangent) add_to_unknowns(frame, group, sensitivity(group, i), -step);
+      if (group.has_tangent && i < 3 * group.num_contacts)
+        add_to_unknowns(frame, group, sensitivity(group, i), -step);
+    }
+    for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot) {
+      const uint32_t contact = group.contacts[slot];
+      double spin[3];
+      find_spin(set, contact, before, spin);
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        set.points[contact][axis] =
+            points[contact][axis] + part * (set.places[contact][axis] - points[contact][axis]);
+        if (group.has_tangent)
+          add_to_unknowns(frame, group, sensitivity(group, 3 * (group.num_contacts + slot) + axis),
+                          -spin[axis]);
+      }
     }
     place_held(frame, group);
     if (evaluate_elements(frame, group)) {
@@ -93,7 +146,9 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
       return;
     }
     restore(frame, group);
-    memcpy(set.followed, before, size_t{3} * set.num_contacts * sizeof *before);
+    memcpy(set.followed, before, set.num_axes * sizeof *before);
+    memcpy(set.points, points, set.num_contacts * sizeof *points);
+    if (turns) place_held(frame, group);  // for the arms
   }
   evaluate_elements(frame, group);
   frame.flags |= PAL_FLAG_UNCONVERGED;
@@ -178,13 +233,20 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   ZoneFrame frame = {pack, state, set, set.flags};
   state.strained = true;
   double size = 1e-6 * pack.max_displacement;
-  for (uint32_t i = 0; i < 3 * set.num_contacts; ++i)
-    size = fmax(size, fmax(fabs(displacements[i]), fabs(displacements[i] - set.followed[i])));
+  for (uint32_t i = 0; i < set.num_axes; ++i) {
+    size = fmax(size, length_of(frame, i, displacements[i]));
+    size = fmax(size, length_of(frame, i, displacements[i] - set.followed[i]));
+  }
   weigh_exterior(pack, state.rings, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (!group.has_tangent) {
+      // A patch that was turned otherwise may not fit.
       place_held(frame, group);
+      if (!evaluate_elements(frame, group)) {
+        rest_group(pack, set, group);
+        state.has_reset = true;
+      }
       make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "runtime/src/patch_turns.hpp"
+#include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
 
@@ -18,19 +20,6 @@ constexpr double kChange = 0.03;
 constexpr double kWhole = 1e-4;
 // Tissue with less than this part of the peak is at rest.
 constexpr double kRest = 1e-4;
-
-// The turn from one unit quaternion to another as a vector, for turns of a frame: twice the vector part of
-// now * conjugate(before).
-void turn_between(const double before[4], const double now[4], double out[3]) {
-  const double w = now[0] * before[0] + now[1] * before[1] + now[2] * before[2] + now[3] * before[3];
-  const double scale = w < 0 ? -2.0 : 2.0;
-  for (int i = 0; i < 3; ++i) {
-    const int j = 1 + (i + 1) % 3;
-    const int k = 1 + (i + 2) % 3;
-    out[i] =
-        scale * (before[0] * now[1 + i] - now[0] * before[1 + i] - now[j] * before[k] + now[k] * before[j]);
-  }
-}
 
 // Of the force that came out last, on the tool's way from the frame before.
 double work_of(const ToolState& tool) {
@@ -59,8 +48,8 @@ bool feels_the_models(const pal_session& session) {
 }
 
 // What contacts that were taken hold of under strain bring with them, once: the energy that goes where they
-// alone go back to rest, sum f . d - sum d . K d / 2 over them as for linear forces. All of it, if there are
-// no others.
+// alone go back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of it, if
+// there are no others.
 double take_strain_brought(pal_session& session) {
   ToolStates& states = session.tools;
   const auto brings = [&](uint32_t c) {
@@ -83,6 +72,10 @@ double take_strain_brought(pal_session& session) {
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) brought -= 0.5 * d[i] * stiffness[3 * i + j] * e[j];
       }
+      if (has_turns(session) && states.answered == Answering::zone)
+        brought += energy_of_turns(session, row, states.answered_of[other], states.inputs[c],
+                                   states.turns + size_t{3} * c, states.inputs[other],
+                                   states.turns + size_t{3} * other);
     }
   }
   for (uint32_t c = 0; c < states.num_contacts; ++c) {

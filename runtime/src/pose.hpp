@@ -85,6 +85,39 @@ inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
   }
 }
 
+// The turn from one unit quaternion to another as a vector: twice the vector part of now * conjugate(before), the one of the two
+// whose scalar part is not negative. For small turns the rotation vector.
+inline void turn_between(const double before[4], const double now[4], double out[3]) {
+  const double w = now[0] * before[0] + now[1] * before[1] + now[2] * before[2] + now[3] * before[3];
+  const double scale = w < 0 ? -2.0 : 2.0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = 1 + (i + 1) % 3;
+    const int k = 1 + (i + 2) % 3;
+    out[i] =
+        scale * (before[0] * now[1 + i] - now[0] * before[1 + i] - now[j] * before[k] + now[k] * before[j]);
+  }
+}
+
+// The unit quaternion of such a turn.
+inline void quaternion_of(const double turn[3], double q[4]) {
+  double square = 0;
+  for (int i = 0; i < 3; ++i) {
+    q[1 + i] = 0.5 * turn[i];
+    square += q[1 + i] * q[1 + i];
+  }
+  q[0] = sqrt(fmax(0.0, 1 - square));
+}
+
+// conjugate(a) * b.
+inline void divide_quaternions(const double a[4], const double b[4], double out[4]) {
+  out[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+  for (int i = 0; i < 3; ++i) {
+    const int j = 1 + (i + 1) % 3;
+    const int k = 1 + (i + 2) % 3;
+    out[1 + i] = a[0] * b[1 + i] - b[0] * a[1 + i] - a[j] * b[k] + a[k] * b[j];
+  }
+}
+
 inline void add_cross(const double a[3], const double b[3], double sum[3]) {
   sum[0] += a[1] * b[2] - a[2] * b[1];
   sum[1] += a[2] * b[0] - a[0] * b[2];

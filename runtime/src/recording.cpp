@@ -33,6 +33,7 @@ enum class Call : uint32_t {
   haptic_frame = 6,
   set_gravity = 7,
   set_inclusion = 8,
+  set_orientations = 9,
 };
 
 struct CallHeader {
@@ -252,6 +253,12 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
       inclusion.struct_size = sizeof inclusion;
       return pal_session_set_inclusion(&session, subject.has_more != 0 ? &inclusion : nullptr);
     }
+    case Call::set_orientations: {
+      double orientations[4 * pack::kMostContacts];
+      if (subject.subject > pack::kMostContacts || !reader.take(orientations, size_t{4} * subject.subject))
+        return PAL_STATUS_CORRUPT_RECORDING;
+      return pal_session_set_orientations(&session, orientations, subject.subject);
+    }
     case Call::haptic_frame:
       return replay_tools(session, reader, subject, replay);
   }
@@ -317,6 +324,14 @@ void record_inclusion(pal_session& session, const pal_inclusion* inclusion) {
   CallWriter writer(session.recorder, Call::set_inclusion, sizeof subject + bytes);
   writer.put(&subject, sizeof subject);
   writer.put(inclusion, bytes);
+}
+
+void record_orientations(pal_session& session, const double* orientations, uint32_t count) {
+  const CallSubject subject = {count, 0};
+  const size_t bytes = size_t{4} * count * sizeof *orientations;
+  CallWriter writer(session.recorder, Call::set_orientations, sizeof subject + bytes);
+  writer.put(&subject, sizeof subject);
+  writer.put(orientations, bytes);
 }
 
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,

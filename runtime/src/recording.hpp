@@ -24,6 +24,7 @@ void record_release(pal_session& session, uint32_t tool);
 void record_touch(pal_session& session, uint32_t tool, const pal_touch* touch);
 void record_gravity(pal_session& session, const double* acceleration);
 void record_inclusion(pal_session& session, const pal_inclusion* inclusion);
+void record_orientations(pal_session& session, const double* orientations, uint32_t count);
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,
                           const pal_contact_result* results);
 // `results`: of all tools.

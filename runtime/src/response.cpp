@@ -7,6 +7,7 @@
 #include "runtime/src/force_control.hpp"
 #include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/patch_turns.hpp"
 #include "runtime/src/place_answer.hpp"
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/session_state.hpp"
@@ -286,7 +287,7 @@ bool is_alone_in_zone(const ZoneSet& set, uint32_t contact) {
   return false;
 }
 
-void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count,
+void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count, const double* turns,
                  pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
@@ -295,6 +296,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     if (is_force_given(contacts[at / 3], at % 3))
       session.displacements[at] = session.zone.strained ? set.wanted[at] : 0.0;
   }
+  const bool is_turned = take_turns(session, contacts, count, turns);
   ZoneAnswer answer;
   ForceControl control;
   PlaceAnswer moved[pack::kMostZoneContacts];
@@ -325,15 +327,20 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   if (results == nullptr) return;
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
   double largest = 0;
-  for (uint32_t c = 0; c < count; ++c) largest = fmax(largest, length(session.displacements + size_t{3} * c));
+  for (uint32_t c = 0; c < count; ++c) {
+    largest = fmax(largest, length(session.displacements + size_t{3} * c));
+    if (is_turned)
+      largest =
+          fmax(largest, pack.mean_surface_edge * length(session.displacements + size_t{3} * (count + c)));
+  }
   bool is_beyond = false;
   double load = 0;
   for (uint32_t c = 0; c < count && count > 1; ++c) {
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
     load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
-  bool is_surveyed =
-      session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present && set.num_fixed == 0;
+  bool is_surveyed = session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present &&
+                     set.num_fixed == 0 && !is_turned;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -377,7 +384,8 @@ bool zone_answers(const pal_session& session, uint32_t num_contacts) {
 }
 
 bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool forces_given) {
-  const bool is_for_zone = session.zone.inclusion.is_present && zone_answers(session, num_contacts);
+  const bool is_for_zone =
+      (session.zone.inclusion.is_present || has_turns(session)) && zone_answers(session, num_contacts);
   return !forces_given && !session.gravity_turned && !is_for_zone &&
          (session.config.model == PAL_MODEL_AUTO || session.config.model == PAL_MODEL_POLYNOMIAL ||
           session.config.model == PAL_MODEL_AFFINE) &&
@@ -424,7 +432,7 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
 
 void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
   if (answering == Answering::zone && !is_zone_ready(session.zone, contacts, count, session.fixed_version)) {
-    begin_zone(contacts, count, fixed_nodes(session), session.zone);
+    begin_zone(*session.pack, contacts, count, fixed_nodes(session), session.zone);
     session.zone_begun = false;
     advance_zone(*session.pack, UINT64_MAX, session.zone);
   }
@@ -451,7 +459,7 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
     return true;
   if (!session.zone_begun && !session.linear_begun) {
     if (answering == Answering::zone) {
-      begin_zone(contacts, count, fixed_nodes(session), session.zone);
+      begin_zone(*session.pack, contacts, count, fixed_nodes(session), session.zone);
     } else {
       begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
                    session.linear);
@@ -470,7 +478,7 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
 }
 
 void answer_contacts(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
-                     pal_contact_result* results) {
+                     const double* turns, pal_contact_result* results) {
   for (uint32_t c = 0; c < count; ++c) {
     double given[3];
     for (uint32_t axis = 0; axis < 3; ++axis)
@@ -495,7 +503,7 @@ void answer_contacts(pal_session& session, Answering answering, const pal_contac
       answer_linear_point(session, contacts[0], results);
       break;
     case Answering::zone:
-      answer_zone(session, contacts, count, results);
+      answer_zone(session, contacts, count, turns, results);
       break;
     case Answering::linear:
       answer_linear(session, contacts, count, results);

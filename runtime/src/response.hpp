@@ -31,9 +31,9 @@ bool is_ready(const pal_session& session, Answering answering, const pal_contact
 
 // Forces and stiffness of contacts by what is ready for them, for finite displacements; API units,
 // organ frame. Leaves their energy in pal_session::stored_energy and hands the field to the visual thread.
-// `results`: count entries, or null.
+// `turns`: [count][3] (patch_turns.hpp), of zones whose patches turn. `results`: count entries, or null.
 void answer_contacts(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
-                     pal_contact_result* results);
+                     const double* turns, pal_contact_result* results);
 
 // d force of contact `row` / d displacement of contact `column`, of the answer just given: adds it to sum[9],
 // API units, organ frame.

@@ -45,7 +45,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.fixed = arena.take<uint32_t>(config.max_fixed);
   arrays.requested = arena.take<uint32_t>(config.max_requested);
   if (is_compressed(pack)) arrays.requested_by_panel = arena.take<uint32_t>(config.max_requested);
-  arrays.displacements = arena.take<double>(size_t{3} * config.max_contacts);
+  arrays.displacements = arena.take<double>(size_t{config.patches_turn != 0 ? 6u : 3u} * config.max_contacts);
+  arrays.turns = arena.take<double>(config.patches_turn != 0 ? size_t{3} * config.max_contacts : 0);
   arrays.forces = arena.take<double>(size_t{3} * config.max_contacts);
   arrays.input_flags = arena.take<uint32_t>(config.max_contacts);
   arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
@@ -58,7 +59,8 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   uint32_t most_own = 0;
   uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
-    carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, arena, arrays.zone);
+    carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
+               arena, arrays.zone);
     const uint32_t of_zone =
         arrays.zone.max_boundary + arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes;
     most_held = of_zone > most_held ? of_zone : most_held;
@@ -93,6 +95,25 @@ pal_session_config default_config(const pal_pack* pack) {
   return config;
 }
 
+// Whether the pack carries the model that a config asks for.
+pal_status check_model(const pal_pack& pack, const pal_session_config& config) {
+  int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
+  static_assert(sizeof model == sizeof config.model);
+  memcpy(&model, &config.model, sizeof model);
+  switch (model) {
+    case PAL_MODEL_AUTO:
+      return PAL_STATUS_OK;
+    case PAL_MODEL_LINEAR:
+      return pack.field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+    case PAL_MODEL_POLYNOMIAL:
+    case PAL_MODEL_AFFINE:
+      return pack.polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+    case PAL_MODEL_ZONE:
+      return pack.zone_nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+  }
+  return PAL_STATUS_BAD_ARGUMENT;
+}
+
 // `config` becomes the caller's, completed by the defaults.
 pal_status read_config(const pal_pack* pack, const pal_session_config* given, pal_session_config& config) {
   if (pack == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
@@ -112,24 +133,12 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     return PAL_STATUS_BAD_ARGUMENT;
   if (config.zone_rings == 0) config.zone_rings = pack->zone_rings;
   if (config.zone_iterations == 0) config.zone_iterations = kUsualZoneIterations;
+  if (config.patches_turn > 1 || config.reserved != 0) return PAL_STATUS_BAD_ARGUMENT;
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
   if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
     return PAL_STATUS_BAD_ARGUMENT;
-  int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
-  static_assert(sizeof model == sizeof config.model);
-  memcpy(&model, &config.model, sizeof model);
-  switch (model) {
-    case PAL_MODEL_AUTO:
-      return PAL_STATUS_OK;
-    case PAL_MODEL_LINEAR:
-      return pack->field_compliance != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
-    case PAL_MODEL_POLYNOMIAL:
-    case PAL_MODEL_AFFINE:
-      return pack->polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
-    case PAL_MODEL_ZONE:
-      return pack->zone_nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
-  }
-  return PAL_STATUS_BAD_ARGUMENT;
+  if (const pal_status status = check_model(*pack, config); status != PAL_STATUS_OK) return status;
+  return config.patches_turn == 0 || has_zone(*pack, config) ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
 }
 
 // Multiply-adds that a haptic frame may spend on making a model ready.
@@ -411,7 +420,8 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   // A zone may turn out to be none.
   answering = palpate::answering_for(*session, contacts, count, forces_given);
   palpate::make_ready(*session, answering, contacts, count);
-  palpate::answer_contacts(*session, answering, contacts, count, results);
+  palpate::answer_contacts(*session, answering, contacts, count, session->turns, results);
+  session->by_contacts = true;
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;
 }
@@ -430,6 +440,7 @@ extern "C" pal_status pal_haptic_frame(pal_session* session, const pal_haptic_in
     return PAL_STATUS_BAD_STRUCT_SIZE;
   const palpate::FloatingPointMode mode;
   session->used = true;
+  session->by_contacts = false;
   palpate::answer_tools(*session, input, results);
   return PAL_STATUS_OK;
 }

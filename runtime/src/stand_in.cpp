@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "runtime/src/contact_place.hpp"
+#include "runtime/src/patch_turns.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
 
@@ -41,7 +42,7 @@ bool is_behind(const double displacement[3], const double given[3]) {
 
 // What answers from now on: the contacts held, or those for which it was begun earlier.
 void set_answered(Answering answering, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
-                  uint32_t fixed_version, pal_session& session) {
+                  const double* turns, uint32_t fixed_version, pal_session& session) {
   ToolStates& states = session.tools;
   states.changed = states.changed || answering != states.answered || count != states.num_answered ||
                    fixed_version != states.answered_fixed;
@@ -52,6 +53,8 @@ void set_answered(Answering answering, uint32_t count, const uint64_t* ids, cons
     states.answered_sites[i] = site;
     states.answered_inputs[i] = inputs[i];
   }
+  if (has_turns(session) && count > 0)
+    memcpy(states.answered_turns, turns, size_t{3} * count * sizeof *turns);
   states.answered = answering;
   states.num_answered = count;
   states.answered_fixed = fixed_version;
@@ -77,31 +80,39 @@ void answer_or_stand_in(pal_session& session) {
     memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
     memcpy(static_cast<void*>(states.begun_inputs), states.inputs,
            states.num_contacts * sizeof *states.inputs);
+    if (has_turns(session))
+      memcpy(states.begun_turns, states.turns, size_t{3} * states.num_contacts * sizeof *states.turns);
   }
   if (ready) {
-    set_answered(answering, states.num_contacts, ids, states.inputs, session.fixed_version, session);
-  } else if (finished) {
-    set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_fixed,
+    set_answered(answering, states.num_contacts, ids, states.inputs, states.turns, session.fixed_version,
                  session);
+  } else if (finished) {
+    set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_turns,
+                 states.begun_fixed, session);
   } else if (!is_ready(session, states.answered, states.answered_inputs, states.num_answered,
                        states.answered_fixed)) {
     // pal_contact_frame has made it ready for contacts of its own.
-    set_answered(Answering::nothing, 0, nullptr, nullptr, session.fixed_version, session);
+    set_answered(Answering::nothing, 0, nullptr, nullptr, nullptr, session.fixed_version, session);
   }
   states.preparing = !ready;
   match_answered(states);
-  for (uint32_t c = 0; c < states.num_contacts && !ready; ++c) {
-    if (states.answered_of[c] != kNotAnswered)
-      states.answered_inputs[states.answered_of[c]] = states.inputs[c];
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint32_t answered = states.answered_of[c];
+    if (answered == kNotAnswered) continue;
+    states.answered_inputs[answered] = states.inputs[c];
+    if (has_turns(session))
+      memcpy(states.answered_turns + size_t{3} * answered, states.turns + size_t{3} * c, 3 * sizeof(double));
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
-                  states.answered_results);
+                  states.answered_turns, states.answered_results);
   // A zone that was made anew goes on from where the linear organ would be: while it catches up with the tools it jumps. So does what
   // has come to rest for want of a way, in this frame or in contact frames since the last.
   bool is_any_behind = false;
   for (uint32_t i = 0; i < states.num_answered; ++i)
     is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
                                                states.answered_inputs[i].displacement);
+  if (has_turns(session) && states.answered == Answering::zone)
+    is_any_behind = is_any_behind || is_turn_behind(session);
   const bool caught_up = states.catches_up;
   states.catches_up = is_any_behind && (finished || states.catches_up);
   states.changed = states.changed || states.catches_up || caught_up || session.zone.has_reset;

@@ -5,6 +5,7 @@
 
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/patch_turns.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
@@ -91,6 +92,7 @@ void take_hold(pal_session& session, uint32_t tool, const uint32_t sites[3], con
   contact.law = law;
   contact.strain = Strain::unknown;
   memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
+  memcpy(contact.unstrained_orientation, unstrained.orientation, sizeof contact.unstrained_orientation);
   place_at_rest(session, sites, weights, contact.unstrained_arm);
   for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
   rotate_back(rotation_of(unstrained.orientation), contact.unstrained_arm, contact.arm);
@@ -205,17 +207,25 @@ void let_go_of_what_came_out(pal_session& session, ToolRotation& last) {
   });
 }
 
-// The displacement of every contact held, organ frame.
+// The displacement of every contact held, and how it is turned, organ frame.
 void fill_inputs(pal_session& session, ToolRotation& last) {
   for (uint32_t c = 0; c < session.tools.num_contacts; ++c) {
     HeldContact& contact = session.tools.contacts[c];
+    const ToolState& tool = session.tools.tools[contact.tool];
     double d[3];
     movement_of(session, contact, last, d);
-    if (contact.strain == Strain::unknown && session.tools.tools[contact.tool].has_pose) {
+    bool is_turned = false;
+    if (has_turns(session)) {
+      double* turn = session.tools.turns + size_t{3} * c;
+      memset(turn, 0, 3 * sizeof *turn);
+      if (tool.has_pose) find_turn(session, tool.pose.orientation, contact, turn);
+      for (int i = 0; i < 3; ++i) is_turned = is_turned || fabs(turn[i]) > kLeastStrain;
+    }
+    if (contact.strain == Strain::unknown && tool.has_pose) {
       const double least = kLeastStrain * session.pack->max_displacement * session.pack->metres;
       // Where gravity has turned, tissue is not where it rests under the scene's.
       const bool is_strained =
-          session.gravity_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
+          session.gravity_turned || is_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
       contact.strain = is_strained ? Strain::brought : Strain::none;
       if (is_strained) session.tools.held_changed = true;  // as where the tool was seen late
     }
@@ -243,6 +253,12 @@ void add_contact(const pal_session& session, uint32_t index, const Rotation& own
   rotate(own, contact.arm, arm);
   for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
   add_cross(arm, force, wrench.v + 3);
+  if (has_turns(session) && states.answered == Answering::zone) {
+    const ZoneSet& set = session.zone.answering;
+    double torque[3];
+    rotate(states.organ, set.force + size_t{3} * (set.num_contacts + answered), torque);
+    for (int i = 0; i < 3; ++i) wrench.v[3 + i] += torque[i] * (session.pack->newtons * session.pack->metres);
+  }
 
   double stiffness[9];
   memcpy(stiffness, answer.stiffness, sizeof stiffness);
@@ -323,6 +339,10 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.contacts = arena.take<HeldContact>(config.max_contacts);
   states.tools = arena.take<ToolState>(config.max_tools);
   states.inputs = arena.take<pal_contact>(config.max_contacts);
+  const size_t turns = config.patches_turn != 0 ? size_t{3} * config.max_contacts : 0;
+  states.turns = arena.take<double>(turns);
+  states.answered_turns = arena.take<double>(turns);
+  states.begun_turns = arena.take<double>(turns);
   states.results = arena.take<pal_contact_result>(config.max_contacts);
   states.answered_of = arena.take<uint32_t>(config.max_contacts);
   states.begun_ids = arena.take<uint64_t>(config.max_contacts);

@@ -6,7 +6,8 @@
 //
 //   d = (p - p0) + (R a - R0 a)
 //
-// and exerts the force f on the tissue, of torque (R a) x f about the tool's position.
+// and exerts the force f on the tissue, of torque (R a) x f about the tool's position. Where patches turn (patch_turns.hpp), its own
+// turns by R R0^T, and what that takes is a torque of its own.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -32,10 +33,11 @@ struct HeldContact {
   pal_contact_law law;
   pal_contact place;  // where it acts, without a displacement; `site` weighs most
   Strain strain;
-  double unstrained[3];      // p0
-  double unstrained_arm[3];  // R0 a, world
-  double arm[3];             // a, in the tool's frame
-  double normal[3];          // out of the tissue at rest, world; only of PAL_LAW_TOUCH
+  double unstrained[3];              // p0
+  double unstrained_orientation[4];  // R0, and where it has slipped to (patch_turns.hpp)
+  double unstrained_arm[3];          // R0 a, world
+  double arm[3];                     // a, in the tool's frame
+  double normal[3];                  // out of the tissue at rest, world; only of PAL_LAW_TOUCH
 };
 
 struct ToolState {
@@ -57,6 +59,7 @@ struct ToolStates {
   ToolState* tools;             // [max_tools]
   uint32_t num_used;            // of them: those behind were never seen, and cost a frame nothing
   pal_contact* inputs;          // [max_contacts] of the frame at hand
+  double* turns;                // [max_contacts][3] of these, where patches turn (patch_turns.hpp)
   pal_contact_result* results;  // [max_contacts] of pal_contact_frame for who wants none
   uint64_t next_id;
   // The contacts that the last frame answered, by what, and of which contact held each is
@@ -64,6 +67,7 @@ struct ToolStates {
   uint32_t num_answered;
   uint64_t* answered_ids;                // [max_contacts]
   pal_contact* answered_inputs;          // [max_contacts]
+  double* answered_turns;                // [max_contacts][3]
   uint32_t* answered_sites;              // [max_contacts] that the answers are about, where they jump with it
   pal_contact_result* answered_results;  // [max_contacts]
   uint32_t answered_fixed;               // pal_session::fixed_version then
@@ -73,6 +77,7 @@ struct ToolStates {
   uint32_t num_begun;
   uint64_t* begun_ids;        // [max_contacts]
   pal_contact* begun_inputs;  // [max_contacts]
+  double* begun_turns;        // [max_contacts][3]
   uint32_t begun_fixed;
   bool held_changed;  // since the last frame: a contact was taken hold of or let go
   bool preparing;     // not all contacts held are answered, or not with the nodes that are fixed now

@@ -109,14 +109,29 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
       if ((axes >> axis & 1) == 0) residual[3 * i + axis] = 0;
     }
   }
-  const uint32_t end = group.unknowns + 3 * group.num_contacts;
+  const uint32_t end = group.unknowns + group.num_axes;
   memset(residual + size_t{3} * free, 0, (end - 3 * free) * sizeof *residual);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
+    memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
   for (uint32_t i = free; i < free + group.num_held; ++i) {
     const uint32_t place = group.first_node + i;
     for (uint32_t m = set.first_master[place]; m < set.first_master[place + 1]; ++m) {
       const ZoneMaster& master = set.masters[m];
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        residual[master.unknown + axis] += master.share * forces[3 * i + axis];
+      double force[3];
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        force[axis] = master.share * forces[3 * i + axis];
+        residual[master.unknown + axis] += force[axis];
+      }
+      if (master.turn == kNoUnknown) continue;
+      add_cross(master.arm, force, residual + master.turn);
+      // (dw x a) x f = a (f . dw) - (a . f) dw
+      double* turning = set.turning[group.contacts[(master.unknown - group.unknowns) / 3]];
+      for (uint32_t row = 0; row < 3; ++row) {
+        for (uint32_t column = 0; column < 3; ++column) {
+          turning[3 * row + column] += master.arm[row] * force[column];
+          turning[4 * row] -= master.arm[column] * force[column];
+        }
+      }
     }
   }
 }

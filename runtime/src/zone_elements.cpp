@@ -1,9 +1,11 @@
 #include "runtime/src/zone_elements.hpp"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/kernels/dyadic_tangent.hpp"
 #include "runtime/kernels/isotropic_law.hpp"
+#include "runtime/src/pose.hpp"
 
 namespace palpate {
 namespace {
@@ -279,17 +281,58 @@ struct Target {
   }
 };
 
-// Calls use(first unknown, share) for each that moves a node.
+// Calls use(first unknown, share, arm) for each that moves a node; the arm is null but for a rotation.
 template <typename Use>
 void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
   const uint32_t own = unknowns.of_node[node];
   if (own == kNoUnknown) return;
   if (own != kHeldUnknown) {
-    use(own, 1.0);
+    use(own, 1.0, nullptr);
     return;
   }
-  for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m)
-    use(unknowns.masters[m].unknown, unknowns.masters[m].share);
+  for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m) {
+    const ZoneMaster& master = unknowns.masters[m];
+    use(master.unknown, master.share, nullptr);
+    if (master.turn != kNoUnknown) use(master.turn, master.share, master.arm);
+  }
+}
+
+// What a force on a node is to the rotation that moves it: arm x force.
+void take_moment(const double* arm, double force[3]) {
+  double moment[3] = {};
+  add_cross(arm, force, moment);
+  memcpy(force, moment, sizeof moment);
+}
+
+// A block of two nodes, by what moves them: [row's arm]x K [column's arm]x^T.
+void take_moments(const double* row_arm, const double* column_arm, double block[3][3]) {
+  for (uint32_t i = 0; i < 3 && column_arm != nullptr; ++i) take_moment(column_arm, block[i]);
+  for (uint32_t k = 0; k < 3 && row_arm != nullptr; ++k) {
+    double column[3] = {block[0][k], block[1][k], block[2][k]};
+    take_moment(row_arm, column);
+    for (uint32_t i = 0; i < 3; ++i) block[i][k] = column[i];
+  }
+}
+
+// The block of two nodes of an element, `row_node` and `column_node` its places, to all that moves them.
+void scatter_block(const double block[3][3], int row_node, int column_node, const ZoneUnknowns& unknowns,
+                   const Target& target) {
+  for_each_master(unknowns, row_node, [&](uint32_t row, double row_share, const double* row_arm) {
+    for_each_master(unknowns, column_node,
+                    [&](uint32_t column, double column_share, const double* column_arm) {
+                      const bool is_own = row_node == column_node;
+                      if (is_own && row < column) return;
+                      double moved[3][3];
+                      memcpy(moved, block, sizeof moved);
+                      take_moments(row_arm, column_arm, moved);
+                      const double factor = row_share * column_share;
+                      if (is_own && row == column) {
+                        target.add_own(moved, row, factor);
+                      } else {
+                        target.add_block(moved, row, column, factor);
+                      }
+                    });
+  });
 }
 
 // An element at a node that contacts hold, or at a fixed one.
@@ -308,18 +351,7 @@ void scatter_held(const ZoneBatch<kNodes>& batch, const StiffnessLanes<kNodes>& 
                                       : stiffness[lower_place<kNodes>(column, row)][lane];
         }
       }
-      for_each_master(unknowns, node_of(a), [&](uint32_t row, double row_share) {
-        for_each_master(unknowns, node_of(b), [&](uint32_t column, double column_share) {
-          const double factor = row_share * column_share;
-          if (a != b) {
-            target.add_block(block, row, column, factor);
-          } else if (row == column) {
-            target.add_own(block, row, factor);
-          } else if (row > column) {
-            target.add_block(block, row, column, factor);
-          }
-        });
-      });
+      scatter_block(block, node_of(a), node_of(b), unknowns, target);
     }
   }
 }
@@ -348,7 +380,7 @@ void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint3
 
 // d(V theta) of a patch by the unknowns that move its nodes.
 struct PatchGradient {
-  static constexpr uint32_t kMost = pack::kMostPatchNodes + pack::kMostZoneContacts;
+  static constexpr uint32_t kMost = pack::kMostPatchNodes + 2 * pack::kMostZoneContacts;
   uint32_t count = 0;
   uint32_t first[kMost];  // of three
   double values[kMost][3];
@@ -394,7 +426,12 @@ void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t pat
       for (size_t a = 0; a < kNodes; ++a) {
         const double value[3] = {sums[a][0][lane], sums[a][1][lane], sums[a][2][lane]};
         for_each_master(unknowns, batch.elements.nodes[a][static_cast<size_t>(lane)],
-                        [&](uint32_t unknown, double share) { gradient.add(unknown, share, value); });
+                        [&](uint32_t unknown, double share, const double* arm) {
+                          double moved[3];
+                          memcpy(moved, value, sizeof moved);
+                          if (arm != nullptr) take_moment(arm, moved);
+                          gradient.add(unknown, share, moved);
+                        });
       }
     }
   }

@@ -46,13 +46,16 @@ template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
                       uint32_t patch, int lane, ZoneBatch<kNodes>& batch);
 
-// Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements.
+// Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements; where a patch
+// turns, an increment dw of its rotation (a spin) moves the node by dw x arm.
 inline constexpr uint32_t kNoUnknown = UINT32_MAX;        // fixed
 inline constexpr uint32_t kHeldUnknown = UINT32_MAX - 1;  // see its masters
 
 struct ZoneMaster {
-  uint32_t unknown;
+  uint32_t unknown;  // the first of three, of its displacement
+  uint32_t turn;     // and of its rotation, or kNoUnknown
   double share;
+  double arm[3];  // from the contact's point, turned
 };
 
 struct ZoneUnknowns {

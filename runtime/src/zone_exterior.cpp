@@ -31,6 +31,10 @@ struct Force {
   double per_force;  // dx / df; 0 where x has been shortened
 };
 
+double square_of(const double v[3]) {
+  return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
 // How far the series is good for the forces of a set, in x; beyond, a force counts the less the larger it is: contacts that
 // pull against each other bear many times what they do alone, and what each of their forces adds outside, which nearly
 // cancels, would have to be known as much better. In place of it there is then almost none: the answer to first order. Forces that
@@ -42,8 +46,11 @@ double reach_of(const pal_pack& pack, const ZoneSet& set) {
   if (set.num_contacts == 1) return kFarthest;
   double largest = 0;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    const double* d = set.followed + size_t{3} * c;
-    largest = fmax(largest, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    largest = fmax(largest, square_of(set.followed + size_t{3} * c));
+    if (set.num_axes > 3 * set.num_contacts) {
+      const double edge = pack.mean_surface_edge;
+      largest = fmax(largest, edge * edge * square_of(set.followed + size_t{3} * (set.num_contacts + c)));
+    }
   }
   return fmin(kFarthest, sqrt(largest) / pack.max_displacement);
 }

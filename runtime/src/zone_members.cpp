@@ -131,8 +131,10 @@ uint32_t list_masters(const pal_pack& pack, const ZoneSet& set, const ZoneGroup&
                       uint32_t& num_masters) {
   uint32_t count = 0;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (holds(pack, set.sites[group.contacts[slot]], node))
-      set.masters[num_masters + count++] = {group.unknowns + 3 * slot, 0.0};
+    if (!holds(pack, set.sites[group.contacts[slot]], node)) continue;
+    const uint32_t own = group.unknowns + 3 * slot;
+    const uint32_t turns = 3 * group.num_contacts;
+    set.masters[num_masters + count++] = {own, group.num_axes > turns ? own + turns : kNoUnknown, 0.0, {}};
   }
   for (uint32_t m = 0; m < count; ++m) set.masters[num_masters + m].share = 1.0 / count;
   num_masters += count;
@@ -166,8 +168,8 @@ Role role_of(const pal_pack& pack, const ZoneState& state, const ZoneGroup& grou
                                                                                            : kInterior;
 }
 
-// The group's nodes, role by role.
-void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uint32_t& num_masters,
+// The group's nodes, role by role. False where that is more than fit: fixed ones are in every group.
+bool list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uint32_t& num_masters,
                 ZoneSet& set, ZoneGroup& group) {
   const auto is_in_group = [&](uint32_t i) {
     return (state.node_contacts[state.found_nodes[i]] & mask) != 0;
@@ -177,6 +179,9 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
     if (is_in_group(i)) ++counts[roles[i] = role_of(pack, state, group, mask, state.found_nodes[i])];
   }
+  if (set.num_nodes + counts[kInterior] + counts[kBoundary] + counts[kHeld] + counts[kFixed] >
+      state.max_nodes)
+    return false;
   group.first_node = set.num_nodes;
   group.num_interior = counts[kInterior];
   group.num_boundary = counts[kBoundary];
@@ -188,7 +193,8 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
   }
   group.num_nodes = set.num_nodes - group.first_node;
   group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
-  group.size = group.unknowns + 6 * group.num_contacts;
+  group.num_axes = state.axes_per_contact * group.num_contacts;
+  group.size = group.unknowns + group.num_axes + 3 * group.num_contacts;
   group.stride = elimination_stride(group.size);
   group.boundary_stride = elimination_stride(3 * group.num_boundary);
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
@@ -210,6 +216,7 @@ void list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
         set.unknown_of[place] = is_fixed(set, node) ? kNoUnknown : 3 * (place - group.first_node);
     }
   }
+  return true;
 }
 
 // The place of an element's volume patch among the group's, or kNoPatch.
@@ -298,9 +305,9 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
     for (uint32_t other = c; other < set.num_contacts; ++other) {
       if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
     }
-    list_nodes(pack, state, groups[c], num_masters, set, group);
+    sound = list_nodes(pack, state, groups[c], num_masters, set, group);
     num_boundary += group.num_boundary;
-    sound = num_boundary <= state.max_boundary &&
+    sound = sound && num_boundary <= state.max_boundary &&
             list_elements(pack, state, groups[c], first_linear, first_quadratic, first_patch, group);
   }
   forget_marks(state);

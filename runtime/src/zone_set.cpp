@@ -15,7 +15,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
-  const size_t rows = (size_t{3} * group.num_contacts + 1) * group.unknowns;
+  const size_t rows = size_t{group.num_axes + 1} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
   const size_t largest = own > 2 * order ? own : 2 * order;
@@ -203,6 +203,14 @@ void linear_displacement(const pal_pack& pack, const ZoneSet& from, uint32_t nod
   }
 }
 
+// Whether a contact may have come from one place to another by sliding, from a site to the next.
+bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
+  constexpr double kFarthest = 1;  // mean edges of the surface
+  double square = 0;
+  for (int i = 0; i < 3; ++i) square += (to[i] - from[i]) * (to[i] - from[i]);
+  return square <= kFarthest * kFarthest * pack.mean_surface_edge * pack.mean_surface_edge;
+}
+
 // The new set goes on where the one before has got to.
 void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) {
   ZoneSet& set = state.next;
@@ -221,20 +229,26 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     }
   }
   for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = 0;
-  // The exterior answers to the forces that were: those of contacts that stay.
-  memset(set.force, 0, size_t{3} * set.num_contacts * sizeof *set.force);
-  for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    for (uint32_t old = 0; old < before.num_contacts && before.ready && set.sound; ++old) {
-      if (before.sites[old] != set.sites[c]) continue;
+  // The exterior answers to the forces that were: those of contacts that stay, which stay turned as well. So does one that slides.
+  memset(set.force, 0, set.num_axes * sizeof *set.force);
+  memset(set.followed, 0, set.num_axes * sizeof *set.followed);
+  memset(set.turning, 0, set.num_contacts * sizeof *set.turning);
+  for (uint32_t c = 0; c < set.num_contacts && before.ready && set.sound; ++c) {
+    uint32_t old = 0;
+    while (old < before.num_contacts && before.sites[old] != set.sites[c]) ++old;
+    if (old < before.num_contacts) {
       memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
-      break;
+    } else if (set.num_contacts == before.num_contacts && has_slid(pack, before.points[c], set.points[c])) {
+      old = c;
     }
+    if (old == before.num_contacts || set.num_axes == 3 * set.num_contacts) continue;
+    memcpy(set.followed + size_t{3} * (set.num_contacts + c),
+           before.followed + size_t{3} * (before.num_contacts + old), 3 * sizeof *set.followed);
   }
-  memset(set.stiffness, 0, size_t{3} * set.num_contacts * sizeof *set.stiffness);
-  memset(set.brought, 0, size_t{3} * set.num_contacts * sizeof *set.brought);
+  memset(set.stiffness, 0, set.num_axes * sizeof *set.stiffness);
+  memset(set.brought, 0, set.num_axes * sizeof *set.brought);
   memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
-  // A patch moves as one: as the mean of its nodes.
-  memset(set.followed, 0, size_t{3} * set.num_contacts * sizeof *set.followed);
+  // A patch moves as one: as the mean of its nodes, but for its turn.
   double held[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
@@ -244,16 +258,23 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
       for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
         const uint32_t contact = group.contacts[(set.masters[m].unknown - group.unknowns) / 3];
         held[contact] += 1;
-        for (int axis = 0; axis < 3; ++axis)
-          set.followed[3 * contact + static_cast<uint32_t>(axis)] +=
-              set.displacement[size_t{3} * i + static_cast<size_t>(axis)] - rest[axis];
+        double moved[3];
+        for (uint32_t axis = 0; axis < 3; ++axis) moved[axis] = set.displacement[3 * i + axis] - rest[axis];
+        if (set.masters[m].turn != kNoUnknown) {
+          double arm[3];
+          double turned[3];
+          rest_arm(pack, set, contact, set.nodes[i], arm);
+          rotate(patch_rotation(set, contact), arm, turned);
+          for (uint32_t axis = 0; axis < 3; ++axis) moved[axis] -= turned[axis] - arm[axis];
+        }
+        for (uint32_t axis = 0; axis < 3; ++axis) set.followed[3 * contact + axis] += moved[axis];
       }
     }
   }
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     for (uint32_t axis = 0; axis < 3 && held[c] > 0; ++axis) set.followed[3 * c + axis] /= held[c];
   }
-  memcpy(set.wanted, set.followed, size_t{3} * set.num_contacts * sizeof *set.wanted);
+  memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
@@ -264,9 +285,10 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
 
 }  // namespace
 
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, Arena& arena,
-                ZoneState& state) {
+void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, bool turns,
+                Arena& arena, ZoneState& state) {
   state = {};
+  state.axes_per_contact = turns ? 6 : 3;
   state.max_contacts = max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts;
   state.max_fixed = max_fixed < kMostZoneFixed ? max_fixed : kMostZoneFixed;
   state.rings = rings;
@@ -285,9 +307,9 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.max_matrices =
       squares * (2 * squares + couplings + 2 * num_exterior_columns(pack, state.max_contacts) + 1);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows =
-      (size_t{3} * state.max_contacts + 1) * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + (6 + kEliminationRows) * state.max_contacts;
+  const uint32_t axes = state.axes_per_contact * state.max_contacts;
+  state.max_rows = size_t{axes + 1} * (unknowns + kEliminationColumns * state.max_contacts);
+  const uint32_t size = unknowns + axes + (3 + kEliminationRows) * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
@@ -298,12 +320,15 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->sites = arena.take<uint32_t>(state.max_contacts);
     set->fixed = arena.take<uint32_t>(state.max_fixed);
     set->groups = arena.take<ZoneGroup>(state.max_contacts);
-    set->followed = arena.take<double>(size_t{3} * state.max_contacts);
-    set->wanted = arena.take<double>(size_t{3} * state.max_contacts);
-    set->force = arena.take<double>(size_t{3} * state.max_contacts);
+    set->followed = arena.take<double>(axes);
+    set->wanted = arena.take<double>(axes);
+    set->force = arena.take<double>(axes);
     set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
-    set->stiffness = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
-    set->brought = arena.take<double[3 * kMostZoneContacts]>(size_t{3} * state.max_contacts);
+    set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
+    set->brought = arena.take<double[kMostZoneAxes]>(axes);
+    set->points = arena.take<double[3]>(state.max_contacts);
+    set->places = arena.take<double[3]>(state.max_contacts);
+    set->turning = arena.take<double[9]>(state.max_contacts);
     set->nodes = arena.take<uint32_t>(state.max_nodes);
     set->unknown_of = arena.take<uint32_t>(state.max_nodes);
     set->first_master = arena.take<uint32_t>(size_t{state.max_nodes} + 1);
@@ -331,7 +356,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
-  const size_t vector = size_t{3} * state.max_nodes + 3 * kMostZoneContacts + 2 * kEliminationRows;
+  const size_t vector = size_t{3} * state.max_nodes + kMostZoneAxes + 2 * kEliminationRows;
   for (double** of_group : {&state.residual, &state.boundary, &state.outside, &state.pull, &state.vector})
     *of_group = arena.take<double>(vector);
 }
@@ -344,11 +369,15 @@ bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count
   return true;
 }
 
-void begin_zone(const pal_contact* contacts, uint32_t count, const FixedNodes& fixed, ZoneState& state) {
+void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
+                ZoneState& state) {
   ZoneSet& set = state.next;
   set.ready = false;
   set.num_contacts = count;
+  set.num_axes = state.axes_per_contact * count;
   for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
+  find_places(pack, contacts, set);
+  memcpy(set.points, set.places, count * sizeof *set.points);
   set.num_fixed = fixed.count;
   memcpy(set.fixed, fixed.nodes, fixed.count * sizeof *set.fixed);
   set.fixed_version = fixed.version;
@@ -365,16 +394,40 @@ void begin_zone(const pal_contact* contacts, uint32_t count, const FixedNodes& f
   state.tangents_used = 0;
 }
 
+void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set) {
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    const ContactPlace place = place_of(contacts[c]);
+    double* point = set.places[c];
+    for (int i = 0; i < 3; ++i) point[i] = 0;
+    for (uint32_t k = 0; k < place.count; ++k) {
+      const double* corner = pack.rest_positions + size_t{3} * pack.site_nodes[place.corners[k].site];
+      for (int i = 0; i < 3; ++i) point[i] += place.corners[k].weight * corner[i];
+    }
+  }
+}
+
+Rotation patch_rotation(const ZoneSet& set, uint32_t contact) {
+  double q[4];
+  quaternion_of(set.followed + 3 * (set.num_contacts + contact), q);
+  return rotation_of(q);
+}
+
+void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]) {
+  const pack::ZoneNode& entry = pack.zone_nodes[node];
+  for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
+}
+
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
     memset(set.traction + size_t{3} * i, 0, 3 * sizeof(double));
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    memset(set.followed + 3 * group.contacts[slot], 0, 3 * sizeof(double));
-    memset(set.wanted + 3 * group.contacts[slot], 0, 3 * sizeof(double));
-    memset(set.force + 3 * group.contacts[slot], 0, 3 * sizeof(double));
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    set.followed[at] = set.wanted[at] = set.force[at] = 0;
   }
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
+    memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
   group.has_tangent = false;
   group.is_making = false;
   group.failures = 0;

@@ -22,6 +22,7 @@
 
 #include "runtime/src/arena.hpp"
 #include "runtime/src/elimination.hpp"
+#include "runtime/src/pose.hpp"
 #include "runtime/src/zone_elements.hpp"
 
 namespace palpate {
@@ -29,17 +30,21 @@ namespace palpate {
 using pack::kMostZoneContacts;
 using pack::kMostZoneFixed;
 
+inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
+
 struct ZoneGroup {
   uint32_t num_contacts;
   uint32_t contacts[kMostZoneContacts];  // which of the set's
-  uint32_t first_node;                   // in the set's list: interior, boundary, held, fixed
+  uint32_t
+      num_axes;  // of its contacts: three displacements each and, where patches turn, as many rotations behind them
+  uint32_t first_node;  // in the set's list: interior, boundary, held, fixed
   uint32_t num_interior;
   uint32_t num_boundary;
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  // Of the matrix of a tangent: unknowns of interior and boundary, three for each contact, and three for what the exterior of
-  // each contact brings back.
+  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, and three for what the exterior
+  // of each contact brings back.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
@@ -55,7 +60,7 @@ struct ZoneGroup {
   double others_moved;  // since then
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
-  // [3 num_contacts][unknowns] d unknown / d contact, negative; and the last Newton step
+  // [num_axes][unknowns] d unknown / d axis, negative; and the last Newton step
   double* sensitivities;
   bool has_tangent;
   bool is_shifted;     // the stiffness was made positive definite
@@ -73,11 +78,6 @@ struct ZoneGroup {
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
   return group.first_node + group.num_interior;
-}
-
-// Of an axis of a group's contacts, three each: which of those of the set.
-inline uint32_t contact_axis(const ZoneGroup& group, uint32_t i) {
-  return 3 * group.contacts[i / 3] + i % 3;
 }
 
 // pal_inclusion in model units (zone_inclusion.hpp).
@@ -111,18 +111,32 @@ struct ZoneSet {
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
   double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
-  double* followed;  // [max_contacts][3] displacement of the contacts' patches, from rest
-  double* wanted;  // [max_contacts][3] where they were to be in the last frame: from there given forces go on
-  double* force;   // [max_contacts][3]
-  double* weights;  // [columns] of the exterior at these forces (zone_exterior.hpp)
-  double (*stiffness)[3 * kMostZoneContacts];  // [3 max_contacts] of the tangents; zero between groups
-  double (*brought)[3 * kMostZoneContacts];    // [3 max_contacts] (1 - H)^-1, as the stiffness
+  // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_turns.hpp)
+  uint32_t num_axes;
+  double* followed;  // of the contacts' patches, from rest
+  double* wanted;    // where they were to be in the last frame: from there given forces go on
+  double* force;     // and torques
+  double* weights;   // [columns] of the exterior at these forces (zone_exterior.hpp)
+  double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
+  double (*brought)[kMostZoneAxes];    // [num_axes] (1 - H)^-1 (zone_tangent.hpp)
+  // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
+  double (*points)[3];
+  double (*places)[3];
+  double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
   double* matrices;  // [max_matrices] S, T, exterior and couplings of the groups
   double* rows;      // [max_rows] their sensitivities
 };
+
+// Of an axis of a group's contacts: which of those of the set.
+inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_t i) {
+  const uint32_t displacements = 3 * group.num_contacts;
+  const uint32_t of_set = i < displacements ? 0 : 3 * set.num_contacts;
+  const uint32_t own = i < displacements ? i : i - displacements;
+  return of_set + 3 * group.contacts[own / 3] + own % 3;
+}
 
 // det F of an element that is accepted.
 inline constexpr double kLeastJacobian = 0.02;
@@ -131,6 +145,7 @@ inline constexpr double kLeastJacobian = 0.02;
 struct ZoneState {
   // Capacities
   uint32_t max_contacts;
+  uint32_t axes_per_contact;  // 6: patches turn with their contacts; else 3
   uint32_t max_fixed;
   uint32_t rings;
   uint32_t max_nodes;
@@ -194,14 +209,24 @@ struct FixedNodes {
 };
 
 // Takes the arrays of a state for so many contacts and fixed nodes, at most kMostZoneContacts and kMostZoneFixed.
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, Arena& arena,
-                ZoneState& state);
+void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, bool turns,
+                Arena& arena, ZoneState& state);
 
 // Whether a set is, or will be, for these contacts and fixed nodes.
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
 
 // Begins to make the next set, for 1 .. max_contacts contacts and at most max_fixed fixed nodes.
-void begin_zone(const pal_contact* contacts, uint32_t count, const FixedNodes& fixed, ZoneState& state);
+void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
+                ZoneState& state);
+
+// ZoneSet::places, of the contacts of the set.
+void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
+
+// How the patch of a contact has turned.
+Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
+
+// From the point of a contact to a zone node at rest.
+void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
 
 // Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
 // true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.

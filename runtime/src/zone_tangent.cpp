@@ -27,7 +27,7 @@ double* row_of(const ZoneGroup& group, uint32_t index) {
 void add_exterior_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
   double derivatives[3][kMostExteriorColumns];
   differentiate_exterior(frame.pack, frame.set, frame.state.rings, group.contacts[slot], derivatives);
-  const uint32_t first = group.unknowns + 3 * (group.num_contacts + slot);
+  const uint32_t first = group.unknowns + group.num_axes + 3 * slot;
   double* rows = matrix + first + size_t{3} * group.num_interior * group.stride;
   for (uint32_t axis = 0; axis < 3; ++axis) {
     double* row = frame.state.vector;
@@ -69,10 +69,13 @@ void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* ma
   for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
 }
 
-// The sums of (1 - H)^-1 where q brings H of a change of force back, as long as that is a small part of it.
+// The sums of (1 - H)^-1 where q brings H of a change of force back, as long as that is a small part of it; and of torques, what
+// that brings them, H_t (1 - H)^-1.
 void find_brought(const ZoneGroup& group, const double* trailing, ZoneSet& set) {
   const uint32_t count = 3 * group.num_contacts;
-  const auto back = [&](uint32_t i, uint32_t j) { return trailing[size_t{i} * group.stride + count + j]; };
+  const auto back = [&](uint32_t i, uint32_t j) {
+    return trailing[size_t{i} * group.stride + group.num_axes + j];
+  };
   double largest = 0;
   for (uint32_t i = 0; i < count; ++i) {
     double sum = 0;
@@ -91,8 +94,11 @@ void find_brought(const ZoneGroup& group, const double* trailing, ZoneSet& set) 
       }
       memcpy(sum, next, count * sizeof *sum);
     }
-    for (uint32_t i = 0; i < count; ++i)
-      set.brought[contact_axis(group, i)][contact_axis(group, column)] = sum[i];
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      double brought = i < count ? sum[i] : 0.0;
+      for (uint32_t j = 0; j < count && i >= count && is_small; ++j) brought += back(i, j) * sum[j];
+      set.brought[contact_axis(set, group, i)][contact_axis(set, group, column)] = brought;
+    }
   }
 }
 
@@ -100,9 +106,10 @@ void find_brought(const ZoneGroup& group, const double* trailing, ZoneSet& set) 
 bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
   ZoneSet& set = frame.set;
   const double* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
-  const uint32_t count = 3 * group.num_contacts;
+  const uint32_t forces = 3 * group.num_contacts;
+  const uint32_t count = group.num_axes;
   for (uint32_t j = 0; j < count; ++j) {
-    for (uint32_t i = j; i < 2 * count; ++i) {
+    for (uint32_t i = j; i < count + forces; ++i) {
       if (!(fabs(trailing[size_t{j} * group.stride + i]) <= kLargestForce)) return false;
     }
   }
@@ -112,16 +119,16 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
   };
   for (uint32_t i = 0; i < count; ++i) {
     for (uint32_t j = 0; j < count; ++j) {
-      double sum = 0;
-      for (uint32_t k = 0; k < count; ++k)
-        sum += set.brought[contact_axis(group, i)][contact_axis(group, k)] * felt(k, j);
-      set.stiffness[contact_axis(group, i)][contact_axis(group, j)] = sum;
+      double sum = i < forces ? 0.0 : felt(i, j);
+      for (uint32_t k = 0; k < forces; ++k)
+        sum += set.brought[contact_axis(set, group, i)][contact_axis(set, group, k)] * felt(k, j);
+      set.stiffness[contact_axis(set, group, i)][contact_axis(set, group, j)] = sum;
     }
   }
   for (uint32_t i = 0; i < count; ++i) {
     for (uint32_t j = 0; j < i; ++j) {
-      double& lower = set.stiffness[contact_axis(group, i)][contact_axis(group, j)];
-      double& upper = set.stiffness[contact_axis(group, j)][contact_axis(group, i)];
+      double& lower = set.stiffness[contact_axis(set, group, i)][contact_axis(set, group, j)];
+      double& upper = set.stiffness[contact_axis(set, group, j)][contact_axis(set, group, i)];
       lower = upper = 0.5 * (lower + upper);
     }
   }
@@ -134,13 +141,12 @@ bool take_tangent(ZoneFrame& frame, ZoneGroup& group) {
   double* made = group.spare;
   group.spare = group.factor;
   group.factor = made;
-  const uint32_t count = 3 * group.num_contacts;
   for (uint32_t column = 0; column < group.unknowns; ++column) {
     const double* from = made + size_t{column} * group.stride + group.unknowns;
-    for (uint32_t t = 0; t < count; ++t) row_of(group, t)[column] = from[t];
+    for (uint32_t t = 0; t < group.num_axes; ++t) row_of(group, t)[column] = from[t];
   }
   frame.state.kernel.back_substitute(made, group.stride, group.unknowns, group.sensitivities, group.unknowns,
-                                     count);
+                                     group.num_axes);
   group.has_tangent = true;
   group.is_shifted = group.shift > 0;
   group.moved = group.moved_since;
@@ -208,7 +214,7 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
-  double* step = row_of(group, 3 * group.num_contacts);
+  double* step = row_of(group, group.num_axes);
   memcpy(step, frame.state.residual, group.unknowns * sizeof *step);
   frame.state.kernel.forward_substitute(group.factor, group.stride, group.unknowns, step);
   frame.state.kernel.back_substitute(group.factor, group.stride, group.unknowns, step, group.unknowns, 1);
@@ -223,24 +229,25 @@ void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
   const double* residual = frame.state.residual;
   const uint32_t count = 3 * group.num_contacts;
-  double change[3 * kMostZoneContacts];
-  for (uint32_t i = 0; i < count; ++i) {
+  // At the q that there was, of forces less what they were; then with what the difference brings.
+  double change[kMostZoneAxes];
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
     const double* row = row_of(group, i);
-    double sum = residual[group.unknowns + i] - set.force[contact_axis(group, i)];
+    double sum = residual[group.unknowns + i];
     for (uint32_t k = 0; k < group.unknowns; ++k) sum -= row[k] * residual[k];
-    change[i] = sum;
+    change[i] = i < count ? sum - set.force[contact_axis(set, group, i)] : sum;
   }
-  double forces[3 * kMostZoneContacts];
-  for (uint32_t i = 0; i < count; ++i) {
-    forces[i] = set.force[contact_axis(group, i)];
+  double forces[kMostZoneAxes];
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    forces[i] = i < count ? set.force[contact_axis(set, group, i)] : change[i];
     for (uint32_t j = 0; j < count; ++j)
-      forces[i] += set.brought[contact_axis(group, i)][contact_axis(group, j)] * change[j];
+      forces[i] += set.brought[contact_axis(set, group, i)][contact_axis(set, group, j)] * change[j];
     if (!(fabs(forces[i]) <= kLargestForce)) {
       frame.flags |= PAL_FLAG_NOT_FINITE;
       return;
     }
   }
-  for (uint32_t i = 0; i < count; ++i) set.force[contact_axis(group, i)] = forces[i];
+  for (uint32_t i = 0; i < group.num_axes; ++i) set.force[contact_axis(set, group, i)] = forces[i];
 }
 
 }  // namespace palpate

@@ -1,7 +1,7 @@
 // The linearisation of a group: its stiffness factored, and what it says of the contacts.
 //
-// A patch moves as one, so contacts are three unknowns each, behind which stand three rows for each contact, -G^T,
-// G = T dq/df:
+// A patch moves as one, so contacts are three unknowns each, or six where patches turn: dw moves a node by dw x a, a its arm.
+// Behind them stand three rows for each contact, -G^T, G = T dq/df:
 //
 //   [ K_uu   .    . ]        [ L    .            . ]
 //   [ K_cu  K_cc  . ]  ->    [ X   K_cc - X X^T  . ]    after elimination of the unknowns u
@@ -9,7 +9,8 @@
 //
 // At given q, A = K_cc - X X^T is the stiffness that a tool feels and -X L^-1 how u follows the contacts, which is where
 // the next frame starts from; r_c - X L^-1 r_u is the force once u is set right to first order. But q goes with the forces,
-// H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1.
+// H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1. To torques comes
+// H_t df, of the forces alone. What the nodes' own forces add to d torque / dw as their arms turn is ZoneSet::turning.
 //
 // A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which the
 // stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next one is
@@ -41,10 +42,11 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group);
 // Newton's step K_uu^-1 r_u, [unknowns], of find_residual() before.
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group);
 
-// d unknown / d contact, negative: [unknowns], of the axis `index` % 3 of the group's contact `index` / 3.
+// d unknown / d axis, negative: [unknowns], of the group's axis `index`.
 const double* sensitivity(const ZoneGroup& group, uint32_t index);
 
-// Forces of the contacts of find_residual() before, into the set. They stay as they were where they would not be finite.
+// Forces and torques of the contacts of find_residual() before, into the set. They stay as they were where they would not be
+// finite.
 void find_forces(ZoneFrame& frame, const ZoneGroup& group);
 
 }  // namespace palpate

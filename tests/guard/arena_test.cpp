@@ -36,8 +36,11 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
   }
   for (const uint32_t contacts : {1u, 3u, 8u}) {
     if (pack.info().zone_rings == 0) break;
-    all.push_back(session_config(pack.get(), PAL_MODEL_ZONE, contacts, 0));
-    all.back().max_tools = 2;
+    for (const uint32_t fixed : {0u, 32u}) {
+      all.push_back(session_config(pack.get(), PAL_MODEL_ZONE, contacts, fixed));
+      all.back().max_tools = 2;
+      all.back().patches_turn = fixed > 0 ? 1 : 0;
+    }
   }
   return all;
 }
@@ -58,6 +61,11 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     std::vector<pal_contact> contacts(count);
     for (uint32_t c = 0; c < count; ++c)
       contacts[c] = {(frame + c) % info.num_sites, {0.01, -0.02, -0.03}, 0, {}, {}, {}};
+    if (config.patches_turn != 0) {
+      std::vector<double> orientations;
+      for (uint32_t c = 0; c < count; ++c) orientations.insert(orientations.end(), {0.995, 0, 0, 0.0999});
+      ASSERT_EQ(pal_session_set_orientations(session, orientations.data(), count), PAL_STATUS_OK);
+    }
     answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
     ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
   }

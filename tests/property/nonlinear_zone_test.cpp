@@ -433,6 +433,14 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
       EXPECT_EQ(found[c].model, PAL_MODEL_LINEAR);
       EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(), 1e-12);
     }
+    // Nodes fixed while running are in every group, on top of what the pack says.
+    OwnedSession fixing(pack.get(), PAL_MODEL_ZONE, 2, 32);
+    std::vector<uint32_t> fixed;
+    for (uint32_t node = 0; node < std::min(32u, pack.info().num_contact_nodes); ++node)
+      fixed.push_back(node);
+    fixing.fix(fixed);
+    for (const pal_contact_result& result : fixing.touch(apart)) EXPECT_TRUE(all_finite(result));
+    EXPECT_TRUE(all_finite(fixing.field()));
     OwnedSession zone(pack.get(), PAL_MODEL_ZONE, 2, 0);
     for (const pal_contact_result& result : zone.touch(apart)) {
       EXPECT_TRUE(all_finite(result));

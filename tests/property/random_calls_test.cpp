@@ -219,8 +219,27 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     inclusion.stiffness = rarely() ? number() : std::exp(4.6 * small());
     return pal_session_set_inclusion(session_.get(), rarely_null(&inclusion));
   }
+  pal_status orient() {
+    double orientations[20];
+    for (uint32_t c = 0; c < 5; ++c) {
+      const pal_pose any = any_pose();
+      std::copy(any.orientation, any.orientation + 4, orientations + 4 * c);
+    }
+    return pal_session_set_orientations(session_.get(), rarely_null(orientations), any(5));
+  }
+  pal_status torque() {
+    Wide<pal_contact_torque> wide;
+    pal_contact_torque& torque = wide.value;
+    torque.struct_size = size_of_struct(sizeof torque);
+    const pal_status status = pal_session_get_torque(session_.get(), index(3), rarely_null(&torque));
+    for (const double component : torque.torque) EXPECT_TRUE(std::isfinite(component));
+    for (const auto& row : torque.by_rotation) {
+      for (const double entry : row) EXPECT_TRUE(std::isfinite(entry));
+    }
+    return status;
+  }
   pal_status call() {
-    switch (any(24)) {
+    switch (any(26)) {
       case 0:
         return set_fixed();
       case 1:
@@ -245,6 +264,10 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
         return contact_frame();
       case 13:
         return include();
+      case 14:
+        return orient();
+      case 15:
+        return torque();
       default:
         return haptic_frame();
     }
@@ -258,6 +281,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
   pal_session_config config() {
     pal_session_config config = session_config(pack_.get(), GetParam(), 3, 4);
     config.blend_seconds = 0.005;
+    config.patches_turn = GetParam() == PAL_MODEL_ZONE ? 1 : 0;
     config.budget_seconds = 3e-6;
     config.seconds_per_operation = 1e-9;
     config.organ = pose({0.01, -0.02, 0.005}, {0.1, 0.05, -0.02});

@@ -156,8 +156,7 @@ TEST(ZoneFixedNodes, HoldAWholePatch) {
   EXPECT_EQ(as_vector(session.field()).norm(), 0);
 }
 
-// A push that goes on while nodes are fixed and released, under a budget: no frame answers with anything but numbers, and the work
-// on a closed path with them fixed is none.
+// The work on a closed path with nodes fixed is none.
 TEST(ZoneFixedNodes, GivesBackWhatItTakes) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), config_of(organ));

@@ -20,12 +20,15 @@ namespace palpate::test {
 struct ContactAnswer {
   Eigen::VectorXd field;  // from rest
   std::vector<Eigen::Vector3d> forces;
+  std::vector<Eigen::Vector3d> torques;  // about the sites where they have moved to
 };
 
-// The full solve: patches moved from rest, a node of several follows their mean, and those that are fixed stay.
+// The full solve: patches moved from rest and turned about their sites, a node of several follows their mean, and those that are
+// fixed stay.
 inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& assembly,
                                     const RestState& rest, const std::vector<pal_contact>& contacts,
-                                    const std::vector<int>& fixed = {}) {
+                                    const std::vector<int>& fixed = {},
+                                    const std::vector<Eigen::Matrix3d>& rotations = {}) {
   const LoadCase at_rest = rest.load_case(block.model);
   LoadCase load = at_rest;
   const Eigen::VectorXd u0 = rest.displacement_of(block.model);
@@ -40,13 +43,24 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
       load.displacement[3 * node + axis] = u0[3 * node + axis];
     }
   }
-  for (const pal_contact& contact : contacts) {
-    for (const int node : block.sites.sites[contact.site].patch_nodes) {
+  // From the site of a contact to a node, turned with it.
+  const auto arm_of = [&](size_t c, int node, bool turned) -> Eigen::Vector3d {
+    const int centre = block.sites.sites[contacts[c].site].node;
+    const auto at = [&](int i) -> Eigen::Vector3d {
+      return block.model.positions[static_cast<size_t>(i)] + u0.segment<3>(3 * i);
+    };
+    const Eigen::Vector3d arm = at(node) - at(centre);
+    return turned && c < rotations.size() ? rotations[c] * arm : arm;
+  };
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    for (const int node : block.sites.sites[contacts[c].site].patch_nodes) {
+      const Eigen::Vector3d moved =
+          Eigen::Vector3d(contacts[c].displacement) + arm_of(c, node, true) - arm_of(c, node, false);
       for (int axis = 0; axis < 3 && !is_fixed(node); ++axis) {
         const Eigen::Index dof = 3 * node + axis;
         if (load.held[static_cast<size_t>(dof)] == 0) load.displacement[dof] = u0[dof];
         load.held[static_cast<size_t>(dof)] = 1;
-        load.displacement[dof] += contact.displacement[axis] / holders[static_cast<size_t>(node)];
+        load.displacement[dof] += moved[axis] / holders[static_cast<size_t>(node)];
       }
     }
   }
@@ -60,12 +74,17 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
   Eigen::VectorXd outside = internal - at_rest.force;
   ContactAnswer truth;
   truth.field = packed_rows(block.sites, u);
-  for (const pal_contact& contact : contacts) {
+  for (size_t c = 0; c < contacts.size(); ++c) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (const int node : block.sites.sites[contact.site].patch_nodes) {
-      if (!is_fixed(node)) force += outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+    for (const int node : block.sites.sites[contacts[c].site].patch_nodes) {
+      if (is_fixed(node)) continue;
+      const Eigen::Vector3d own = outside.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
+      force += own;
+      torque += arm_of(c, node, true).cross(own);
     }
     truth.forces.push_back(force);
+    truth.torques.push_back(torque);
   }
   return truth;
 }
@@ -86,8 +105,9 @@ struct ZoneBlock {
     pack.emplace(*bytes);
   }
 
-  ContactAnswer solve(const std::vector<pal_contact>& contacts, const std::vector<int>& fixed = {}) const {
-    return solve_contacts(block, assembly, rest, contacts, fixed);
+  ContactAnswer solve(const std::vector<pal_contact>& contacts, const std::vector<int>& fixed = {},
+                      const std::vector<Eigen::Matrix3d>& rotations = {}) const {
+    return solve_contacts(block, assembly, rest, contacts, fixed, rotations);
   }
 
   pal_session_config config(uint32_t max_contacts, uint32_t rings = 0) const {

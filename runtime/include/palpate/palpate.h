@@ -121,7 +121,7 @@ typedef enum pal_model {
   /* polynomial_dd: nonlinear, one contact, no run-time fixed nodes. Where a site was not sampled affine_site answers, and the
    * result says so. */
   PAL_MODEL_POLYNOMIAL = 2,
-  /* nonlinear_zone: nonlinear, up to 8 contacts, no run-time fixed nodes or turned gravity. Its answer depends on the
+  /* nonlinear_zone: nonlinear, up to 8 contacts and 32 run-time fixed nodes, no turned gravity. Its answer depends on the
    * frames before: each goes on from the last. Its force is the gradient of the stored energy but for some 1e-4 of it,
    * more where several contacts pull against each other, and its stiffness symmetric. */
   PAL_MODEL_ZONE = 3,
@@ -137,7 +137,7 @@ enum {
    * nonlinear part fades out. nonlinear_zone, several contacts: or a force beyond what its exterior is made for. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
   /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
-   * force): the answer is for the shortened one. */
+   * force), or a patch turned by more than a quarter: the answer is for the shortened one. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
@@ -323,6 +323,11 @@ typedef struct pal_session_config {
    * iterations of a frame, 1 .. 16 (0: 4). */
   uint32_t zone_rings;
   uint32_t zone_iterations;
+  /* 1: patches turn with what holds them, and tools feel the torque that this takes; 0: they only move. A tool that goes beyond a
+   * quarter turn from where it took hold slips: the patch stays turned by that much. nonlinear_zone alone can, and PAL_MODEL_AUTO
+   * then answers by it; PAL_STATUS_NO_SUCH_MODEL where the session has none. Costs twice the rows of a contact in its equations. */
+  uint32_t patches_turn;
+  uint32_t reserved; /* 0 */
 } pal_session_config;
 
 /* One contact for each the scene asks for, no fixed or requested nodes, PAL_MODEL_AUTO, four tools, the organ
@@ -346,8 +351,9 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
 
 /* Fixes exactly these contact nodes from the next frame on, or as soon as budget_seconds lets (zero
  * displacement), in addition to the model's own fixed nodes; count 0 releases all. Zhong et al. 2005 eqs.
- * (20), (21). A node that a contact holds at the same time follows the fixing. nonlinear_zone answers with up to 32 of them,
- * nonlinear about contacts and linear about the nodes that are farther away; linear_dd with any. Cost: the next haptic frame
+ * (20), (21). A node that a contact holds at the same time follows the fixing, which bears its force. nonlinear_zone answers with up to
+ * 32 of them, nonlinear about contacts and, where there are any, of first order elsewhere; linear_dd with any.
+ * PAL_STATUS_MODEL_CANNOT_ANSWER where the session has no model for so many. Cost: the next haptic frame
  * takes them in; of a zone they are boundary nodes. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
@@ -434,6 +440,31 @@ typedef struct pal_contact_result {
  * for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
+
+/* How the patches of contacts are turned about their points (pal_contact), in contact frames from the next one on: unit quaternions
+ * w, x, y, z, [count][4], in the organ frame, of contact 0, 1 ...; those without one, and all with count 0, are not. What is beyond a
+ * quarter turn is shortened, and PAL_FLAG_CLAMPED. Error estimates are 1 where something is turned; linear_dd, where it has to stand
+ * in (PAL_FLAG_LINEAR_FALLBACK), turns nothing. PAL_STATUS_NO_SUCH_MODEL where patches do not turn
+ * (pal_session_config::patches_turn), PAL_STATUS_BAD_ARGUMENT for what is no unit quaternion, PAL_STATUS_CAPACITY_EXCEEDED beyond
+ * max_contacts. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_set_orientations(pal_session* session, const double* orientations,
+                                                      uint32_t count) PAL_NOEXCEPT;
+
+/* With pal_contact_result::stiffness, and by_displacement transposed as d force / d rotation, the 6 x 6 stiffness, organ frame. Rotations
+ * are small ones about its axes, on top of what the patch is turned by; so by_rotation is symmetric only without a torque. */
+typedef struct pal_contact_torque {
+  uint32_t struct_size;
+  uint32_t reserved;            /* 0 */
+  double torque[3];             /* of the patch about its point where it has moved to: N m */
+  double by_displacement[3][3]; /* d torque / d displacement: N */
+  double by_rotation[3][3];     /* N m */
+} pal_contact_torque;
+
+/* Of a contact of the last frame, a contact frame: tools feel it in pal_tool_result::torque. PAL_STATUS_MODEL_CANNOT_ANSWER where the last
+ * frame was none, or not answered by nonlinear_zone; PAL_STATUS_BAD_ARGUMENT where it had no such contact. Set torque->struct_size
+ * first. Real-time safe: yes. */
+PAL_NODISCARD pal_status pal_session_get_torque(const pal_session* session, uint32_t contact,
+                                                pal_contact_torque* torque) PAL_NOEXCEPT;
 
 /* --------------------------------------------------------------- tools -- */
 
