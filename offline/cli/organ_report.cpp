@@ -23,9 +23,8 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kTimedSets = 4;           // of sites,
-constexpr size_t kTimedSetsOfSlow = 2;     // of a slow method,
-constexpr size_t kTimedSetsOfSeveral = 1;  // of several contacts
+constexpr size_t kTimedSetsOfSlow = 2;     // at most, of a slow method,
+constexpr size_t kTimedSetsOfSeveral = 1;  // and of several contacts
 constexpr std::uint32_t kThick = 3;        // rings, whose frames take long
 constexpr int kFramesOfAnApproach = 50;    // of a contact that comes from rest: at 1 kHz, 0.16 m/s for 8 mm
 
@@ -127,7 +126,7 @@ class Measurement {
         moving_zones(methods, effort_.most_moving_rings, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
     std::vector<std::vector<size_t>> site_sets;
-    for (size_t i = 0; i < std::min(kTimedSets, sites.size()); ++i) site_sets.push_back({sites[i]});
+    for (size_t i = 0; i < std::min(effort_.timed_sets, sites.size()); ++i) site_sets.push_back({sites[i]});
     compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, 1, rows_);
   }

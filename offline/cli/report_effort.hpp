@@ -1,6 +1,7 @@
 // How much a report measures: enough in half an hour on two cores, or a glance in two minutes.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace palpate {
@@ -18,9 +19,10 @@ struct ReportEffort {
   int most_moving_rings_of_several = 2;                          //   and so many where several contacts move
   std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3, 1e-4};  // of localised conjugate gradients
   bool every_setting = true;                                     // of polynomials, else a few
-  double seconds = 0.6;                                          // of the warm frames of a method at one |d|,
-  double seconds_of_settings = 0.2;                              //   of one that the pack does not carry,
-  int most_frames = 100000;                                      //   or so many of them
+  size_t timed_sets = 4;             // of sites, at which a method's frames are timed
+  double seconds = 0.6;              // of the warm frames of a method at one |d|,
+  double seconds_of_settings = 0.2;  //   of one that the pack does not carry,
+  int most_frames = 100000;          //   or so many of them
   int cold_frames = 60;
   int cold_frames_of_settings = 12;
   int reference_frames = 120;  // of linear references,
@@ -31,7 +33,7 @@ struct ReportEffort {
 
   static ReportEffort quick() {
     ReportEffort effort;
-    effort.random_pushes = 96;
+    effort.random_pushes = 64;
     effort.most_sites = 4;
     effort.pushes_at_level = 24;
     effort.pushes_of_slow_methods = 8;
@@ -42,6 +44,7 @@ struct ReportEffort {
     effort.most_moving_rings_of_several = 1;
     effort.cg_tolerances = {1e-1, 1e-3};
     effort.every_setting = false;
+    effort.timed_sets = 1;
     effort.seconds = effort.seconds_of_settings = 0.08;
     effort.most_frames = 10000;
     effort.cold_frames = 4;
