@@ -11,6 +11,8 @@
 
 #include <palpate/palpate.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -98,7 +100,7 @@ inline bool is_about_nearest(const pal_contact& contact, uint32_t site) {
   double largest = 0;
   for (uint32_t i = 0; i < place.count; ++i) {
     own += place.corners[i].site == site ? place.corners[i].weight : 0.0;
-    largest = fmax(largest, place.corners[i].weight);
+    largest = std::max(largest, place.corners[i].weight);
   }
   return own >= largest - kReluctance;
 }

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include <algorithm>
+
 #include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
 
@@ -21,7 +23,7 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   uint32_t size = 0;
   double push = 1e-6 * pack.max_displacement;
   for (uint32_t at = 0; at < 3 * set.num_contacts; ++at) {
-    push = fmax(push, fabs(set.followed[at]));
+    push = std::max(push, fabs(set.followed[at]));
     if (is_force_given(contacts[at / 3], at % 3)) axes[size++] = at;
   }
   double K[kMostAxes * kMostAxes];  // the upper triangle
@@ -30,8 +32,8 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     const uint32_t contact = axes[i] / 3;
     const uint32_t axis = axes[i] % 3;
     const double given = contacts[contact].force[axis] / pack.newtons;
-    step[i] =
-        fmin(fmax(given, -kLargestForce), kLargestForce) - set.force[axes[i]] - moved[contact].force[axis];
+    step[i] = std::min(kLargestForce, std::max(-kLargestForce, given)) - set.force[axes[i]] -
+              moved[contact].force[axis];
     for (uint32_t j = i; j < size; ++j) {
       double& entry = K[i * size + j];
       entry = set.stiffness[axes[i]][axes[j]];
@@ -42,13 +44,13 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
   solve_given(K, size, step);
   double longest = 0;
-  for (uint32_t i = 0; i < size; ++i) longest = fmax(longest, fabs(step[i]));
+  for (uint32_t i = 0; i < size; ++i) longest = std::max(longest, fabs(step[i]));
   if (longest <= kControlled * push) return {true, flags};
   const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;
   const double most = kMostGiven * pack.max_displacement;
   for (uint32_t i = 0; i < size; ++i) {
     const double wanted = set.followed[axes[i]] + part * step[i];
-    displacements[axes[i]] = fmin(fmax(wanted, -most), most);
+    displacements[axes[i]] = std::min(most, std::max(-most, wanted));
     if (!(fabs(wanted) <= most)) flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
   }
   return {false, flags};

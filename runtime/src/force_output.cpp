@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include <algorithm>
+
 namespace palpate {
 namespace {
 
@@ -54,7 +56,7 @@ bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& 
     for (int i = 0; i < 6; ++i) step.v[i] = wanted.v[i] - last.v[i];
     // A frame without time takes no step: the smallest number that is no "no limit".
     constexpr double kNoStep = 1e-300;
-    const auto most = [&](double rate) { return rate > 0 ? fmax(rate * dt, kNoStep) : 0.0; };
+    const auto most = [&](double rate) { return rate > 0 ? std::max(rate * dt, kNoStep) : 0.0; };
     step_part = part_within(most(config.max_force_rate), most(config.max_torque_rate), step);
     if (step_part < 1.0) {
       for (int i = 0; i < 6; ++i) wanted.v[i] = last.v[i] + step_part * step.v[i];

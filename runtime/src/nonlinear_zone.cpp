@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_inclusion.hpp"
@@ -51,7 +53,7 @@ void place_held(ZoneFrame& frame, const ZoneGroup& group) {
 
 // Of an axis, what stands for the length that it moves the tissue by.
 double length_of(const ZoneFrame& frame, uint32_t axis, double change) {
-  const double arm = fmax(frame.pack.tip_radius, frame.pack.mean_surface_edge);
+  const double arm = std::max(frame.pack.tip_radius, frame.pack.mean_surface_edge);
   return fabs(change) * (axis < 3 * frame.set.num_contacts ? 1.0 : arm);
 }
 
@@ -113,10 +115,10 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   double longest = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
-    longest = fmax(longest, length_of(frame, at, wanted[at] - before[at]));
+    longest = std::max(longest, length_of(frame, at, wanted[at] - before[at]));
   }
   for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot)
-    longest = fmax(longest, length_of_place(set, group.contacts[slot]));
+    longest = std::max(longest, length_of_place(set, group.contacts[slot]));
   const double limit = kLongestStep * frame.pack.mean_surface_edge;
   double part = longest > limit ? limit / longest : 1.0;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
@@ -162,7 +164,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.unknowns; ++i) {
     const double size = fabs(step[i]);
     if (!(size <= kLargest)) return -1;
-    longest = fmax(longest, size);
+    longest = std::max(longest, size);
   }
   save(frame, group);
   double part = 1;
@@ -234,8 +236,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   state.strained = true;
   double size = 1e-6 * pack.max_displacement;
   for (uint32_t i = 0; i < set.num_axes; ++i) {
-    size = fmax(size, length_of(frame, i, displacements[i]));
-    size = fmax(size, length_of(frame, i, displacements[i] - set.followed[i]));
+    size = std::max(size, length_of(frame, i, displacements[i]));
+    size = std::max(size, length_of(frame, i, displacements[i] - set.followed[i]));
   }
   weigh_exterior(pack, state.rings, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {

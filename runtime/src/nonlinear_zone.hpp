@@ -29,11 +29,13 @@ struct ZoneAnswer {
   double energy;
 };
 
-// Moves the contacts of the set that answers to these displacements from rest and, where patches turn, rotations, as
-// ZoneSet::followed, and solves, model units; at most so many Newton iterations. No element is ever accepted inverted: where the way there would do so, the contacts follow
-// as far as they can, and go on in the next frame. Cost of an iteration, for each group: m^2 multiply-adds and twice the
-// forces of its elements, m = 3 x its nodes; m^3 / 60 a frame for the next tangent, and m^3 / 6 or, where it has to be made positive
-// definite, up to three times that where it cannot wait. Leaves displacements, forces and stiffness of the contacts in the set.
+// Moves the contacts of the set that answers to these displacements from rest and, where patches turn,
+// rotations, as ZoneSet::followed, and solves, model units; at most so many Newton iterations. No element is
+// ever accepted inverted: where the way there would do so, the contacts follow as far as they can, and go on in
+// the next frame. Cost of an iteration, for each group: m^2 multiply-adds and twice the forces of its elements,
+// m = 3 x its nodes; m^3 / 60 a frame for the next tangent, and m^3 / 6 or, where it has to be made positive
+// definite, up to three times that where it cannot wait. Leaves displacements, forces and stiffness of the
+// contacts in the set.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state);
 

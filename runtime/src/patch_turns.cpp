@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
@@ -71,8 +73,8 @@ bool is_turn_behind(const pal_session& session) {
   double largest = 0;
   double missing = 0;
   for (uint32_t i = 3 * set.num_contacts; i < set.num_axes; ++i) {
-    largest = fmax(largest, fabs(session.displacements[i]));
-    missing = fmax(missing, fabs(session.displacements[i] - set.followed[i]));
+    largest = std::max(largest, fabs(session.displacements[i]));
+    missing = std::max(missing, fabs(session.displacements[i] - set.followed[i]));
   }
   return missing > kAsGood * largest;
 }

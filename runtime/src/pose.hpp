@@ -5,6 +5,8 @@
 
 #include <math.h>
 
+#include <algorithm>
+
 namespace palpate {
 
 // An organ that stands as its model does, and a tool that does not turn, cost nothing.
@@ -105,7 +107,7 @@ inline void quaternion_of(const double turn[3], double q[4]) {
     q[1 + i] = 0.5 * turn[i];
     square += q[1 + i] * q[1 + i];
   }
-  q[0] = sqrt(fmax(0.0, 1 - square));
+  q[0] = sqrt(std::max(0.0, 1 - square));
 }
 
 // conjugate(a) * b.

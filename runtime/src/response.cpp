@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/contact_place.hpp"
 #include "runtime/src/force_control.hpp"
 #include "runtime/src/linear_point.hpp"
@@ -76,7 +78,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
       result.displacement_error = survey.bins[bin].displacement_bound;
       // As an absolute error, and of what it leaves of the force at least.
       const double bound = survey.bins[bin].force_bound;
-      const double scale = static_cast<double>(survey.force_scale) * fmin(1.0, size);
+      const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
       const double left = force - bound * scale;
       result.force_error = !(force < scale)       ? bound
                            : left > bound * scale ? bound * scale / left
@@ -103,7 +105,7 @@ void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t cou
   estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
                   static_cast<double>(INFINITY), of_set);
   const auto at_least = [&](double bound, double error) {
-    return fmin(kUnknownError, fmax(error, bound * load));
+    return std::min(kUnknownError, std::max(error, bound * load));
   };
   for (uint32_t c = 0; c < count; ++c) {
     results[c].displacement_error = at_least(survey.set_displacement_bound, of_set.displacement_error);
@@ -124,8 +126,8 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
     pal_contact_result of_corner = {};
     of_corner.flags = result.flags;
     estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
-    result.displacement_error = fmax(result.displacement_error, of_corner.displacement_error);
-    result.force_error = fmax(result.force_error, of_corner.force_error);
+    result.displacement_error = std::max(result.displacement_error, of_corner.displacement_error);
+    result.force_error = std::max(result.force_error, of_corner.force_error);
   }
 }
 
@@ -328,16 +330,16 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   // One that others press on from nearby may, and what the organ outside then adds is felt by all.
   double largest = 0;
   for (uint32_t c = 0; c < count; ++c) {
-    largest = fmax(largest, length(session.displacements + size_t{3} * c));
+    largest = std::max(largest, length(session.displacements + size_t{3} * c));
     if (is_turned)
       largest =
-          fmax(largest, pack.mean_surface_edge * length(session.displacements + size_t{3} * (count + c)));
+          std::max(largest, pack.mean_surface_edge * length(session.displacements + size_t{3} * (count + c)));
   }
   bool is_beyond = false;
   double load = 0;
   for (uint32_t c = 0; c < count && count > 1; ++c) {
     is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
-    load = fmax(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
+    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
   bool is_surveyed = session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present &&
                      set.num_fixed == 0 && !is_turned;

@@ -29,10 +29,9 @@ struct pal_session {
   uint32_t* requested;     // [max_requested] packed nodes, ascending
   uint32_t*
       requested_by_panel;  // [max_requested] places in `requested`, as compressed panels hold their nodes
-  double*
-      displacements;  // [max_contacts][3] model units; of a zone whose patches turn, as many turns behind them
-  double* turns;      // [max_contacts][3] of contact frames (patch_turns.hpp)
-  double* forces;     // [max_contacts][3] model units
+  double* displacements;   // [max_contacts][3] model units; then as many turns, where patches turn in a zone
+  double* turns;           // [max_contacts][3] of contact frames (patch_turns.hpp)
+  double* forces;          // [max_contacts][3] model units
   double gravity_turn[3];  // what gravity has become, less the scene's: model units, organ frame
   bool gravity_turned;     // it is not zero
   bool gravity_changed;    // since the last haptic frame

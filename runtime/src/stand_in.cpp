@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/contact_place.hpp"
 #include "runtime/src/patch_turns.hpp"
 #include "runtime/src/response.hpp"
@@ -34,8 +36,8 @@ bool is_behind(const double displacement[3], const double given[3]) {
   double largest = 0;
   double missing = 0;
   for (int i = 0; i < 3; ++i) {
-    largest = fmax(largest, fabs(given[i]));
-    missing = fmax(missing, fabs(given[i] - displacement[i]));
+    largest = std::max(largest, fabs(given[i]));
+    missing = std::max(missing, fabs(given[i] - displacement[i]));
   }
   return missing > kAsGood * largest;
 }
@@ -96,7 +98,7 @@ void answer_or_stand_in(pal_session& session) {
   }
   states.preparing = !ready;
   match_answered(states);
-  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+  for (uint32_t c = 0; !ready && c < states.num_contacts; ++c) {
     const uint32_t answered = states.answered_of[c];
     if (answered == kNotAnswered) continue;
     states.answered_inputs[answered] = states.inputs[c];
@@ -105,8 +107,9 @@ void answer_or_stand_in(pal_session& session) {
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_turns, states.answered_results);
-  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the tools it jumps. So does what
-  // has come to rest for want of a way, in this frame or in contact frames since the last.
+  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
+  // tools it jumps. So does what has come to rest for want of a way, in this frame or in contact frames since
+  // the last.
   bool is_any_behind = false;
   for (uint32_t i = 0; i < states.num_answered; ++i)
     is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,

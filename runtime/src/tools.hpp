@@ -6,8 +6,8 @@
 //
 //   d = (p - p0) + (R a - R0 a)
 //
-// and exerts the force f on the tissue, of torque (R a) x f about the tool's position. Where patches turn (patch_turns.hpp), its own
-// turns by R R0^T, and what that takes is a torque of its own.
+// and exerts the force f on the tissue, of torque (R a) x f about the tool's position. Where patches turn
+// (patch_turns.hpp), its own turns by R R0^T, and what that takes is a torque of its own.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -96,7 +96,7 @@ inline void use_tool(ToolStates& states, uint32_t tool) {
 void reset_tool(ToolState& state);
 
 // Takes the arrays of a session with this config.
-void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
+[[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
 
 // One frame of all tools. `input` is complete and its pointers are valid. `results`: null, or max_tools
 // entries input.result_bytes apart.

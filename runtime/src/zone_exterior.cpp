@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -46,13 +48,13 @@ double reach_of(const pal_pack& pack, const ZoneSet& set) {
   if (set.num_contacts == 1) return kFarthest;
   double largest = 0;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    largest = fmax(largest, square_of(set.followed + size_t{3} * c));
+    largest = std::max(largest, square_of(set.followed + size_t{3} * c));
     if (set.num_axes > 3 * set.num_contacts) {
       const double edge = pack.mean_surface_edge;
-      largest = fmax(largest, edge * edge * square_of(set.followed + size_t{3} * (set.num_contacts + c)));
+      largest = std::max(largest, edge * edge * square_of(set.followed + size_t{3} * (set.num_contacts + c)));
     }
   }
-  return fmin(kFarthest, sqrt(largest) / pack.max_displacement);
+  return std::min(kFarthest, sqrt(largest) / pack.max_displacement);
 }
 
 Force force_of(const pal_pack& pack, const ZoneSet& set, double reach, uint32_t contact) {
@@ -155,7 +157,7 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
   const double* f = set.force + size_t{3} * contact;
-  const double part = fmin(1.0, largest / pack.max_displacement);
+  const double part = std::min(1.0, largest / pack.max_displacement);
   return sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) >
          sqrt(part) * pack.zone_force_scale[set.sites[contact]];
 }

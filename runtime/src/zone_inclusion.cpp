@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/session_state.hpp"
@@ -25,7 +27,7 @@ double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const doub
     square += offset * offset;
   }
   const double outside = (sqrt(square) - inclusion.radius) / pack.mean_surface_edge + 0.5;
-  const double t = fmin(fmax(1.0 - outside, 0.0), 1.0);
+  const double t = std::min(1.0, std::max(0.0, 1.0 - outside));
   return 1.0 + (inclusion.stiffness - 1.0) * t * t * (3.0 - 2.0 * t);
 }
 
@@ -51,7 +53,7 @@ double change_of(const pal_pack& pack, const ZoneState& state, uint32_t count,
     for (int lane = 0; lane < batches[n].count; ++lane) {
       const double from = batches[n].stiffness[lane];
       const double to = stiffness_of(pack, state, batches[n], lane);
-      largest = fmax(largest, fabs(to - from) / fmax(to, from));
+      largest = std::max(largest, fabs(to - from) / std::max(to, from));
     }
   }
   return largest;
@@ -132,8 +134,8 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     ZoneBatches& batches = group.batches;
-    const double change = fmax(change_of(pack, state, batches.num_linear, batches.linear),
-                               change_of(pack, state, batches.num_quadratic, batches.quadratic));
+    const double change = std::max(change_of(pack, state, batches.num_linear, batches.linear),
+                                   change_of(pack, state, batches.num_quadratic, batches.quadratic));
     if (change == 0) continue;
     const double before = is_new ? 0 : element_energy(set, group, pack, state.forces);
     for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;

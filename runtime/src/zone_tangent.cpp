@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 
@@ -80,7 +82,7 @@ void find_brought(const ZoneGroup& group, const double* trailing, ZoneSet& set) 
   for (uint32_t i = 0; i < count; ++i) {
     double sum = 0;
     for (uint32_t j = 0; j < count; ++j) sum += fabs(back(i, j));
-    largest = fmax(largest, sum);
+    largest = std::max(largest, sum);
   }
   const bool is_small = largest <= kMostBrought;
   for (uint32_t column = 0; column < count; ++column) {
@@ -210,7 +212,7 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
       2;  // by a move of one mean edge, of the stiffness: elements at a patch are strained by 1
   constexpr double kOfShifted = 0.5;
   const double expected = kStiffening * group.moved / frame.pack.mean_surface_edge;
-  return fmin(1.0, fmax(group.is_shifted ? fmax(expected, kOfShifted) : expected, group.left));
+  return std::min(1.0, std::max(group.is_shifted ? std::max(expected, kOfShifted) : expected, group.left));
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
