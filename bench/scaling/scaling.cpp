@@ -138,7 +138,7 @@ FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contact
   std::vector<std::uint32_t> sites;
   for (int i = 0; i < contacts; ++i) sites.push_back(static_cast<std::uint32_t>(i));
   MethodTimer timer(opened, model, static_cast<std::uint32_t>(rings), 0, {sites}, 1);
-  timer.time_warm(seconds, 100000);
+  timer.time_round(seconds, 100000);
   MethodRow row;
   timer.summarise(row);
   return {row.haptic.median, row.visual.median};

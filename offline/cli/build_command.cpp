@@ -143,7 +143,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
   PackContent content =
       content_of(model, scene, sites, rest, plan, compliance, results, zone, std::move(input_files));
-  const AlignedBytes bytes = write_surveyed_pack(assembly, rest, results, sets, compliance, content);
+  const AlignedBytes bytes =
+      write_surveyed_pack(assembly, rest, results, sets, plan.jobs, compliance, content);
   const OpenedPack opened(bytes);  // what the runtime refuses is not written
   write_finished_bytes(arguments.pack, bytes.bytes());
   const double seconds = seconds_since(start);

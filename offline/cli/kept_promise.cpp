@@ -98,16 +98,16 @@ bool KeptSets::keeps_sets(double SetAnswer::*error, ErrorFigures SetKindErrors::
 }
 
 std::vector<KeptPromise> judge_pack(const OpenedPack& opened, const std::vector<SurveySample>& samples,
-                                    double max_displacement, const SolvedSets& sets) {
+                                    double max_displacement, int jobs, const SolvedSets& sets) {
   std::vector<KeptPromise> models;
   for (const ModelErrors& claimed : surveys_of(opened.tables())) {
     models.push_back({claimed.model,
                       claimed.table.overall,
-                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement),
+                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement, jobs),
                       {}});
     if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
     KeptSets& kept = models.back().sets;
-    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets)};
+    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets, jobs)};
     // Of few sites the builder may not have drawn all kinds.
     std::erase_if(kept.measured.table.kinds,
                   [&](const SetKindErrors& errors) { return of_kind(claimed.sets, errors.kind) == nullptr; });

@@ -45,7 +45,7 @@ struct KeptPromise {
 
 // Of each model that the pack carries.
 std::vector<KeptPromise> judge_pack(const OpenedPack& opened, const std::vector<SurveySample>& samples,
-                                    double max_displacement, const SolvedSets& sets = {});
+                                    double max_displacement, int jobs, const SolvedSets& sets = {});
 
 bool all_agree(const std::vector<KeptPromise>& models);
 

@@ -1,8 +1,12 @@
 #include "offline/cli/measured_push.hpp"
 
 #include <algorithm>
+#include <map>
+#include <memory>
 #include <numeric>
 #include <utility>
+
+#include "offline/precompute/solver_threads.hpp"
 
 namespace palpate {
 namespace {
@@ -27,6 +31,20 @@ MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eig
   }
   answer.field = field;
   return answer;
+}
+
+// The truths by their first contact's site: a zone is then made ready once for all of a site's pushes.
+std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths) {
+  std::map<size_t, std::vector<size_t>> groups;
+  for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);
+  std::vector<std::vector<size_t>> listed;
+  for (auto& [site, group] : groups) listed.push_back(std::move(group));
+  return listed;
+}
+
+void raise(std::vector<double>& largest, const std::vector<double>& other) {
+  largest.resize(std::max(largest.size(), other.size()), 0.0);
+  for (size_t i = 0; i < other.size(); ++i) largest[i] = std::max(largest[i], other[i]);
 }
 
 }  // namespace
@@ -84,14 +102,33 @@ std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths
                                          std::vector<double>* worst) {
   const double floor = kForceFloor * largest_force(truths);
   std::vector<MeasuredPush> pushes(truths.size());
-  // Site by site, so that a zone is made ready once for all of a site's pushes.
-  std::vector<size_t> order(truths.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return truths[a].contacts.front().site < truths[b].contacts.front().site;
-  });
-  for (const size_t i : order) {
-    if (truths[i].solved) pushes[i] = measure_push(truths[i], method(truths[i].contacts), floor, worst);
+  for (const std::vector<size_t>& group : by_site(truths)) {
+    for (const size_t i : group) {
+      if (truths[i].solved) pushes[i] = measure_push(truths[i], method(truths[i].contacts), floor, worst);
+    }
+  }
+  return pushes;
+}
+
+std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
+                                         const std::function<Method()>& make_method, int jobs,
+                                         const std::function<void(int, int)>& progress,
+                                         std::vector<double>* worst) {
+  const double floor = kForceFloor * largest_force(truths);
+  const std::vector<std::vector<size_t>> groups = by_site(truths);
+  std::vector<MeasuredPush> pushes(truths.size());
+  std::vector<std::vector<double>> worst_of_worker(static_cast<size_t>(std::max(1, jobs)));
+  const auto measure = [&](size_t worker, size_t g) {
+    const Method method = make_method();
+    for (const size_t i : groups[g]) {
+      if (!truths[i].solved) continue;
+      pushes[i] = measure_push(truths[i], method(truths[i].contacts), floor,
+                               worst != nullptr ? &worst_of_worker[worker] : nullptr);
+    }
+  };
+  for_each_on_threads(groups.size(), jobs, measure, progress);
+  if (worst != nullptr) {
+    for (const std::vector<double>& one : worst_of_worker) raise(*worst, one);
   }
   return pushes;
 }
@@ -102,6 +139,15 @@ Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> site
     const std::vector<pal_contact_result> results = session.settle(asked_of(contacts, sites, 1));
     return answer_of(results, session.visual_frame() - at_rest);
   };
+}
+
+Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                      std::uint32_t zone_rings) {
+  auto session = std::make_shared<ModelUnitSession>(opened, model, max_contacts, 0, zone_rings);
+  std::vector<std::uint32_t> sites(opened.info().num_sites);
+  std::iota(sites.begin(), sites.end(), 0u);
+  return [session, answer = runtime_method(*session, std::move(sites))](
+             const std::vector<LinearContact>& contacts) { return answer(contacts); };
 }
 
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames) {

@@ -81,7 +81,7 @@ void MethodTimer::warm_up(size_t set, TimedSession& session, std::vector<pal_con
   }
 }
 
-void MethodTimer::time_warm(double seconds, int most_frames) {
+void MethodTimer::time_round(double seconds, int most_frames, int cold_frames, CacheEvictor* caches) {
   const auto num_sets = static_cast<double>(site_sets_.size());
   const int most = std::max(1, static_cast<int>(most_frames / num_sets));
   std::vector<double> haptic;
@@ -101,31 +101,18 @@ void MethodTimer::time_warm(double seconds, int most_frames) {
              std::chrono::duration<double>(Clock::now() - start).count() < seconds / num_sets);
     session.visual(field.data());
     for (int i = 0; i < timed; ++i) visual.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
+    for (size_t i = set; i < static_cast<size_t>(std::max(0, cold_frames)); i += site_sets_.size()) {
+      advance(set, contacts);
+      caches->evict();
+      haptic_.cold.push_back(nanoseconds_of([&] { session.haptic(contacts); }));
+      caches->evict();
+      visual_.cold.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
+    }
   }
   for (const auto& [stage, here] : {std::pair(&haptic_, &haptic), std::pair(&visual_, &visual)}) {
     stage->warm.insert(stage->warm.end(), here->begin(), here->end());
     std::sort(here->begin(), here->end());
     stage->medians.push_back(at(*here, 0.5));
-  }
-}
-
-void MethodTimer::time_cold(int frames, CacheEvictor& caches) {
-  const size_t num_frames = static_cast<size_t>(std::max(0, frames));
-  const size_t num_sets = site_sets_.size();
-  std::vector<pal_contact> contacts;
-  std::vector<pal_real> field(size_t{3} * opened_->info().num_nodes);
-  for (size_t set = 0; set < std::min(num_sets, num_frames); ++set) {
-    TimedSession session(*opened_, model_, static_cast<std::uint32_t>(site_sets_[set].size()), zone_rings_,
-                         zone_iterations_);
-    warm_up(set, session, contacts);
-    session.visual(field.data());
-    for (size_t i = set; i < num_frames; i += num_sets) {
-      advance(set, contacts);
-      caches.evict();
-      haptic_.cold.push_back(nanoseconds_of([&] { session.haptic(contacts); }));
-      caches.evict();
-      visual_.cold.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
-    }
   }
 }
 

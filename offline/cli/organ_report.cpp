@@ -97,13 +97,13 @@ class Measurement {
         std::count_if(truths.begin(), truths.end(), [](const ContactTruth& truth) { return !truth.solved; }));
     std::vector<NodeErrors> worst;
     for (const ComparedMethod& method : carried_methods(opened_)) {
-      ModelUnitSession session(opened_, method.model, 1, 0, method.rings);
       NodeErrors& of_method = worst.emplace_back(NodeErrors{method.name, {}});
-      const std::vector<MeasuredPush> measured =
-          measure_pushes(truths, runtime_method(session, all_sites()), &of_method.largest);
+      const std::vector<MeasuredPush> measured = measure_pushes(
+          truths, [&] { return runtime_method(opened_, method.model, 1, method.rings); }, jobs_, {},
+          &of_method.largest);
       rows_.add_pushes(about, method, measured);
     }
-    for (const KeptPromise& promise : judge_pack(opened_, samples, organ_.scene.max_displacement)) {
+    for (const KeptPromise& promise : judge_pack(opened_, samples, organ_.scene.max_displacement, jobs_)) {
       if (promise.measured.errors.empty()) continue;  // none of the pushes was at a site of this model
       const SurveyBin& found = promise.measured.table.overall;
       report_.promises.push_back({promise.model, found.samples, promise.claimed.displacement.p95,
@@ -227,22 +227,22 @@ class Measurement {
   }
 
   void time_all() {
-    constexpr int kRounds = 5;
-    ProgressBar bar("timing frames", (kRounds + 1) * static_cast<int>(timers_.size()));
+    const int rounds = effort_.timed_rounds;
+    ProgressBar bar("timing frames", rounds * static_cast<int>(timers_.size()));
     int done = 0;
+    CacheEvictor caches;
     // By turns, so that what else the machine does meets all of them alike.
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
       for (Timed& timed : timers_) {
         const double seconds = timed.carried ? effort_.seconds : effort_.seconds_of_settings;
-        timed.timer.time_warm(seconds / kRounds, effort_.most_frames / kRounds);
+        const int cold_frames = timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings;
+        timed.timer.time_round(seconds / rounds, effort_.most_frames / rounds,
+                               round + 1 < rounds ? 0 : cold_frames, &caches);
         bar.show(++done);
       }
     }
-    CacheEvictor caches;
-    for (Timed& timed : timers_) {
-      timed.timer.time_cold(timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings, caches);
+    for (const Timed& timed : timers_) {
       for (const size_t row : timed.rows) timed.timer.summarise(report_.methods[row]);
-      bar.show(++done);
     }
     timers_.clear();
   }

@@ -1,5 +1,6 @@
 #include "offline/cli/pack_stages.hpp"
 
+#include <string>
 #include <utility>
 
 #include "offline/cli/build_plan.hpp"
@@ -68,7 +69,7 @@ namespace {
 
 // The errors of the real runtime on a pack that is complete but for them.
 std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results,
-                                       const SolvedSets& sets) {
+                                       const SolvedSets& sets, int jobs) {
   const AlignedBytes bytes = write_pack(content);
   const OpenedPack opened(bytes);
   std::vector<SurveySample> samples;
@@ -76,9 +77,19 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
-    surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement).table});
-    if (answers_sets(model) && !sets.sets.empty())
-      surveys.back().sets = survey_runtime_sets(opened, model, sets).table;
+    constexpr int kSteps = 1000;
+    ProgressBar bar(std::string("errors, ") + model_name(model), 2 * kSteps);
+    const auto show = [&](int before, int done, int total) {
+      bar.show(before + static_cast<int>(std::int64_t{done} * kSteps / total));
+    };
+    surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs,
+                                            [&](int done, int total) { show(0, done, total); })
+                                 .table});
+    if (answers_sets(model) && !sets.sets.empty()) {
+      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs, [&](int done, int total) {
+                              show(kSteps, done, total);
+                            }).table;
+    }
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
@@ -103,9 +114,9 @@ SolvedSets solve_surveyed_sets(const Assembly& assembly, const Scene& scene, con
 }
 
 AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
-                                 const std::vector<SiteResult>& results, const SolvedSets& sets,
+                                 const std::vector<SiteResult>& results, const SolvedSets& sets, int jobs,
                                  Compliance& compliance, PackContent& content) {
-  content.surveys = survey_models(content, results, sets);
+  content.surveys = survey_models(content, results, sets, jobs);
   if (compliance.compressed) {
     const AlignedBytes measured = write_pack(content);
     const ComplianceErrors errors =
@@ -132,7 +143,7 @@ AlignedBytes make_pack(const Assembly& assembly, const Scene& scene, const Conta
   if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
   PackContent content =
       content_of(assembly.model(), scene, sites, rest, plan, compliance, results, zone, std::move(inputs));
-  return write_surveyed_pack(assembly, rest, results, sets, compliance, content);
+  return write_surveyed_pack(assembly, rest, results, sets, plan.jobs, compliance, content);
 }
 
 }  // namespace palpate

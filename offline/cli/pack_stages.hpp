@@ -34,9 +34,9 @@ SolvedSets solve_surveyed_sets(const Assembly& assembly, const Scene& scene, con
                                const std::function<size_t()>& next = {});
 
 // The bytes of a pack that is complete but for its surveys and what its compressed compliance is worth: both are
-// measured here, by the real runtime, and put into `content` and `compliance`.
+// measured here, by the real runtime on `jobs` threads, and put into `content` and `compliance`.
 AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
-                                 const std::vector<SiteResult>& results, const SolvedSets& sets,
+                                 const std::vector<SiteResult>& results, const SolvedSets& sets, int jobs,
                                  Compliance& compliance, PackContent& content);
 
 // As `palpate build` makes it, but that models come from the scene alone. `store`: what it has is not solved again;

@@ -19,7 +19,8 @@ struct ReportEffort {
   int most_moving_rings_of_several = 2;                          //   and so many where several contacts move
   std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3, 1e-4};  // of localised conjugate gradients
   bool every_setting = true;                                     // of polynomials, else a few
-  size_t timed_sets = 4;             // of sites, at which a method's frames are timed
+  size_t timed_sets = 4;             // of sites, at which a method's frames are timed,
+  int timed_rounds = 5;              //   each method so often
   double seconds = 0.6;              // of the warm frames of a method at one |d|,
   double seconds_of_settings = 0.2;  //   of one that the pack does not carry,
   int most_frames = 100000;          //   or so many of them
@@ -33,11 +34,11 @@ struct ReportEffort {
 
   static ReportEffort quick() {
     ReportEffort effort;
-    effort.random_pushes = 64;
-    effort.most_sites = 4;
-    effort.pushes_at_level = 24;
+    effort.random_pushes = 32;
+    effort.most_sites = 3;
+    effort.pushes_at_level = 16;
     effort.pushes_of_slow_methods = 8;
-    effort.several = 3;
+    effort.several = 2;
     effort.most_zone_rings = 2;
     effort.zone_iterations = {1, 4};
     effort.most_moving_rings = 2;
@@ -45,15 +46,16 @@ struct ReportEffort {
     effort.cg_tolerances = {1e-1, 1e-3};
     effort.every_setting = false;
     effort.timed_sets = 1;
-    effort.seconds = effort.seconds_of_settings = 0.08;
+    effort.timed_rounds = 2;
+    effort.seconds = effort.seconds_of_settings = 0.06;
     effort.most_frames = 10000;
     effort.cold_frames = 4;
     effort.cold_frames_of_settings = 1;
     effort.reference_frames = 12;
     effort.newton_frames = 3;
     effort.scene_sites = 4;
-    effort.scene_survey = 128;
-    effort.scene_sets = 12;
+    effort.scene_survey = 96;
+    effort.scene_sets = 8;
     return effort;
   }
 };

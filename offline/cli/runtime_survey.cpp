@@ -1,8 +1,9 @@
 #include "offline/cli/runtime_survey.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
+
+#include "offline/precompute/solver_threads.hpp"
 
 namespace palpate {
 namespace {
@@ -23,12 +24,6 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   return survey;
 }
 
-std::vector<std::uint32_t> all_sites(const OpenedPack& opened) {
-  std::vector<std::uint32_t> sites(opened.info().num_sites);
-  std::iota(sites.begin(), sites.end(), 0u);
-  return sites;
-}
-
 // As the runtime has it (ErrorSurvey in schemas/pack.fbs).
 double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
   const std::span<const double> scale =
@@ -41,29 +36,35 @@ double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAn
 
 }  // namespace
 
-RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved) {
+RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
+                                     int jobs, const std::function<void(int, int)>& progress) {
   RuntimeSetSurvey survey;
   size_t most_contacts = 1;
   for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
-  ModelUnitSession session(opened, model, static_cast<std::uint32_t>(most_contacts), 0);
-  const Method method = runtime_method(session, all_sites(opened));
-  for (size_t i = 0; i < solved.sets.size(); ++i) {
+  survey.answers.resize(solved.sets.size());
+  std::vector<SampleErrors> estimates(solved.sets.size());
+  const auto ask = [&](size_t, size_t i) {
     const ContactTruth& truth = solved.truths[i];
-    const MethodAnswer answer = method(truth.contacts);
-    SetAnswer& said = survey.answers.emplace_back();
+    const MethodAnswer answer =
+        runtime_method(opened, model, static_cast<std::uint32_t>(most_contacts))(truth.contacts);
+    estimates[i] = {answer.displacement_estimate, answer.force_estimate};
+    SetAnswer& said = survey.answers[i];
     said.kind = solved.sets[i].kind;
     said.is_solved = truth.solved;
     said.is_flagged = answer.flags != 0;
     if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
-    if (truth.solved) {
-      const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
-      said.displacement_error = push.displacement_error;
-      said.force_error = push.force_error;
-    }
-    if (said.is_flagged || model != PAL_MODEL_ZONE) continue;
+    if (!truth.solved) return;
+    const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
+    said.displacement_error = push.displacement_error;
+    said.force_error = push.force_error;
+  };
+  for_each_on_threads(solved.sets.size(), jobs, ask, progress);
+  for (size_t i = 0; model == PAL_MODEL_ZONE && i < survey.answers.size(); ++i) {
+    const SetAnswer& said = survey.answers[i];
+    if (said.is_flagged) continue;
     ++survey.estimated;
-    survey.displacement_covered += said.displacement_error <= answer.displacement_estimate ? 1 : 0;
-    survey.force_covered += said.force_error <= answer.force_estimate ? 1 : 0;
+    survey.displacement_covered += said.displacement_error <= estimates[i].displacement ? 1 : 0;
+    survey.force_covered += said.force_error <= estimates[i].force ? 1 : 0;
   }
   survey.table = tabulate_sets(survey.answers);
   if (model != PAL_MODEL_ZONE) survey.table.displacement_bound = survey.table.force_bound = 0;
@@ -71,10 +72,10 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
 }
 
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement) {
-  ModelUnitSession session(opened, model, 1, 0);
-  std::vector<MeasuredPush> pushes =
-      measure_pushes(truths_of(samples), runtime_method(session, all_sites(opened)));
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
+                             const std::function<void(int, int)>& progress) {
+  std::vector<MeasuredPush> pushes = measure_pushes(
+      truths_of(samples), [&] { return runtime_method(opened, model, 1); }, jobs, progress);
   if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
     return survey_of(samples, pushes, max_displacement);
   const auto polynomials = opened.segment<pack::PolynomialSite>(*opened.tables().polynomial_dd()->sites());

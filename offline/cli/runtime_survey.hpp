@@ -1,6 +1,7 @@
 // The errors of the real runtime, in its own precision, at pushes that were solved in full.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "offline/cli/measured_push.hpp"
@@ -20,9 +21,11 @@ struct RuntimeSurvey {
 // Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of affine_site the
 // others. Sites of `samples` are the pack's, lengths and forces in the model's units.
 // Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual
-// frame a sample.
+// frame a sample, and a zone made ready for each site. On `jobs` threads, on which no digit depends; `progress` gets
+// sites done and their number.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement);
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
+                             const std::function<void(int, int)>& progress = {});
 
 // Of sets of several contacts.
 struct RuntimeSetSurvey {
@@ -34,8 +37,9 @@ struct RuntimeSetSurvey {
   int force_covered = 0;
 };
 
-// Of linear_dd or nonlinear_zone. Throws as survey_runtime() does.
-RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved);
+// Of linear_dd or nonlinear_zone. Throws, takes threads and reports progress, of sets, as survey_runtime() does.
+RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
+                                     int jobs, const std::function<void(int, int)>& progress = {});
 
 // Whether a model answers several contacts at once.
 inline bool answers_sets(pal_model model) {

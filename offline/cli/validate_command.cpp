@@ -128,7 +128,8 @@ int run_validate(const ValidateArguments& arguments) {
     sets = solve_drawn_sets(organ.assembly, organ.sites, organ.rest, std::move(drawn), arguments.jobs,
                             nullptr, [&](int done, int) { bar.show(done); });
   }
-  const std::vector<KeptPromise> models = judge_pack(opened, samples, organ.scene.max_displacement, sets);
+  const std::vector<KeptPromise> models =
+      judge_pack(opened, samples, organ.scene.max_displacement, arguments.jobs, sets);
   const bool agrees = all_agree(models);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (arguments.json) {
