@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bench/solver/study_table.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 #include "offline/precompute/site_survey.hpp"
@@ -256,6 +257,7 @@ void study(const std::filesystem::path& folder) {
 }  // namespace palpate::test
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   try {
     if (argc != 2) throw std::invalid_argument("usage: palpate_study_polynomials DIR");
     std::filesystem::create_directories(argv[1]);

@@ -20,6 +20,7 @@
 #include "bench/scaling/scaling_series.hpp"
 #include "offline/cli/method_timing.hpp"
 #include "offline/cli/opened_pack.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/precompute/contact_truth.hpp"
 #include "offline/precompute/zone_exterior.hpp"
 #include "offline/precompute/zone_mutual.hpp"
@@ -342,6 +343,7 @@ void study(const std::filesystem::path& folder, bool quick) {
 }  // namespace palpate::scaling
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   try {
     const bool quick = argc == 3 && std::strcmp(argv[2], "--quick") == 0;
     if (argc != 2 && !quick) throw std::invalid_argument("usage: palpate_study_scaling DIR [--quick]");

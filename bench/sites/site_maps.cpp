@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bench/solver/study_table.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/precompute/affine_site.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/monomials.hpp"
@@ -378,6 +379,7 @@ void run_study(const std::filesystem::path& scene, const std::filesystem::path& 
 }  // namespace palpate
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   try {
     if (argc != 3) throw std::invalid_argument("usage: palpate_study_sites SCENE DIR");
     std::filesystem::create_directories(argv[2]);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "offline/fem/assembly.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/mesh/inp_reader.hpp"
 
 namespace palpate {
@@ -125,3 +126,10 @@ BENCHMARK(dense_product)->Unit(benchmark::kMillisecond)->Apply(median_and_max);
 
 }  // namespace
 }  // namespace palpate
+
+int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -22,6 +22,7 @@
 
 #include "bench/solver/paper_laws.hpp"
 #include "bench/solver/small_newton.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "tests/support/paper_cylinder.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
@@ -401,6 +402,7 @@ class Study {
 }  // namespace palpate::test
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   if (argc != 2) {
     std::cerr << "usage: palpate_study_paper DIR\n";
     return 1;

@@ -1,6 +1,7 @@
 // palpate_study_validation DIR [PAGE ...]: writes the numbers of the nonlinear solver's validation as Markdown, which a
 // page embeds, and as CSV; with names of pages those alone. The scenes are those that tests/reference/solver_scenes_test.cpp holds to bounds.
 #include "bench/solver/validation.hpp"
+#include "offline/fem/blas_kernels.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,6 +10,7 @@
 #include <vector>
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   if (argc < 2) {
     std::fputs("usage: palpate_study_validation DIR [convergence|hard_cases|limit_points|locking ...]\n",
                stderr);

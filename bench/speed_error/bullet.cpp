@@ -27,6 +27,7 @@
 #include "offline/cli/report_effort.hpp"
 #include "offline/cli/report_rows.hpp"
 #include "offline/cli/scene_sites.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/output/finished_file.hpp"
 #include "offline/report/csv_tables.hpp"
 
@@ -261,6 +262,7 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
 }  // namespace palpate::study
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   try {
     if (argc != 3 && argc != 4)
       throw std::invalid_argument("usage: palpate_study_bullet SCENE.toml OUT.csv [SEED]");

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bench/solver/study_table.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/contact_truth.hpp"
 #include "offline/precompute/zone_exterior.hpp"
@@ -268,6 +269,7 @@ void study_swipe(const std::filesystem::path& scene, const std::filesystem::path
 }  // namespace palpate
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   try {
     if (argc != 3) throw std::invalid_argument("usage: palpate_study_nodule SCENE.toml DIR");
     palpate::study_swipe(argv[1], argv[2]);

@@ -11,6 +11,7 @@
 
 #include "offline/cli/commands.hpp"
 #include "offline/fem/address_space.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "offline/mesh/nearest_name.hpp"
 
 namespace {
@@ -101,6 +102,7 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "palpate: %s\n", shortage.c_str());
       std::_Exit(1);
     }
+    palpate::begin_again_with_fast_blas(argv);
     exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");

@@ -42,7 +42,7 @@ std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths
   return listed;
 }
 
-void raise(std::vector<double>& largest, const std::vector<double>& other) {
+void keep_largest(std::vector<double>& largest, const std::vector<double>& other) {
   largest.resize(std::max(largest.size(), other.size()), 0.0);
   for (size_t i = 0; i < other.size(); ++i) largest[i] = std::max(largest[i], other[i]);
 }
@@ -128,7 +128,7 @@ std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths
   };
   for_each_on_threads(groups.size(), jobs, measure, progress);
   if (worst != nullptr) {
-    for (const std::vector<double>& one : worst_of_worker) raise(*worst, one);
+    for (const std::vector<double>& one : worst_of_worker) keep_largest(*worst, one);
   }
   return pushes;
 }

@@ -5,12 +5,12 @@
 #include <iterator>
 #include <numeric>
 #include <random>
-#include <set>
 #include <utility>
 
 #include "offline/cli/held_out_pushes.hpp"
 #include "offline/cli/measured_push.hpp"
 #include "offline/cli/progress_bar.hpp"
+#include "offline/precompute/contact_sets.hpp"
 #include "offline/precompute/local_thickness.hpp"
 
 namespace palpate {
@@ -28,16 +28,7 @@ std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt
   std::vector<size_t> order(sites.sites.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::shuffle(order.begin(), order.end(), random);
-  std::vector<size_t> chosen;
-  std::set<int> held;
-  for (const size_t site : order) {
-    const std::vector<int>& patch = sites.sites[site].patch;
-    if (std::any_of(patch.begin(), patch.end(), [&](int node) { return held.contains(node); })) continue;
-    held.insert(patch.begin(), patch.end());
-    chosen.push_back(site);
-    if (static_cast<int>(chosen.size()) == contacts) return chosen;
-  }
-  return {};
+  return first_apart(sites, order, static_cast<size_t>(contacts));
 }
 
 // That which was sampled.

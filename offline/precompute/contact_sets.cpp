@@ -49,16 +49,7 @@ class SiteChooser {
         return std::pair(distance(first, a), a) < std::pair(distance(first, b), b);
       });
     }
-    std::vector<size_t> chosen;
-    std::set<int> held;
-    for (const size_t site : order_) {
-      const std::vector<int>& patch = sites_.sites[site].patch;
-      if (std::any_of(patch.begin(), patch.end(), [&](int node) { return held.contains(node); })) continue;
-      held.insert(patch.begin(), patch.end());
-      chosen.push_back(site);
-      if (chosen.size() == count) return chosen;
-    }
-    return {};
+    return first_apart(sites_, order_, count);
   }
 
   double distance(size_t a, size_t b) const {
@@ -128,6 +119,19 @@ const char* words_for(SetKind kind) {
       return "3 apart";
   }
   return "";
+}
+
+std::vector<size_t> first_apart(const ContactSites& sites, const std::vector<size_t>& order, size_t count) {
+  std::vector<size_t> chosen;
+  std::set<int> held;
+  for (const size_t site : order) {
+    const std::vector<int>& patch = sites.sites[site].patch;
+    if (std::any_of(patch.begin(), patch.end(), [&](int node) { return held.contains(node); })) continue;
+    held.insert(patch.begin(), patch.end());
+    chosen.push_back(site);
+    if (chosen.size() == count) return chosen;
+  }
+  return {};
 }
 
 std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene, const ContactSites& sites,

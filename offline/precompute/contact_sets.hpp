@@ -44,6 +44,9 @@ struct SolvedSets {
   SolveCounts counts;  // of this process
 };
 
+// The first of these sites whose patches share no node; empty where there are fewer than `count`.
+std::vector<size_t> first_apart(const ContactSites& sites, const std::vector<size_t>& order, size_t count);
+
 // `count` of them, as many of each kind that the scene's max_contacts leaves; fewer, or none, where patches overlap too much.
 // Each contact in a random direction by up to the scene's max_displacement, all sizes with the same chance. The same seed
 // gives the same sets.

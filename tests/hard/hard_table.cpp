@@ -11,6 +11,7 @@
 #include <map>
 
 #include "bench/solver/study_table.hpp"
+#include "offline/fem/blas_kernels.hpp"
 #include "tests/hard/hard_cases.hpp"
 
 namespace palpate::hard {
@@ -156,6 +157,7 @@ int run(const std::filesystem::path& folder, const std::vector<std::string>& wor
 }  // namespace palpate::hard
 
 int main(int argc, char** argv) {
+  palpate::begin_again_with_fast_blas(argv);
   if (argc < 2) {
     fmt::print(stderr, "usage: palpate_hard_cases DIR [CASE ...]\n");
     return 1;
