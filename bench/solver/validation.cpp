@@ -1,13 +1,14 @@
 // palpate_study_validation DIR [PAGE ...]: writes the numbers of the nonlinear solver's validation as Markdown, which a
 // page embeds, and as CSV; with names of pages those alone. The scenes are those that tests/reference/solver_scenes_test.cpp holds to bounds.
 #include "bench/solver/validation.hpp"
-#include "offline/fem/blas_kernels.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <vector>
+
+#include "offline/fem/blas_kernels.hpp"
 
 int main(int argc, char** argv) {
   palpate::begin_again_with_fast_blas(argv);

@@ -100,14 +100,8 @@ MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer,
 
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst) {
-  const double floor = kForceFloor * largest_force(truths);
-  std::vector<MeasuredPush> pushes(truths.size());
-  for (const std::vector<size_t>& group : by_site(truths)) {
-    for (const size_t i : group) {
-      if (truths[i].solved) pushes[i] = measure_push(truths[i], method(truths[i].contacts), floor, worst);
-    }
-  }
-  return pushes;
+  return measure_pushes(
+      truths, [&] { return method; }, 1, {}, worst);
 }
 
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,

@@ -47,8 +47,9 @@ MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer,
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst = nullptr);
 
-// The same on so many threads, the pushes of each site by a method of their own: no digit depends on the threads.
-// `progress` gets sites done and their number.
+// The same on `jobs` threads, the pushes of each site by a method of their own, so that no digit depends on the threads.
+// `make_method` is called by any of them, and no two of its methods share a session. `progress` gets sites done and
+// their number.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
                                          const std::function<Method()>& make_method, int jobs,
                                          const std::function<void(int, int)>& progress = {},

@@ -22,8 +22,8 @@ class MethodTimer {
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
               std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
-  // One more round, of so many seconds or frames, whichever is less, and so many frames more with `caches` emptied
-  // before each.
+  // One more round: `seconds` or `most_frames`, whichever is less, and `cold_frames` more, before each of which `caches`,
+  // not null then, are emptied.
   void time_round(double seconds, int most_frames, int cold_frames = 0, CacheEvictor* caches = nullptr);
   // Into the row; cold times where there are any.
   void summarise(MethodRow& row) const;

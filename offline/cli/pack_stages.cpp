@@ -1,6 +1,5 @@
 #include "offline/cli/pack_stages.hpp"
 
-#include <string>
 #include <utility>
 
 #include "offline/cli/build_plan.hpp"
@@ -77,19 +76,10 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model) {
-    constexpr int kSteps = 1000;
-    ProgressBar bar(std::string("errors, ") + model_name(model), 2 * kSteps);
-    const auto show = [&](int before, int done, int total) {
-      bar.show(before + static_cast<int>(std::int64_t{done} * kSteps / total));
-    };
-    surveys.push_back({name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs,
-                                            [&](int done, int total) { show(0, done, total); })
-                                 .table});
-    if (answers_sets(model) && !sets.sets.empty()) {
-      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs, [&](int done, int total) {
-                              show(kSteps, done, total);
-                            }).table;
-    }
+    surveys.push_back(
+        {name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs).table});
+    if (answers_sets(model) && !sets.sets.empty())
+      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs).table;
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
   if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);

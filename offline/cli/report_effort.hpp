@@ -32,6 +32,7 @@ struct ReportEffort {
   int scene_survey = 0;        // pushes of its survey; 0: as many as `palpate build` takes
   int scene_sets = 0;          // and sets of several contacts
 
+  // A glance: surveys and judgements of so few pushes hold less surely than those of a whole report.
   static ReportEffort quick() {
     ReportEffort effort;
     effort.random_pushes = 32;

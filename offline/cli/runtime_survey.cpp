@@ -1,8 +1,11 @@
 #include "offline/cli/runtime_survey.hpp"
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <utility>
 
+#include "offline/cli/progress_bar.hpp"
 #include "offline/precompute/solver_threads.hpp"
 
 namespace palpate {
@@ -37,7 +40,7 @@ double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAn
 }  // namespace
 
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
-                                     int jobs, const std::function<void(int, int)>& progress) {
+                                     int jobs) {
   RuntimeSetSurvey survey;
   size_t most_contacts = 1;
   for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
@@ -58,7 +61,9 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
     said.displacement_error = push.displacement_error;
     said.force_error = push.force_error;
   };
-  for_each_on_threads(solved.sets.size(), jobs, ask, progress);
+  ProgressBar bar(std::string("errors of several contacts, ") + model_name(model),
+                  static_cast<int>(solved.sets.size()));
+  for_each_on_threads(solved.sets.size(), jobs, ask, [&](int done, int) { bar.show(done); });
   for (size_t i = 0; model == PAL_MODEL_ZONE && i < survey.answers.size(); ++i) {
     const SetAnswer& said = survey.answers[i];
     if (said.is_flagged) continue;
@@ -72,10 +77,13 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
 }
 
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
-                             const std::function<void(int, int)>& progress) {
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs) {
+  std::set<size_t> sites;
+  for (const SurveySample& sample : samples) sites.insert(sample.site);
+  ProgressBar bar(std::string("errors, ") + model_name(model), static_cast<int>(sites.size()));
   std::vector<MeasuredPush> pushes = measure_pushes(
-      truths_of(samples), [&] { return runtime_method(opened, model, 1); }, jobs, progress);
+      truths_of(samples), [&] { return runtime_method(opened, model, 1); }, jobs,
+      [&](int done, int) { bar.show(done); });
   if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
     return survey_of(samples, pushes, max_displacement);
   const auto polynomials = opened.segment<pack::PolynomialSite>(*opened.tables().polynomial_dd()->sites());

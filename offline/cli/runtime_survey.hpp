@@ -1,7 +1,6 @@
 // The errors of the real runtime, in its own precision, at pushes that were solved in full.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "offline/cli/measured_push.hpp"
@@ -21,11 +20,10 @@ struct RuntimeSurvey {
 // Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of affine_site the
 // others. Sites of `samples` are the pack's, lengths and forces in the model's units.
 // Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual
-// frame a sample, and a zone made ready for each site. On `jobs` threads, on which no digit depends; `progress` gets
-// sites done and their number.
+// frame a sample, and for each site a session and what its model makes ready there. On `jobs` threads, on which no digit
+// depends, with a progress bar.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
-                             const std::function<void(int, int)>& progress = {});
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs);
 
 // Of sets of several contacts.
 struct RuntimeSetSurvey {
@@ -37,9 +35,9 @@ struct RuntimeSetSurvey {
   int force_covered = 0;
 };
 
-// Of linear_dd or nonlinear_zone. Throws, takes threads and reports progress, of sets, as survey_runtime() does.
+// Of linear_dd or nonlinear_zone; each set has a session. Throws, and takes threads, as survey_runtime() does.
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
-                                     int jobs, const std::function<void(int, int)>& progress = {});
+                                     int jobs);
 
 // Whether a model answers several contacts at once.
 inline bool answers_sets(pal_model model) {

@@ -293,7 +293,7 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
                  "caches were emptied before the frame.");
   section.text(
       fmt::format("<h3>The pack's methods</h3>\n<p>Medians of frames; a second run on this machine may "
-                  "differ as medians of its five rounds "
+                  "differ as medians of its rounds "
                   "did, by a factor of up to {:.2f}. Errors of a second run are the same to the digit.</p>\n",
                   time_spread(organ)));
   section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");

@@ -8,6 +8,7 @@
 #include "runtime/src/response.hpp"
 #include "runtime/src/stand_in.hpp"
 #include "runtime/src/tool_holds.hpp"
+#include "runtime/src/tool_motion.hpp"
 
 namespace palpate {
 namespace {
@@ -144,7 +145,8 @@ void reset_tool(ToolState& state) {
   reset_output(state.output);
 }
 
-void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
+// Once a session: small.
+[[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
   states.contacts = arena.take<HeldContact>(config.max_contacts);
   states.tools = arena.take<ToolState>(config.max_tools);
   states.inputs = arena.take<pal_contact>(config.max_contacts);

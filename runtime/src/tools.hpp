@@ -1,4 +1,4 @@
-// Tools: what they hold, where they are, and the force that each of them feels.
+// Tools: where they are, what they hold there (tool_holds.hpp takes hold and lets go), and the force that each feels.
 //
 // A contact is welded to its tool. With the tool at the pose (p0, R0) where the contact is unstrained and the
 // contact's place x at rest, its arm is a = R0^T (x - p0) in the tool's frame, and at the pose (p, R) it has
@@ -96,7 +96,7 @@ inline void use_tool(ToolStates& states, uint32_t tool) {
 void reset_tool(ToolState& state);
 
 // Takes the arrays of a session with this config.
-[[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
+void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
 
 // One frame of all tools. `input` is complete and its pointers are valid. `results`: null, or max_tools
 // entries input.result_bytes apart.

@@ -34,8 +34,6 @@ const std::set<std::string> kAllowed = {
     "sqrt",
     "sqrtf",
     "fabs",
-    "fmax",
-    "fmin",
     "exp",
     "log",
     "cbrt",  // libm
