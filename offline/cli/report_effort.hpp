@@ -35,9 +35,9 @@ struct ReportEffort {
   // A glance: surveys and judgements of so few pushes hold less surely than those of a whole report.
   static ReportEffort quick() {
     ReportEffort effort;
-    effort.random_pushes = 32;
+    effort.random_pushes = 24;
     effort.most_sites = 3;
-    effort.pushes_at_level = 16;
+    effort.pushes_at_level = 12;
     effort.pushes_of_slow_methods = 8;
     effort.several = 2;
     effort.most_zone_rings = 2;
@@ -56,7 +56,7 @@ struct ReportEffort {
     effort.newton_frames = 3;
     effort.scene_sites = 4;
     effort.scene_survey = 96;
-    effort.scene_sets = 8;
+    effort.scene_sets = 4;
     return effort;
   }
 };
