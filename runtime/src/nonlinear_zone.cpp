@@ -215,14 +215,14 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// Forces and tractions of where the group has got to, and what it stores. Before the step the residual was so large.
+// Tractions, forces and loads of where the group has got to, and what it stores. Before the step the residual was so large.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_pull(frame, group);
   find_residual(frame, group);
   group.left = residual_before > 0 ? sqrt(size_of_residual(frame, group) / residual_before) : 0;
+  find_traction(frame, group);
   if (group.has_tangent) find_forces(frame, group);
   weigh_exterior(frame.pack, frame.state.rings, frame.set);
-  find_traction(frame, group);
   group.stored = stored_energy(frame, group);
 }
 

@@ -28,22 +28,16 @@ Panels panels_of_basis(const pal_pack& pack) {
   return {pack.mutual_basis, pack.num_mutual};
 }
 
-struct Force {
-  double x[3];
-  double per_force;  // dx / df; 0 where x has been shortened
-};
-
 double square_of(const double v[3]) {
   return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-// How far the series is good for the forces of a set, in x; beyond, a force counts the less the larger it is: contacts that
-// pull against each other bear many times what they do alone, and what each of their forces adds outside, which nearly
-// cancels, would have to be known as much better. In place of it there is then almost none: the answer to first order. Forces that
-// fix nodes cancel them as well, and of those no series is known.
+// How long loads of a set may be; beyond, one counts the less the longer it is: the loads of contacts that move against each
+// other are longer than the pushes warrant, and what each adds nearly cancels, of which the basis of pairs knows too little.
+// In place of it there is then almost none: the answer to first order. Forces that fix nodes have a part in what leaves the
+// zone, and of those no series is known.
 double reach_of(const pal_pack& pack, const ZoneSet& set) {
-  constexpr double kFarthest =
-      2;  // of one contact alone; within the scene's largest displacement x stays about 1
+  constexpr double kFarthest = 2;  // within the scene's largest displacement x stays about 1
   if (set.num_fixed > 0) return 0;
   if (set.num_contacts == 1) return kFarthest;
   double largest = 0;
@@ -57,21 +51,25 @@ double reach_of(const pal_pack& pack, const ZoneSet& set) {
   return std::min(kFarthest, sqrt(largest) / pack.max_displacement);
 }
 
-Force force_of(const pal_pack& pack, const ZoneSet& set, double reach, uint32_t contact) {
-  const double* f = set.force + size_t{3} * contact;
-  const double per_force = 1 / pack.zone_force_scale[set.sites[contact]];
-  Force force = {{f[0] * per_force, f[1] * per_force, f[2] * per_force}, per_force};
-  double* x = force.x;
-  const double length = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+// A load of the set as it counts.
+struct Load {
+  double x[3];
+  double per_load;  // d x: 0 where it has been shortened
+};
+
+Load load_of(const ZoneSet& set, double reach, uint32_t contact) {
+  Load load = {{}, 1};
+  memcpy(load.x, set.loads + size_t{3} * contact, sizeof load.x);
+  const double length = sqrt(square_of(load.x));
   if (length > reach) {
     const double part = reach / length;
-    for (int axis = 0; axis < 3; ++axis) x[axis] *= set.num_contacts == 1 ? part : part * part;
-    force.per_force = 0;
+    for (double& x : load.x) x *= set.num_contacts == 1 ? part : part * part;
+    load.per_load = 0;
   }
-  return force;
+  return load;
 }
 
-// The quadratic monomials of two forces x and y.
+// The quadratic monomials of two loads x and y.
 struct PairProducts {
   double of_both[9];  // x_a y_b
   double of_x[pack::num_monomials(2)];
@@ -103,7 +101,7 @@ PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis,
   return products;
 }
 
-// Adds what two contacts weigh the basis with: `products` of the forces x of `contact` and y of `other`.
+// Adds what two contacts weigh the basis with: `products` of the loads x of `contact` and y of `other`.
 void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact, uint32_t other,
               const PairProducts& products, double* weights) {
   const uint32_t site = set.sites[contact];
@@ -138,36 +136,105 @@ uint32_t exterior_degree(const ZoneSet& set, uint32_t column) {
   return is_own && column % pack::kZoneColumns >= pack::num_monomials(2) ? 3 : 2;
 }
 
+void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
+  // Of the largest of a load's own: what loads differ from their mean by. Where they nearly cancel, which the boundary hardly tells
+  // apart, they stay small: on the brain it makes errors of three neighbours half as large as 1e-3 does.
+  constexpr double kRidge = 0.1;
+  const uint32_t count = group.num_fitted;
+  const size_t stride = group.boundary_stride;
+  const uint32_t moving = 3 * group.num_boundary;
+  double* tractions = group.loads_of_tractions;
+  double* moves = group.loads_of_moves;
+  const auto force_at = [&](uint32_t p) { return pack.site_forces + size_t{9} * p; };
+  const auto site_of = [&](uint32_t row) { return set.sites[group.contacts[row / 3]]; };
+  memset(tractions, 0, 2 * count * stride * sizeof *tractions);
+  for (uint32_t row = 0; row < count; row += 3) {
+    const uint32_t site = site_of(row);
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+      for (uint32_t b = 0; b < group.num_boundary; ++b) {
+        double block[9];
+        zone_compliance(pack, set.nodes[first_boundary(group) + b], pack.patch_nodes[p], block);
+        for (uint32_t i = 0; i < 9; ++i) {
+          double* to = tractions + (row + i % 3) * stride + 3 * b + i / 3;
+          for (uint32_t k = 0; k < 3; ++k) *to += block[i / 3 * 3 + k] * force_at(p)[3 * k + i % 3];
+        }
+      }
+    }
+  }
+  double gram[3 * kMostZoneContacts][3 * kMostZoneContacts];
+  double largest = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
+                             tractions + i * stride, moves + i * stride);
+    for (uint32_t j = 0; j < count; ++j) {
+      gram[i][j] = 0;
+      for (uint32_t k = 0; k < moving; ++k) gram[i][j] += moves[i * stride + k] * tractions[j * stride + k];
+    }
+    largest = std::max(largest, gram[i][i]);
+  }
+  const auto add_row = [&](uint32_t to, uint32_t from, double factor) {
+    for (uint32_t j = 0; j < count; ++j) gram[to][j] += factor * gram[from][j];
+    for (uint32_t k = 0; k < moving; ++k) {
+      tractions[to * stride + k] += factor * tractions[from * stride + k];
+      moves[to * stride + k] += factor * moves[from * stride + k];
+    }
+  };
+  // Gauss and Jordan: no pivots, as it is positive definite.
+  for (uint32_t i = 0; i < count && largest > 0; ++i) {
+    gram[i][i] += kRidge * largest;
+    for (uint32_t j = i % 3; j < count; j += 3) gram[i][j] -= kRidge * largest / group.num_contacts;
+  }
+  for (uint32_t i = 0; i < count && largest > 0; ++i) {
+    add_row(i, i, 1 / gram[i][i] - 1);
+    for (uint32_t other = 0; other < count; ++other) {
+      if (other != i) add_row(other, i, -gram[other][i]);
+    }
+  }
+  // From displacements of the patches to forces.
+  for (uint32_t row = 0; row < count; row += 3) {
+    const uint32_t site = site_of(row);
+    double stiffness[9] = {};
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+      for (uint32_t i = 0; i < 9; ++i) stiffness[i] += force_at(p)[i] / pack.zone_force_scale[site];
+    }
+    for (double* rows : {tractions + row * stride, moves + row * stride}) {
+      for (uint32_t k = 0; k < moving; ++k) {
+        const double d[3] = {rows[k], rows[stride + k], rows[2 * stride + k]};
+        for (uint32_t i = 0; i < 3; ++i)
+          rows[i * stride + k] =
+              stiffness[3 * i] * d[0] + stiffness[3 * i + 1] * d[1] + stiffness[3 * i + 2] * d[2];
+      }
+    }
+  }
+}
+
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   double* weights = set.weights;
-  Force forces[kMostZoneContacts];
-  double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
+  Load loads[kMostZoneContacts];
   const double reach = reach_of(pack, set);
+  double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
   if (set.num_contacts > 1) memset(mutual, 0, pack.num_mutual * sizeof *mutual);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    forces[c] = force_of(pack, set, reach, c);
+    loads[c] = load_of(set, reach, c);
     double monomials[kFirst + pack::kZoneColumns];
-    pack::evaluate_monomials(forces[c].x, pack::kZoneDegree, monomials);
+    pack::evaluate_monomials(loads[c].x, pack::kZoneDegree, monomials);
     memcpy(weights + size_t{c} * pack::kZoneColumns, monomials + kFirst,
            pack::kZoneColumns * sizeof *weights);
     for (uint32_t other = 0; other < c && pack.num_mutual > 0; ++other)
-      add_pair(pack, set, rings, c, other, products_of(forces[c].x, forces[other].x), mutual);
+      add_pair(pack, set, rings, c, other, products_of(loads[c].x, loads[other].x), mutual);
   }
 }
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
-  const double* f = set.force + size_t{3} * contact;
-  const double part = std::min(1.0, largest / pack.max_displacement);
-  return sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) >
-         sqrt(part) * pack.zone_force_scale[set.sites[contact]];
+  return square_of(set.loads + size_t{3} * contact) > std::min(1.0, largest / pack.max_displacement);
 }
 
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]) {
   const double reach = reach_of(pack, set);
-  const Force force = force_of(pack, set, reach, contact);
+  const Load load = load_of(set, reach, contact);
   double monomials[kFirst + pack::kZoneColumns];
-  pack::evaluate_monomials(force.x, pack::kZoneDegree, monomials);
+  pack::evaluate_monomials(load.x, pack::kZoneDegree, monomials);
   for (uint32_t axis = 0; axis < 3; ++axis) {
     double* by_axis = derivatives[axis];
     memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
@@ -177,12 +244,12 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
       if (index < kFirst || powers[axis] == 0) return;
       const double power = powers[axis]--;
       own[index - kFirst] =
-          force.per_force * power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
+          load.per_load * power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
     });
     for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
       if (other == contact) continue;
-      const Force of_other = force_of(pack, set, reach, other);
-      add_pair(pack, set, rings, contact, other, derivatives_of(force.x, of_other.x, axis, force.per_force),
+      const Load of_other = load_of(set, reach, other);
+      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis, load.per_load),
                by_axis + size_t{set.num_contacts} * pack::kZoneColumns);
     }
   }

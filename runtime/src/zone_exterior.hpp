@@ -1,11 +1,20 @@
-// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the net forces f of
+// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the *loads* x of
 // the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have the equations).
 //
-//   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj           x_c = f_c / force_scale
+//   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
 //     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k w_cdjk p_k   p a basis
 //
-// which is a sum of columns, 16 for each contact and those of p, times weights that the forces give. Left out is what
+// which is a sum of columns, 16 for each contact and those of p, times weights that the loads give. Left out is what
 // contacts add to each other in the third order. Units of the model.
+//
+// A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series are
+// made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it never
+// leaves the zone. What leaves are the tractions t of the group's boundary, which move the linear organ there by C_BB t.
+// With V the columns by which it moves as each patch does, and K_P the stiffness of each alone,
+//
+//   x = Gamma t,   Gamma = K_P (V^T T V)^-1 V^T / force_scale,   T = C_BB^-1
+//
+// are the forces at the patches whose field is nearest to that one, in the linear organ's energy.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -21,21 +30,24 @@ inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * pack::kZone
 // Of so many contacts.
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// ZoneSet::weights := their weights at the forces of the set. Those of several contacts that are larger than the pushes warrant count the
-// less the larger they are: the answer tends to that of first order outside.
+// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2 multiply-adds a
+// contact.
+void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
+
+// ZoneSet::weights := their weights at the loads of the set. Those of several contacts that are longer than the pushes warrant count the
+// less the longer they are: the answer tends to that of first order outside.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
-// Whether a contact bears more than the series was made for. What is of second order, as part of a push, goes as f^2 / d:
-// more of it than the scene's largest displacement D makes of the contact alone, whose force there is F, has
-// (f / F)^2 > d / D. So neighbours that pull against each other are beyond it even where they hardly move. `largest`:
-// displacement of the set, length unit.
+// Whether the load of a contact is more than the series was made for. What is of second order, as part of a push, goes as
+// x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most 1, has
+// x^2 > d / D. `largest`: displacement of the set, length unit.
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
-// Of those weights by the force of one contact; zero where that has been shortened.
+// Of those weights by the load of one contact; zero where that is too long.
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]);
 
-// 2 or 3, of a column's weight in the forces.
+// 2 or 3, of a column's weight in the loads.
 uint32_t exterior_degree(const ZoneSet& set, uint32_t column);
 
 // The columns q on the boundary of a group, and T q, to which ZoneGroup::exterior_fields and exterior_pulls point.

@@ -194,7 +194,8 @@ bool list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
   group.num_nodes = set.num_nodes - group.first_node;
   group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
   group.num_axes = state.axes_per_contact * group.num_contacts;
-  group.size = group.unknowns + group.num_axes + 3 * group.num_contacts;
+  group.num_fitted = group.num_contacts > 1 ? 3 * group.num_contacts : 0;
+  group.size = group.unknowns + group.num_axes + group.num_fitted + 3 * group.num_contacts;
   group.stride = elimination_stride(group.size);
   group.boundary_stride = elimination_stride(3 * group.num_boundary);
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {

@@ -15,14 +15,17 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
-  const size_t rows = size_t{group.num_axes + 1} * group.unknowns;
+  const size_t rows = size_t{group.num_axes + group.num_fitted + 1} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
   const size_t couplings = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
-  const size_t matrices = 2 * (square + fields) + couplings + group.boundary_stride;
+  const size_t loads = size_t{group.num_fitted} * group.boundary_stride;
+  const uint32_t of_contacts = 3 * group.num_contacts;
+  const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
+  const size_t matrices = 2 * (square + fields + loads) + couplings + changes + group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
@@ -31,8 +34,12 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.whole = group.exterior + square;
   group.exterior_fields = group.whole + square;
   group.exterior_pulls = group.exterior_fields + fields;
-  group.couplings = group.exterior_pulls + fields;
+  group.loads_of_tractions = group.exterior_pulls + fields;
+  group.loads_of_moves = group.loads_of_tractions + loads;
+  group.couplings = group.loads_of_moves + loads;
   group.coupled = group.couplings + couplings;
+  group.brought = group.coupled + group.boundary_stride;
+  group.back = group.brought + group.num_axes * of_contacts;
   group.factor = state.tangents + state.tangents_used;
   group.spare = group.factor + tangent;
   group.sensitivities = set.rows + state.rows_used;
@@ -229,7 +236,8 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     }
   }
   for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = 0;
-  // The exterior answers to the forces that were: those of contacts that stay, which stay turned as well. So does one that slides.
+  // The exterior answers to the loads that were: those of contacts that stay, which stay turned as well. So does one that slides.
+  memset(set.loads, 0, size_t{3} * set.num_contacts * sizeof *set.loads);
   memset(set.force, 0, set.num_axes * sizeof *set.force);
   memset(set.followed, 0, set.num_axes * sizeof *set.followed);
   memset(set.turning, 0, set.num_contacts * sizeof *set.turning);
@@ -238,6 +246,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     while (old < before.num_contacts && before.sites[old] != set.sites[c]) ++old;
     if (old < before.num_contacts) {
       memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
+      memcpy(set.loads + size_t{3} * c, before.loads + size_t{3} * old, 3 * sizeof *set.loads);
     } else if (set.num_contacts == before.num_contacts && has_slid(pack, before.points[c], set.points[c])) {
       old = c;
     }
@@ -246,7 +255,6 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
            before.followed + size_t{3} * (before.num_contacts + old), 3 * sizeof *set.followed);
   }
   memset(set.stiffness, 0, set.num_axes * sizeof *set.stiffness);
-  memset(set.brought, 0, set.num_axes * sizeof *set.brought);
   memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
   // A patch moves as one: as the mean of its nodes, but for its turn.
   double held[kMostZoneContacts] = {};
@@ -302,14 +310,16 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.max_quadratic = state.max_elements < pack.num_quadratic ? state.max_elements : pack.num_quadratic;
   const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + fixed;
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
+  const uint32_t axes = state.axes_per_contact * state.max_contacts;
+  const uint32_t loads = 3 * state.max_contacts;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
   state.max_matrices =
-      squares * (2 * squares + couplings + 2 * num_exterior_columns(pack, state.max_contacts) + 1);
+      squares * (2 * squares + couplings + 2 * (num_exterior_columns(pack, state.max_contacts) + loads) + 1) +
+      size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  const uint32_t axes = state.axes_per_contact * state.max_contacts;
-  state.max_rows = size_t{axes + 1} * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + axes + (3 + kEliminationRows) * state.max_contacts;
+  state.max_rows = size_t{axes + loads + 1} * (unknowns + kEliminationColumns * state.max_contacts);
+  const uint32_t size = unknowns + axes + 2 * loads + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
@@ -323,9 +333,9 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->followed = arena.take<double>(axes);
     set->wanted = arena.take<double>(axes);
     set->force = arena.take<double>(axes);
+    set->loads = arena.take<double>(loads);
     set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
-    set->brought = arena.take<double[kMostZoneAxes]>(axes);
     set->points = arena.take<double[3]>(state.max_contacts);
     set->places = arena.take<double[3]>(state.max_contacts);
     set->turning = arena.take<double[9]>(state.max_contacts);
@@ -426,8 +436,10 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = set.wanted[at] = set.force[at] = 0;
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
+    memset(set.loads + size_t{3} * group.contacts[slot], 0, 3 * sizeof *set.loads);
+  }
   group.has_tangent = false;
   group.is_making = false;
   group.failures = 0;
@@ -487,9 +499,11 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         if (!go_on(order, 2 * order)) return false;
         take_whole(pack, set, state.preparation, group);
         gather_exterior(pack, state, set, group);
+        fit_loads(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
-        spent += assembled(group) + uint64_t{num_exterior_columns(pack, set.num_contacts)} *
-                                        group.boundary_stride * group.boundary_stride;
+        spent +=
+            assembled(group) + uint64_t{num_exterior_columns(pack, set.num_contacts) + group.num_fitted} *
+                                   group.boundary_stride * group.boundary_stride;
         state.phase = Phase::own;
         state.column = 0;
         break;

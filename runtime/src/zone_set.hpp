@@ -43,8 +43,10 @@ struct ZoneGroup {
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, and three for what the exterior
-  // of each contact brings back.
+  uint32_t
+      num_fitted;  // loads that the boundary gives, not forces: 0 of a contact alone, else three for each
+  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, the fitted loads, and three
+  // for each contact.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
@@ -54,14 +56,22 @@ struct ZoneGroup {
   // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
   double* exterior_fields;
   double* exterior_pulls;
+  // [num_fitted][boundary_stride] loads by the tractions on this boundary, and by how the linear organ moves it: Gamma,
+  // Gamma T (zone_exterior.hpp)
+  double* loads_of_tractions;
+  double* loads_of_moves;
   // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
   double* couplings;
   double* coupled;  // [boundary_stride] T times how far their tractions moved this boundary when it was found
   double others_moved;  // since then
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
-  // [num_axes][unknowns] d unknown / d axis, negative; and the last Newton step
+  // [num_axes + num_fitted + 1][unknowns] d unknown / d axis, negative; d load / d force on an unknown; and the last
+  // Newton step
   double* sensitivities;
+  // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, H
+  double* brought;
+  double* back;
   bool has_tangent;
   bool is_shifted;     // the stiffness was made positive definite
   double moved;        // how far contacts and nodes have moved since it was begun
@@ -116,9 +126,9 @@ struct ZoneSet {
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
-  double* weights;   // [columns] of the exterior at these forces (zone_exterior.hpp)
+  double* loads;     // [num_contacts][3] of the exterior (zone_exterior.hpp)
+  double* weights;   // [columns] at these loads
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
-  double (*brought)[kMostZoneAxes];    // [num_axes] (1 - H)^-1 (zone_tangent.hpp)
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
   double (*places)[3];

@@ -25,19 +25,38 @@ double* row_of(const ZoneGroup& group, uint32_t index) {
   return group.sensitivities + size_t{index} * group.unknowns;
 }
 
-// -T dq/df of a contact of the group, as its three rows.
-void add_exterior_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
+double product(const double* a, const double* b, uint32_t count) {
+  double sum = 0;
+  for (uint32_t i = 0; i < count; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+uint32_t num_sensitivities(const ZoneGroup& group) {
+  return group.num_axes + group.num_fitted;
+}
+
+// R, of a contact that has neighbours; -G^T; and -Gamma G.
+void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
   double derivatives[3][kMostExteriorColumns];
   differentiate_exterior(frame.pack, frame.set, frame.state.rings, group.contacts[slot], derivatives);
-  const uint32_t first = group.unknowns + group.num_axes + 3 * slot;
-  double* rows = matrix + first + size_t{3} * group.num_interior * group.stride;
+  const size_t stride = group.boundary_stride;
+  const uint32_t moving = 3 * group.num_boundary;
+  const uint32_t fitted = group.unknowns + group.num_axes;
+  double* columns = matrix + size_t{3} * group.num_interior * group.stride;
+  double* pulls = frame.state.vector;
   for (uint32_t axis = 0; axis < 3; ++axis) {
-    double* row = frame.state.vector;
-    memset(row, 0, group.boundary_stride * sizeof *row);
+    const uint32_t load = 3 * slot + axis;
+    const uint32_t given = fitted + group.num_fitted + load;
+    for (uint32_t i = 0; i < moving && group.num_fitted > 0; ++i)
+      columns[size_t{i} * group.stride + fitted + load] = group.loads_of_moves[load * stride + i];
+    memset(pulls, 0, stride * sizeof *pulls);
     frame.state.kernel.add_product(group.exterior_pulls, group.boundary_stride, group.boundary_stride,
                                    num_exterior_columns(frame.pack, frame.set.num_contacts),
-                                   derivatives[axis], row);
-    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) rows[size_t{i} * group.stride + axis] = -row[i];
+                                   derivatives[axis], pulls);
+    for (uint32_t i = 0; i < moving; ++i) columns[size_t{i} * group.stride + given] = -pulls[i];
+    for (uint32_t other = 0; other < group.num_fitted; ++other)
+      matrix[size_t{fitted + other} * group.stride + given] =
+          -product(group.loads_of_tractions + other * stride, pulls, moving);
   }
 }
 
@@ -59,7 +78,7 @@ void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* ma
     double* to = matrix + (boundary + j) * stride + boundary;
     for (uint32_t i = j; i < 3 * group.num_boundary; ++i) to[i] += from[i];
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) add_exterior_rows(frame, group, slot, matrix);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) add_load_rows(frame, group, slot, matrix);
   const uint32_t free = group.num_interior + group.num_boundary;
   for (uint32_t i = 3 * free; i < group.unknowns; ++i) matrix[i * stride + i] = 1;
   for (uint32_t i = 0; i < free; ++i) {
@@ -71,61 +90,60 @@ void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* ma
   for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
 }
 
-// The sums of (1 - H)^-1 where q brings H of a change of force back, as long as that is a small part of it; and of torques, what
-// that brings them, H_t (1 - H)^-1.
-void find_brought(const ZoneGroup& group, const double* trailing, ZoneSet& set) {
+// x of a contact alone, of its force.
+double load_per_force(const ZoneFrame& frame, const ZoneGroup& group) {
+  return 1 / frame.pack.zone_force_scale[frame.set.sites[group.contacts[0]]];
+}
+
+// N times a change of loads.
+void settle(const ZoneGroup& group, const double* change, double* settled) {
   const uint32_t count = 3 * group.num_contacts;
-  const auto back = [&](uint32_t i, uint32_t j) {
-    return trailing[size_t{i} * group.stride + group.num_axes + j];
-  };
-  double largest = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    double sum = 0;
-    for (uint32_t j = 0; j < count; ++j) sum += fabs(back(i, j));
-    largest = std::max(largest, sum);
-  }
-  const bool is_small = largest <= kMostBrought;
-  for (uint32_t column = 0; column < count; ++column) {
-    double sum[3 * kMostZoneContacts] = {};
-    sum[column] = 1;
-    for (uint32_t turn = 0; turn < kTurns && is_small; ++turn) {
-      double next[3 * kMostZoneContacts];
-      for (uint32_t i = 0; i < count; ++i) {
-        next[i] = i == column ? 1 : 0;
-        for (uint32_t j = 0; j < count; ++j) next[i] += back(i, j) * sum[j];
-      }
-      memcpy(sum, next, count * sizeof *sum);
-    }
-    for (uint32_t i = 0; i < group.num_axes; ++i) {
-      double brought = i < count ? sum[i] : 0.0;
-      for (uint32_t j = 0; j < count && i >= count && is_small; ++j) brought += back(i, j) * sum[j];
-      set.brought[contact_axis(set, group, i)][contact_axis(set, group, column)] = brought;
-    }
+  memcpy(settled, change, count * sizeof *settled);
+  for (uint32_t turn = 0; turn < kTurns; ++turn) {
+    double next[3 * kMostZoneContacts];
+    for (uint32_t i = 0; i < count; ++i)
+      next[i] = change[i] + product(group.back + i * count, settled, count);
+    memcpy(settled, next, count * sizeof *settled);
   }
 }
 
 // What an eliminated matrix says of the contacts. False, and nothing taken, where that is not finite.
 bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
   ZoneSet& set = frame.set;
-  const double* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
-  const uint32_t forces = 3 * group.num_contacts;
+  const uint32_t loads = 3 * group.num_contacts;
   const uint32_t count = group.num_axes;
-  for (uint32_t j = 0; j < count; ++j) {
-    for (uint32_t i = j; i < count + forces; ++i) {
-      if (!(fabs(trailing[size_t{j} * group.stride + i]) <= kLargestForce)) return false;
+  const uint32_t given = count + group.num_fitted;
+  const uint32_t first_load = group.num_fitted > 0 ? count : 0;  // rows that loads go with
+  const double per_row = group.num_fitted > 0 ? 1 : load_per_force(frame, group);
+  const double* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
+  const auto left = [&](uint32_t row, uint32_t column) {
+    return row > column ? trailing[size_t{column} * group.stride + row]
+                        : trailing[size_t{row} * group.stride + column];
+  };
+  for (uint32_t j = 0; j < given; ++j) {
+    for (uint32_t i = j; i < given + loads; ++i) {
+      if (!(fabs(left(i, j)) <= kLargestForce)) return false;
     }
   }
-  find_brought(group, trailing, set);
-  const auto felt = [&](uint32_t i, uint32_t j) {
-    return i > j ? trailing[size_t{j} * group.stride + i] : trailing[size_t{i} * group.stride + j];
-  };
-  for (uint32_t i = 0; i < count; ++i) {
-    for (uint32_t j = 0; j < count; ++j) {
-      double sum = i < forces ? 0.0 : felt(i, j);
-      for (uint32_t k = 0; k < forces; ++k)
-        sum += set.brought[contact_axis(set, group, i)][contact_axis(set, group, k)] * felt(k, j);
-      set.stiffness[contact_axis(set, group, i)][contact_axis(set, group, j)] = sum;
+  double largest = 0;
+  for (uint32_t i = 0; i < loads; ++i) {
+    double sum = 0;
+    for (uint32_t j = 0; j < loads; ++j) {
+      group.back[i * loads + j] = per_row * left(given + j, first_load + i);
+      sum += fabs(group.back[i * loads + j]);
     }
+    for (uint32_t axis = 0; axis < count; ++axis) group.brought[axis * loads + i] = left(given + i, axis);
+    largest = std::max(largest, sum);
+  }
+  if (largest > kMostBrought) memset(group.back, 0, size_t{loads} * loads * sizeof *group.back);
+  for (uint32_t j = 0; j < count; ++j) {
+    double change[3 * kMostZoneContacts] = {};
+    double settled[3 * kMostZoneContacts];
+    for (uint32_t i = 0; i < loads; ++i) change[i] = per_row * left(first_load + i, j);
+    settle(group, change, settled);
+    for (uint32_t i = 0; i < count; ++i)
+      set.stiffness[contact_axis(set, group, i)][contact_axis(set, group, j)] =
+          left(i, j) + product(group.brought + i * loads, settled, loads);
   }
   for (uint32_t i = 0; i < count; ++i) {
     for (uint32_t j = 0; j < i; ++j) {
@@ -145,10 +163,10 @@ bool take_tangent(ZoneFrame& frame, ZoneGroup& group) {
   group.factor = made;
   for (uint32_t column = 0; column < group.unknowns; ++column) {
     const double* from = made + size_t{column} * group.stride + group.unknowns;
-    for (uint32_t t = 0; t < group.num_axes; ++t) row_of(group, t)[column] = from[t];
+    for (uint32_t t = 0; t < num_sensitivities(group); ++t) row_of(group, t)[column] = from[t];
   }
   frame.state.kernel.back_substitute(made, group.stride, group.unknowns, group.sensitivities, group.unknowns,
-                                     group.num_axes);
+                                     num_sensitivities(group));
   group.has_tangent = true;
   group.is_shifted = group.shift > 0;
   group.moved = group.moved_since;
@@ -216,7 +234,7 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
-  double* step = row_of(group, group.num_axes);
+  double* step = row_of(group, num_sensitivities(group));
   memcpy(step, frame.state.residual, group.unknowns * sizeof *step);
   frame.state.kernel.forward_substitute(group.factor, group.stride, group.unknowns, step);
   frame.state.kernel.back_substitute(group.factor, group.stride, group.unknowns, step, group.unknowns, 1);
@@ -230,26 +248,34 @@ const double* sensitivity(const ZoneGroup& group, uint32_t index) {
 void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
   const double* residual = frame.state.residual;
-  const uint32_t count = 3 * group.num_contacts;
-  // At the q that there was, of forces less what they were; then with what the difference brings.
-  double change[kMostZoneAxes];
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const double* row = row_of(group, i);
-    double sum = residual[group.unknowns + i];
-    for (uint32_t k = 0; k < group.unknowns; ++k) sum -= row[k] * residual[k];
-    change[i] = i < count ? sum - set.force[contact_axis(set, group, i)] : sum;
-  }
+  const double* tractions = set.traction + size_t{3} * first_boundary(group);
+  const uint32_t loads = 3 * group.num_contacts;
+  const auto behind = [&](uint32_t row) { return product(row_of(group, row), residual, group.unknowns); };
   double forces[kMostZoneAxes];
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    forces[i] = i < count ? set.force[contact_axis(set, group, i)] : change[i];
-    for (uint32_t j = 0; j < count; ++j)
-      forces[i] += set.brought[contact_axis(set, group, i)][contact_axis(set, group, j)] * change[j];
-    if (!(fabs(forces[i]) <= kLargestForce)) {
-      frame.flags |= PAL_FLAG_NOT_FINITE;
-      return;
+  for (uint32_t i = 0; i < group.num_axes; ++i) forces[i] = residual[group.unknowns + i] - behind(i);
+  double change[3 * kMostZoneContacts] = {};
+  for (uint32_t i = 0; i < loads; ++i) {
+    change[i] = -set.loads[contact_axis(set, group, i)];
+    if (group.num_fitted == 0) {
+      change[i] += load_per_force(frame, group) * forces[i];
+    } else {
+      const double* fit = group.loads_of_tractions + size_t{i} * group.boundary_stride;
+      change[i] += product(fit, tractions, 3 * group.num_boundary) - behind(group.num_axes + i);
     }
   }
+  double settled[3 * kMostZoneContacts];
+  settle(group, change, settled);
+  bool sound = true;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    forces[i] += product(group.brought + i * loads, settled, loads);
+    sound = sound && fabs(forces[i]) <= kLargestForce && (i >= loads || fabs(settled[i]) <= kLargestForce);
+  }
+  if (!sound) {
+    frame.flags |= PAL_FLAG_NOT_FINITE;
+    return;
+  }
   for (uint32_t i = 0; i < group.num_axes; ++i) set.force[contact_axis(set, group, i)] = forces[i];
+  for (uint32_t i = 0; i < loads; ++i) set.loads[contact_axis(set, group, i)] += settled[i];
 }
 
 }  // namespace palpate

@@ -1,24 +1,30 @@
 // The linearisation of a group: its stiffness factored, and what it says of the contacts.
 //
 // A patch moves as one, so contacts are three unknowns each, or six where patches turn: dw moves a node by dw x a, a its arm.
-// Behind them stand three rows for each contact, -G^T, G = T dq/df:
+// Behind them stand six rows for each contact, R = Gamma T, by which the boundary's moves make loads x (zone_exterior.hpp), and
+// -G^T, G = T dq/dx:
 //
-//   [ K_uu   .    . ]        [ L    .            . ]
-//   [ K_cu  K_cc  . ]  ->    [ X   K_cc - X X^T  . ]    after elimination of the unknowns u
-//   [ -G^T   0    0 ]        [ Z   -Z X^T        . ]
+//   [ K_uu   .    .   . ]        [ L    .                      . ]
+//   [ K_cu  K_cc  .   . ]  ->    [ X   K_cc - X X^T    .       . ]    after elimination of the unknowns u
+//   [ R      0    0   . ]        [ W   -W X^T         -W W^T   . ]
+//   [ -G^T   0    0   0 ]        [ Z   -Z X^T         -Z W^T   . ]
 //
-// At given q, A = K_cc - X X^T is the stiffness that a tool feels and -X L^-1 how u follows the contacts, which is where
-// the next frame starts from; r_c - X L^-1 r_u is the force once u is set right to first order. But q goes with the forces,
-// H^T = -Z X^T of it comes back, and so (1 - H) df = A dd: stiffness and force are those of (1 - H)^-1. To torques comes
-// H_t df, of the forces alone. What the nodes' own forces add to d torque / dw as their arms turn is ZoneSet::turning.
+// At given x, A = K_cc - X X^T is the stiffness that a tool feels and -X L^-1 how u follows the contacts, which is where
+// the next frame starts from; r_c - X L^-1 r_u is the force once u is set right to first order. But then the loads are xi =
+// Gamma t - W L^-1 r_u, and as they change to x + dx, u follows by Y dx, Y = K_uu^-1 G: dx = xi - x + (R Y - Gamma G) dx, so
+//
+//   dx = N (xi - x),   N = (1 - R Y + Gamma G)^-1,   D^T = -Z X^T,   R Y = (-Z W^T)^T
+//
+// brings forces and torques D dx, and stiffness is A + D N (-W X^T). What the nodes' own forces add to d torque / dw as
+// their arms turn is ZoneSet::turning.
 //
 // A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which the
 // stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next one is
 // factored in slices, kTangentFrames of them at most, so that no frame pays for all of it; in one go where there is none, or
 // where that part is too large.
 //
-// The force is the gradient of the stored energy but for what q leaves out, orders beyond the third: (1 - H)^-1 A is
-// symmetric to about 1e-4 of it, and is made so.
+// The force is the gradient of the stored energy but for what q leaves out, orders beyond the third and what of the boundary's
+// moves no loads make: the stiffness is nearly symmetric, and is made so.
 #pragma once
 
 #include "runtime/src/zone_balance.hpp"
@@ -45,7 +51,7 @@ const double* find_step(ZoneFrame& frame, const ZoneGroup& group);
 // d unknown / d axis, negative: [unknowns], of the group's axis `index`.
 const double* sensitivity(const ZoneGroup& group, uint32_t index);
 
-// Forces and torques of the contacts of find_residual() before, into the set. They stay as they were where they would not be
+// Forces, torques and loads of the contacts of find_residual() and find_traction() before, into the set. They stay as they were where they would not be
 // finite.
 void find_forces(ZoneFrame& frame, const ZoneGroup& group);
 

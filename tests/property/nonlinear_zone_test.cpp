@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numbers>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "offline/pack/pack_writer.hpp"
@@ -191,17 +192,23 @@ TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
   }
 }
 
-// Pulled apart, two neighbours bear more than either would alone.
-TEST(NonlinearZone, NeighboursThatPullAgainstEachOtherAreFlagged) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+// Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to second order
+// in their forces the errors were 1.3 and 0.36 %.
+TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
+  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const double size = 0.5 * organ.block.sites.mean_surface_edge;
+  const std::vector<pal_contact> contacts = {{6, {-size, 0, 0}, 0, {}, {}, {}},
+                                             {7, {size, 0, 0}, 0, {}, {}, {}}};
+  const ContactAnswer truth = organ.solve(contacts);
   OwnedSession session(organ.pack->get(), organ.config(2));
-  const double d = 0.9 * organ.block.scene.max_displacement;
-  const auto together = settle(session, {{3, {d, 0, 0}, 0, {}, {}, {}}, {4, {d, 0, 0}, 0, {}, {}, {}}});
-  const auto apart = settle(session, {{3, {-d, 0, 0}, 0, {}, {}, {}}, {4, {d, 0, 0}, 0, {}, {}, {}}});
-  for (int c = 0; c < 2; ++c) {
-    EXPECT_EQ(together[static_cast<size_t>(c)].flags & PAL_FLAG_EXTRAPOLATED, 0U);
-    EXPECT_NE(apart[static_cast<size_t>(c)].flags & PAL_FLAG_EXTRAPOLATED, 0U);
+  const auto apart = settle(session, contacts);
+  for (size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ(apart[c].flags, 0U);
+    EXPECT_LE((Eigen::Vector3d(apart[c].force) - truth.forces[c]).norm(), 0.0025 * truth.forces[c].norm());
   }
+  EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 0.011 * size);
+  const auto alone = settle(session, {contacts[0]});
+  EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
 }
 
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
@@ -299,9 +306,9 @@ TEST(NonlinearZone, ErrorsAreOfFourthOrder) {
   }
 }
 
-// What two contacts add to each other is most of what each by itself leaves; what is left of it is what the basis leaves.
+// What two contacts add to each other is part of what each by itself leaves; of neighbours less, whose loads have some of it.
 TEST(NonlinearZone, PairsAddToEachOther) {
-  for (const auto& [first, second] : {std::pair{6u, 18u}, {6u, 7u}}) {
+  for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
     const auto error_of = [&](bool pairs) {
       const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
@@ -314,8 +321,8 @@ TEST(NonlinearZone, PairsAddToEachOther) {
       return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
     };
     const double error = error_of(true);
-    EXPECT_LE(error, 6e-3);
-    EXPECT_LE(error, 0.5 * error_of(false));
+    EXPECT_LE(error, 4.5e-3);
+    EXPECT_LE(error, left * error_of(false));
   }
 }
 
