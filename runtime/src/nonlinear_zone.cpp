@@ -247,6 +247,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       place_held(frame, group);
       if (!evaluate_elements(frame, group)) {
         rest_group(pack, set, group);
+        weigh_exterior(pack, state.rings, set);
         state.has_reset = true;
       }
       make_tangent(frame, group);
@@ -295,6 +296,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     answer.energy += group.stored;
     if (!failed[g]) advance_tangent(frame, group);
   }
+  if (answer.has_reset) weigh_exterior(pack, state.rings, set);
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;

@@ -16,7 +16,7 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
 }
 
 // What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
-// forces, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
+// tractions, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
 double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t columns = num_exterior_columns(frame.pack, set.num_contacts);

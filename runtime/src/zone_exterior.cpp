@@ -54,17 +54,17 @@ double reach_of(const pal_pack& pack, const ZoneSet& set) {
 // A load of the set as it counts.
 struct Load {
   double x[3];
-  double per_load;  // d x: 0 where it has been shortened
+  bool is_shortened;
 };
 
 Load load_of(const ZoneSet& set, double reach, uint32_t contact) {
-  Load load = {{}, 1};
+  Load load = {{}, false};
   memcpy(load.x, set.loads + size_t{3} * contact, sizeof load.x);
   const double length = sqrt(square_of(load.x));
   if (length > reach) {
     const double part = reach / length;
     for (double& x : load.x) x *= set.num_contacts == 1 ? part : part * part;
-    load.per_load = 0;
+    load.is_shortened = true;
   }
   return load;
 }
@@ -89,14 +89,14 @@ PairProducts products_of(const double x[3], const double y[3]) {
   return products;
 }
 
-// Their derivatives by x_axis, times a scale.
-PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis, double scale) {
+// Their derivatives by x_axis.
+PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis) {
   PairProducts products = {};
   uint32_t j = 0;
   for (uint32_t a = 0; a < 3; ++a) {
-    for (uint32_t b = 0; b < 3 && a == axis; ++b) products.of_both[3 * a + b] = scale * y[b];
+    for (uint32_t b = 0; b < 3 && a == axis; ++b) products.of_both[3 * a + b] = y[b];
     for (uint32_t b = a; b < 3; ++b, ++j)
-      products.of_x[j] = scale * ((a == axis ? x[b] : 0.0) + (b == axis ? x[a] : 0.0));
+      products.of_x[j] = (a == axis ? x[b] : 0.0) + (b == axis ? x[a] : 0.0);
   }
   return products;
 }
@@ -125,6 +125,47 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
   }
 }
 
+// V: how the linear organ moves the boundary as it moves each patch alone; a row for each load.
+void find_moves_of_patches(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, double* rows) {
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot, rows += size_t{3} * group.boundary_stride) {
+    const uint32_t site = set.sites[group.contacts[slot]];
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+      const double* force = pack.site_forces + size_t{9} * p;
+      for (uint32_t b = 0; b < group.num_boundary; ++b) {
+        double block[9];
+        zone_compliance(pack, set.nodes[first_boundary(group) + b], pack.patch_nodes[p], block);
+        for (uint32_t i = 0; i < 9; ++i) {
+          double& moved = rows[size_t{i % 3} * group.boundary_stride + 3 * b + i / 3];
+          for (uint32_t k = 0; k < 3; ++k) moved += block[i / 3 * 3 + k] * force[3 * k + i % 3];
+        }
+      }
+    }
+  }
+}
+
+using Gram = double[3 * kMostZoneContacts][3 * kMostZoneContacts];
+
+// Of what loads differ by: where they nearly cancel, which the boundary hardly tells apart, they stay small. On the brain that
+// makes errors of three neighbours half as large as a hundredth of it does.
+void add_ridge(uint32_t num_contacts, Gram gram) {
+  constexpr double kRidge = 0.1;
+  constexpr double kLeast = 1e-9;  // where the boundary does not tell of a load at all
+  double own[kMostZoneContacts];
+  double largest = 0;
+  for (uint32_t c = 0; c < num_contacts; ++c) {
+    own[c] = (gram[3 * c][3 * c] + gram[3 * c + 1][3 * c + 1] + gram[3 * c + 2][3 * c + 2]) / 3;
+    largest = std::max(largest, own[c]);
+  }
+  for (uint32_t i = 0; i < 3 * num_contacts; ++i) {
+    for (uint32_t j = i % 3; j < 3 * num_contacts; j += 3) {
+      const double ridge = kRidge / num_contacts * std::min(own[i / 3], own[j / 3]);
+      gram[i][i] += ridge;
+      gram[i][j] -= ridge;
+    }
+    gram[i][i] += kLeast * largest;
+  }
+}
+
 }  // namespace
 
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
@@ -137,32 +178,15 @@ uint32_t exterior_degree(const ZoneSet& set, uint32_t column) {
 }
 
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
-  // Of the largest of a load's own: what loads differ from their mean by. Where they nearly cancel, which the boundary hardly tells
-  // apart, they stay small: on the brain it makes errors of three neighbours half as large as 1e-3 does.
-  constexpr double kRidge = 0.1;
   const uint32_t count = group.num_fitted;
   const size_t stride = group.boundary_stride;
   const uint32_t moving = 3 * group.num_boundary;
   double* tractions = group.loads_of_tractions;
   double* moves = group.loads_of_moves;
-  const auto force_at = [&](uint32_t p) { return pack.site_forces + size_t{9} * p; };
-  const auto site_of = [&](uint32_t row) { return set.sites[group.contacts[row / 3]]; };
   memset(tractions, 0, 2 * count * stride * sizeof *tractions);
-  for (uint32_t row = 0; row < count; row += 3) {
-    const uint32_t site = site_of(row);
-    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      for (uint32_t b = 0; b < group.num_boundary; ++b) {
-        double block[9];
-        zone_compliance(pack, set.nodes[first_boundary(group) + b], pack.patch_nodes[p], block);
-        for (uint32_t i = 0; i < 9; ++i) {
-          double* to = tractions + (row + i % 3) * stride + 3 * b + i / 3;
-          for (uint32_t k = 0; k < 3; ++k) *to += block[i / 3 * 3 + k] * force_at(p)[3 * k + i % 3];
-        }
-      }
-    }
-  }
-  double gram[3 * kMostZoneContacts][3 * kMostZoneContacts];
-  double largest = 0;
+  if (moving == 0) return;
+  find_moves_of_patches(pack, set, group, tractions);
+  Gram gram;
   for (uint32_t i = 0; i < count; ++i) {
     state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
                              tractions + i * stride, moves + i * stride);
@@ -170,32 +194,29 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
       gram[i][j] = 0;
       for (uint32_t k = 0; k < moving; ++k) gram[i][j] += moves[i * stride + k] * tractions[j * stride + k];
     }
-    largest = std::max(largest, gram[i][i]);
   }
-  const auto add_row = [&](uint32_t to, uint32_t from, double factor) {
-    for (uint32_t j = 0; j < count; ++j) gram[to][j] += factor * gram[from][j];
-    for (uint32_t k = 0; k < moving; ++k) {
-      tractions[to * stride + k] += factor * tractions[from * stride + k];
-      moves[to * stride + k] += factor * moves[from * stride + k];
+  add_ridge(group.num_contacts, gram);
+  // Gauss and Jordan: no pivots, as it is positive definite.
+  const auto combine = [&](uint32_t to, double own, uint32_t from, double factor) {
+    for (uint32_t j = 0; j < count; ++j) gram[to][j] = own * gram[to][j] + factor * gram[from][j];
+    for (double* rows : {tractions, moves}) {
+      for (uint32_t k = 0; k < moving; ++k)
+        rows[to * stride + k] = own * rows[to * stride + k] + factor * rows[from * stride + k];
     }
   };
-  // Gauss and Jordan: no pivots, as it is positive definite.
-  for (uint32_t i = 0; i < count && largest > 0; ++i) {
-    gram[i][i] += kRidge * largest;
-    for (uint32_t j = i % 3; j < count; j += 3) gram[i][j] -= kRidge * largest / group.num_contacts;
-  }
-  for (uint32_t i = 0; i < count && largest > 0; ++i) {
-    add_row(i, i, 1 / gram[i][i] - 1);
+  for (uint32_t i = 0; i < count; ++i) {
+    combine(i, 1 / gram[i][i], i, 0);
     for (uint32_t other = 0; other < count; ++other) {
-      if (other != i) add_row(other, i, -gram[other][i]);
+      if (other != i) combine(other, 1, i, -gram[other][i]);
     }
   }
-  // From displacements of the patches to forces.
+  // From displacements of the patches to loads.
   for (uint32_t row = 0; row < count; row += 3) {
-    const uint32_t site = site_of(row);
+    const uint32_t site = set.sites[group.contacts[row / 3]];
     double stiffness[9] = {};
     for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      for (uint32_t i = 0; i < 9; ++i) stiffness[i] += force_at(p)[i] / pack.zone_force_scale[site];
+      for (uint32_t i = 0; i < 9; ++i)
+        stiffness[i] += pack.site_forces[size_t{9} * p + i] / pack.zone_force_scale[site];
     }
     for (double* rows : {tractions + row * stride, moves + row * stride}) {
       for (uint32_t k = 0; k < moving; ++k) {
@@ -238,18 +259,18 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
   for (uint32_t axis = 0; axis < 3; ++axis) {
     double* by_axis = derivatives[axis];
     memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
+    if (load.is_shortened) continue;
     double* own = by_axis + size_t{contact} * pack::kZoneColumns;
     pack::for_each_monomial(pack::kZoneDegree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
       uint32_t powers[3] = {a, b, c};
       if (index < kFirst || powers[axis] == 0) return;
       const double power = powers[axis]--;
-      own[index - kFirst] =
-          load.per_load * power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
+      own[index - kFirst] = power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
     });
     for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
       if (other == contact) continue;
       const Load of_other = load_of(set, reach, other);
-      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis, load.per_load),
+      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis),
                by_axis + size_t{set.num_contacts} * pack::kZoneColumns);
     }
   }

@@ -12,9 +12,10 @@
 // leaves the zone. What leaves are the tractions t of the group's boundary, which move the linear organ there by C_BB t.
 // With V the columns by which it moves as each patch does, and K_P the stiffness of each alone,
 //
-//   x = Gamma t,   Gamma = K_P (V^T T V)^-1 V^T / force_scale,   T = C_BB^-1
+//   x = Gamma t,   Gamma = K_P (V^T T V + L)^-1 V^T / force_scale,   T = C_BB^-1
 //
-// are the forces at the patches whose field is nearest to that one, in the linear organ's energy.
+// are the forces at the patches whose field is nearest to that one, in the linear organ's energy; L holds loads together that
+// the boundary hardly tells apart.
 #pragma once
 
 #include <palpate/palpate.h>

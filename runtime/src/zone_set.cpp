@@ -312,14 +312,15 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const uint32_t axes = state.axes_per_contact * state.max_contacts;
   const uint32_t loads = 3 * state.max_contacts;
+  const uint32_t fitted = state.max_contacts > 1 ? loads : 0;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
-  state.max_matrices =
-      squares * (2 * squares + couplings + 2 * (num_exterior_columns(pack, state.max_contacts) + loads) + 1) +
-      size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
+  state.max_matrices = squares * (2 * squares + couplings +
+                                  2 * (num_exterior_columns(pack, state.max_contacts) + fitted) + 1) +
+                       size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows = size_t{axes + loads + 1} * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + axes + 2 * loads + kEliminationRows * state.max_contacts;
+  state.max_rows = size_t{axes + fitted + 1} * (unknowns + kEliminationColumns * state.max_contacts);
+  const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);

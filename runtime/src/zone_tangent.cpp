@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow
-constexpr double kMostBrought = 0.3;  // of a change of force, by q; more and its series says nothing
+constexpr double kMostBrought = 0.3;  // of a change of loads, by q; more and its series says nothing
 constexpr uint32_t kTurns = 8;        // which leave less than 0.3^9 of it, and mostly 0.02^9
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
@@ -26,9 +26,13 @@ double* row_of(const ZoneGroup& group, uint32_t index) {
 }
 
 double product(const double* a, const double* b, uint32_t count) {
-  double sum = 0;
-  for (uint32_t i = 0; i < count; ++i) sum += a[i] * b[i];
-  return sum;
+  double sums[4] = {};  // of which none waits for another
+  uint32_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    for (uint32_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
+  }
+  for (; i < count; ++i) sums[0] += a[i] * b[i];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 uint32_t num_sensitivities(const ZoneGroup& group) {
@@ -135,7 +139,8 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
     for (uint32_t axis = 0; axis < count; ++axis) group.brought[axis * loads + i] = left(given + i, axis);
     largest = std::max(largest, sum);
   }
-  if (largest > kMostBrought) memset(group.back, 0, size_t{loads} * loads * sizeof *group.back);
+  if (largest > kMostBrought)  // both: they are one behind the other
+    memset(group.brought, 0, size_t{count + loads} * loads * sizeof *group.brought);
   for (uint32_t j = 0; j < count; ++j) {
     double change[3 * kMostZoneContacts] = {};
     double settled[3 * kMostZoneContacts];

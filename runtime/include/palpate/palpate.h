@@ -134,7 +134,7 @@ typedef enum pal_model {
 enum {
   /* Displacement beyond what was sampled. Energy and field are continued along the ray by their second and
    * first order expansion at the boundary; out of a surface where only inward displacements were sampled, the
-   * nonlinear part fades out. nonlinear_zone, several contacts: or a force beyond what its exterior is made for. */
+   * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
   /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
    * force), or a patch turned by more than a quarter: the answer is for the shortened one. */
