@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 9;
+inline constexpr uint32_t kFormatVersion = 10;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -151,7 +151,7 @@ inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
 inline constexpr uint32_t kMostMutualSites =
     128;  // what pairs of them add grows with their square; more have none
 inline constexpr uint32_t kPairColumns = 9 + 2 * num_monomials(2);
-inline constexpr uint32_t kMostMutual = 64;  // fields in the basis of what pairs of contacts add
+inline constexpr uint32_t kMostMutual = 16;  // fields of a site beyond kZoneColumns, for pairs with others
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones

@@ -69,7 +69,7 @@ struct SurfaceSegments {
 
 struct ZoneSegments {
   pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
-      exterior, mutual_basis, mutual;
+      exterior, mutual;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -311,8 +311,7 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
   segments.force_scale = store.add(zone.force_scale);
   segments.exterior = store.add(exterior_panels(content, zone.exterior));
-  if (zone.mutual_basis.cols() > 0) {
-    segments.mutual_basis = store.add(exterior_panels(content, {zone.mutual_basis}));
+  if (!zone.mutual.empty()) {
     std::vector<float> weights;
     for (const Eigen::MatrixXf& of_pair : zone.mutual)
       weights.insert(weights.end(), of_pair.data(), of_pair.data() + of_pair.size());
@@ -559,8 +558,7 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment field_compliance = at(zone.field_compliance);
       const pack::Segment force_scale = at(zone.force_scale);
       const pack::Segment exterior = at(zone.exterior);
-      const auto num_mutual = static_cast<uint32_t>(content.zone->mutual_basis.cols());
-      const pack::Segment mutual_basis = num_mutual > 0 ? at(zone.mutual_basis) : pack::Segment();
+      const uint32_t num_mutual = content.zone->mutual.empty() ? 0 : pack::kMostMutual;
       const pack::Segment mutual = num_mutual > 0 ? at(zone.mutual) : pack::Segment();
       zone_table = pack::CreateNonlinearZone(
           builder, static_cast<uint32_t>(content.zone->rings),
@@ -570,7 +568,7 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.zone->most_nodes),
           static_cast<uint32_t>(content.zone->most_boundary_nodes),
           static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_mutual,
-          num_mutual > 0 ? &mutual_basis : nullptr, num_mutual > 0 ? &mutual : nullptr);
+          num_mutual > 0 ? &mutual : nullptr);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

@@ -160,13 +160,12 @@ double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_con
   const double free = zone.num_free;
   const double panels = pack::num_panels(static_cast<std::uint32_t>(sites.packed_nodes.size()));
   const double all_panels = panels + pack::num_panels(static_cast<std::uint32_t>(zone.inner_nodes.size()));
-  const double columns =
-      (free - contacts) * panels * 3 +
-      zone.rings * static_cast<double>(sites.sites.size()) * all_panels * pack::kZoneColumns +
-      (pairs > 0 ? all_panels * pack::kMostMutual : 0);
+  const double of_site = pack::kZoneColumns + (pairs > 0 ? pack::kMostMutual : 0);
+  const double columns = (free - contacts) * panels * 3 +
+                         zone.rings * static_cast<double>(sites.sites.size()) * all_panels * of_site;
   return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) +
          columns * pack::kPanelRows * sizeof(pack::Real) +
-         zone.rings * pairs * pack::kPairColumns * pack::kMostMutual * sizeof(float);
+         zone.rings * pairs * pack::kPairColumns * 2 * of_site * sizeof(float);
 }
 
 }  // namespace palpate

@@ -36,13 +36,11 @@ struct ZoneTables {
   // in a linear organ.
   std::vector<double> force_scale;
   // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each monomial
-  // of degrees 2 and 3 of x = f / force_scale.
+  // of degrees 2 and 3 of x = f / force_scale; then pack::kMostMutual more where pairs were asked for.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
-  // What pairs of sites add to that (zone_mutual.hpp), empty where none was asked for: rows as of `exterior`, a column for
-  // each field of a basis.
-  Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic> mutual_basis;
-  // For each ring, pairs of sites i > j at lower_block(i - 1, j): columns of the basis x pack::kPairColumns, of x_a of i
-  // times x_b of j at 3 a + b, then of the quadratic monomials of x of i, then of j.
+  // What pairs of sites add to that (zone_mutual.hpp), empty where none was asked for. For each ring, pairs i > j at
+  // lower_block(i - 1, j): weights of the columns of i, then of those of j, x pack::kPairColumns: of x_a of i times x_b of
+  // j at 3 a + b, then of the quadratic monomials of x of i, then of j.
   std::vector<Eigen::MatrixXf> mutual;
 };
 

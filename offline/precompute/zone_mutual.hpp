@@ -6,8 +6,11 @@
 //                          - n2_j(U1_i f_i, U1_i f_i) / 2 - n2_i(U1_j f_j, U1_j f_j) / 2 }
 //
 // n2_j: of the elements in the zone of j alone, which are nonlinear in full there, while the fields of i count them as
-// outside of its own. Twenty-one fields for each pair of sites are too many to carry, but they are smooth and much alike: a basis of some tens of
-// fields, from the singular vectors of some of them, holds all.
+// outside of its own. Twenty-one fields for each pair of sites are too many to carry. They are made of what both sites carry:
+// the sixteen fields of each alone, for near sites have nearly the same, and where these pull against each other what they
+// add nearly cancels; and pack::kMostMutual more of each site, the singular vectors of what remains of some of its pairs about
+// it. On the brain that leaves 2 % of |d| of what pairs add at the longest loads, 0.6 where they pull against each other; a
+// basis of 64 fields for all sites left 4 and 4. Only rows outside of both zones count.
 #pragma once
 
 #include <functional>
@@ -16,7 +19,8 @@
 
 namespace palpate {
 
-// Fills ZoneTables::mutual_basis and mutual for the pairs of num_zone_pairs(), on so many threads; force_scale is there.
+// Adds columns to ZoneTables::exterior and fills mutual for the pairs of num_zone_pairs(), on so many threads; the rest is
+// there. Nothing where the organ outside adds nothing, as linear ones do.
 // `progress` gets the part of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21
 // back-solves a ring, and nine products K(u) v with all elements. Throws std::runtime_error when the stiffness at rest is not
 // positive definite.

@@ -278,17 +278,6 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
   give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
-// Whether no other contact shares a zone with this one.
-bool is_alone_in_zone(const ZoneSet& set, uint32_t contact) {
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    for (uint32_t i = 0; i < group.num_contacts; ++i) {
-      if (group.contacts[i] == contact) return group.num_contacts == 1;
-    }
-  }
-  return false;
-}
-
 void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count, const double* turns,
                  pal_contact_result* results) {
   const pal_pack& pack = *session.pack;

@@ -15,16 +15,12 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
   return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
 }
 
-// What the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q that goes with the n-th power of the
-// tractions, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has it.
+// What the organ outside stores beyond t . w / 2.
 double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t columns = num_exterior_columns(frame.pack, set.num_contacts);
   double parts[kMostExteriorColumns];
-  for (uint32_t j = 0; j < columns; ++j) {
-    const double degree = exterior_degree(set, j);
-    parts[j] = (degree / (degree + 1) - 0.5) * set.weights[j];
-  }
+  weigh_exterior_energy(frame.pack, set, parts);
   double* moved = frame.state.vector;
   memset(moved, 0, group.boundary_stride * sizeof *moved);
   frame.state.kernel.add_product(group.exterior_fields, group.boundary_stride, group.boundary_stride, columns,

@@ -12,43 +12,38 @@ namespace {
 
 constexpr uint32_t kFirst = pack::monomial_start(2);
 
-// Columns of the exterior by panels: of a site outside of so many rings, or of the basis.
-struct Panels {
-  const pal_real* numbers;
-  uint32_t num_columns;
-};
-
-Panels panels_of_site(const pal_pack& pack, uint32_t rings, uint32_t site) {
-  const uint64_t index = uint64_t{rings - 1} * pack.num_sites + site;
-  return {pack.zone_exterior + index * pack.num_row_panels * pack::kZoneColumns * pack::kPanelRows,
-          pack::kZoneColumns};
+// Columns that a site carries; of a contact alone only the first kZoneColumns take part.
+uint32_t columns_of_site(const pal_pack& pack) {
+  return pack::kZoneColumns + pack.num_mutual;
 }
 
-Panels panels_of_basis(const pal_pack& pack) {
-  return {pack.mutual_basis, pack.num_mutual};
+uint32_t columns_of_contact(const pal_pack& pack, uint32_t num_contacts) {
+  return num_contacts > 1 ? columns_of_site(pack) : pack::kZoneColumns;
+}
+
+// A panel of these columns, of a site outside of so many rings.
+const pal_real* panel_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t panel) {
+  const uint64_t index = (uint64_t{rings - 1} * pack.num_sites + site) * pack.num_row_panels + panel;
+  return pack.zone_exterior + index * columns_of_site(pack) * pack::kPanelRows;
 }
 
 double square_of(const double v[3]) {
   return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-// How long loads of a set may be; beyond, one counts the less the longer it is: the loads of contacts that move against each
-// other are longer than the pushes warrant, and what each adds nearly cancels, of which the basis of pairs knows too little.
-// In place of it there is then almost none: the answer to first order. Forces that fix nodes have a part in what leaves the
-// zone, and of those no series is known.
-double reach_of(const pal_pack& pack, const ZoneSet& set) {
-  constexpr double kFarthest = 2;  // within the scene's largest displacement x stays about 1
-  if (set.num_fixed > 0) return 0;
-  if (set.num_contacts == 1) return kFarthest;
-  double largest = 0;
-  for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    largest = std::max(largest, square_of(set.followed + size_t{3} * c));
-    if (set.num_axes > 3 * set.num_contacts) {
-      const double edge = pack.mean_surface_edge;
-      largest = std::max(largest, edge * edge * square_of(set.followed + size_t{3} * (set.num_contacts + c)));
-    }
-  }
-  return std::min(kFarthest, sqrt(largest) / pack.max_displacement);
+// How long loads may be; a longer one counts as one of this length in its direction. Within the scene's largest displacement
+// that of a contact alone stays about 1.
+constexpr double kFarthest = 2;
+
+// Forces that fix nodes have a part in what leaves the zone, and of those no series is known.
+double reach_of(const ZoneSet& set) {
+  return set.num_fixed > 0 ? 0 : kFarthest;
+}
+
+// To which degree a contact's own load counts. Among contacts that share a zone, whose loads may nearly cancel, no more than
+// the pairs do: a third order of each without that of all is worse than none.
+uint32_t own_degree(const ZoneSet& set, uint32_t contact) {
+  return is_alone_in_zone(set, contact) ? pack::kZoneDegree : 2;
 }
 
 // A load of the set as it counts.
@@ -57,13 +52,13 @@ struct Load {
   bool is_shortened;
 };
 
-Load load_of(const ZoneSet& set, double reach, uint32_t contact) {
+Load load_of(const ZoneSet& set, uint32_t contact) {
+  const double reach = reach_of(set);
   Load load = {{}, false};
   memcpy(load.x, set.loads + size_t{3} * contact, sizeof load.x);
   const double length = sqrt(square_of(load.x));
   if (length > reach) {
-    const double part = reach / length;
-    for (double& x : load.x) x *= set.num_contacts == 1 ? part : part * part;
+    for (double& x : load.x) x *= reach / length;
     load.is_shortened = true;
   }
   return load;
@@ -101,7 +96,7 @@ PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis)
   return products;
 }
 
-// Adds what two contacts weigh the basis with: `products` of the loads x of `contact` and y of `other`.
+// Adds what two contacts weigh the fields of both with: `products` of the loads x of `contact` and y of `other`.
 void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact, uint32_t other,
               const PairProducts& products, double* weights) {
   const uint32_t site = set.sites[contact];
@@ -111,9 +106,12 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
   const uint64_t pair =
       is_first ? pack::lower_block(site - 1, site_of_other) : pack::lower_block(site_of_other - 1, site);
+  const uint32_t columns = columns_of_site(pack);
   const float* of_pair =
-      pack.mutual + (uint64_t{rings - 1} * pairs + pair) * pack::kPairColumns * pack.num_mutual;
-  for (uint32_t i = 0; i < pack::kPairColumns; ++i, of_pair += pack.num_mutual) {
+      pack.mutual + (uint64_t{rings - 1} * pairs + pair) * pack::kPairColumns * 2 * columns;
+  double* of_first = weights + size_t{is_first ? contact : other} * columns;
+  double* of_second = weights + size_t{is_first ? other : contact} * columns;
+  for (uint32_t i = 0; i < pack::kPairColumns; ++i, of_pair += 2 * columns) {
     double product = 0;
     if (i < 9) {
       product = products.of_both[is_first ? i : 3 * (i % 3) + i / 3];
@@ -121,7 +119,10 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
       const uint32_t j = (i - 9) % pack::num_monomials(2);
       product = (i < 9 + pack::num_monomials(2)) == is_first ? products.of_x[j] : products.of_y[j];
     }
-    for (uint32_t k = 0; k < pack.num_mutual; ++k) weights[k] += product * static_cast<double>(of_pair[k]);
+    for (uint32_t k = 0; k < columns; ++k) {
+      of_first[k] += product * static_cast<double>(of_pair[k]);
+      of_second[k] += product * static_cast<double>(of_pair[columns + k]);
+    }
   }
 }
 
@@ -145,10 +146,11 @@ void find_moves_of_patches(const pal_pack& pack, const ZoneSet& set, const ZoneG
 
 using Gram = double[3 * kMostZoneContacts][3 * kMostZoneContacts];
 
-// Of what loads differ by: where they nearly cancel, which the boundary hardly tells apart, they stay small. On the brain that
-// makes errors of three neighbours half as large as a hundredth of it does.
+// Of what loads differ by, which the boundary hardly tells apart. Of three contacts and more it holds that back: what two of
+// them add to each other by the elements of a third one's zone is counted outside, too, as pairs know of no third. Found on the
+// brain: a hundredth of it makes errors of three neighbours half as large again, of two a hundred times as much.
 void add_ridge(uint32_t num_contacts, Gram gram) {
-  constexpr double kRidge = 0.1;
+  const double share = num_contacts > 2 ? 0.04 : 5e-4;
   constexpr double kLeast = 1e-9;  // where the boundary does not tell of a load at all
   double own[kMostZoneContacts];
   double largest = 0;
@@ -158,7 +160,7 @@ void add_ridge(uint32_t num_contacts, Gram gram) {
   }
   for (uint32_t i = 0; i < 3 * num_contacts; ++i) {
     for (uint32_t j = i % 3; j < 3 * num_contacts; j += 3) {
-      const double ridge = kRidge / num_contacts * std::min(own[i / 3], own[j / 3]);
+      const double ridge = share * std::min(own[i / 3], own[j / 3]);
       gram[i][i] += ridge;
       gram[i][j] -= ridge;
     }
@@ -169,12 +171,7 @@ void add_ridge(uint32_t num_contacts, Gram gram) {
 }  // namespace
 
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
-  return num_contacts * pack::kZoneColumns + (num_contacts > 1 ? pack.num_mutual : 0);
-}
-
-uint32_t exterior_degree(const ZoneSet& set, uint32_t column) {
-  const bool is_own = column < set.num_contacts * pack::kZoneColumns;
-  return is_own && column % pack::kZoneColumns >= pack::num_monomials(2) ? 3 : 2;
+  return num_contacts * columns_of_contact(pack, num_contacts);
 }
 
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
@@ -230,38 +227,51 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
 }
 
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
-  double* weights = set.weights;
+  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
+  memset(set.weights, 0, size_t{set.num_contacts} * columns * sizeof *set.weights);
   Load loads[kMostZoneContacts];
-  const double reach = reach_of(pack, set);
-  double* mutual = weights + size_t{set.num_contacts} * pack::kZoneColumns;
-  if (set.num_contacts > 1) memset(mutual, 0, pack.num_mutual * sizeof *mutual);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    loads[c] = load_of(set, reach, c);
+    loads[c] = load_of(set, c);
     double monomials[kFirst + pack::kZoneColumns];
-    pack::evaluate_monomials(loads[c].x, pack::kZoneDegree, monomials);
-    memcpy(weights + size_t{c} * pack::kZoneColumns, monomials + kFirst,
-           pack::kZoneColumns * sizeof *weights);
+    const uint32_t degree = own_degree(set, c);
+    pack::evaluate_monomials(loads[c].x, degree, monomials);
+    for (uint32_t j = 0; j < pack::num_monomials(2, degree); ++j)
+      set.weights[size_t{c} * columns + j] += monomials[kFirst + j];
     for (uint32_t other = 0; other < c && pack.num_mutual > 0; ++other)
-      add_pair(pack, set, rings, c, other, products_of(loads[c].x, loads[other].x), mutual);
+      add_pair(pack, set, rings, c, other, products_of(loads[c].x, loads[other].x), set.weights);
+  }
+}
+
+void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts) {
+  const auto part = [](double degree) { return degree / (degree + 1) - 0.5; };
+  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
+  for (uint32_t j = 0; j < set.num_contacts * columns; ++j) parts[j] = part(2) * set.weights[j];
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    if (own_degree(set, c) < 3) continue;
+    double monomials[kFirst + pack::kZoneColumns];
+    pack::evaluate_monomials(load_of(set, c).x, 3, monomials);
+    for (uint32_t j = pack::num_monomials(2); j < pack::kZoneColumns; ++j)
+      parts[c * columns + j] += (part(3) - part(2)) * monomials[kFirst + j];
   }
 }
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
-  return square_of(set.loads + size_t{3} * contact) > std::min(1.0, largest / pack.max_displacement);
+  const double most = is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest;
+  return square_of(set.loads + size_t{3} * contact) > most * std::min(1.0, largest / pack.max_displacement);
 }
 
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]) {
-  const double reach = reach_of(pack, set);
-  const Load load = load_of(set, reach, contact);
+  const Load load = load_of(set, contact);
+  const uint32_t degree = own_degree(set, contact);
   double monomials[kFirst + pack::kZoneColumns];
-  pack::evaluate_monomials(load.x, pack::kZoneDegree, monomials);
+  pack::evaluate_monomials(load.x, degree, monomials);
   for (uint32_t axis = 0; axis < 3; ++axis) {
     double* by_axis = derivatives[axis];
     memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
     if (load.is_shortened) continue;
-    double* own = by_axis + size_t{contact} * pack::kZoneColumns;
-    pack::for_each_monomial(pack::kZoneDegree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
+    double* own = by_axis + size_t{contact} * columns_of_contact(pack, set.num_contacts);
+    pack::for_each_monomial(degree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
       uint32_t powers[3] = {a, b, c};
       if (index < kFirst || powers[axis] == 0) return;
       const double power = powers[axis]--;
@@ -269,36 +279,31 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
     });
     for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
       if (other == contact) continue;
-      const Load of_other = load_of(set, reach, other);
-      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis),
-               by_axis + size_t{set.num_contacts} * pack::kZoneColumns);
+      const Load of_other = load_of(set, other);
+      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis), by_axis);
     }
   }
 }
 
 void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
-  memset(group.exterior_fields, 0, columns * stride * sizeof(double));
-  memset(group.exterior_pulls, 0, columns * stride * sizeof(double));
-  for (uint32_t first = 0; first < columns;) {
-    const uint32_t contact = first / pack::kZoneColumns;
-    const Panels panels = contact < set.num_contacts ? panels_of_site(pack, state.rings, set.sites[contact])
-                                                     : panels_of_basis(pack);
+  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
+  memset(group.exterior_fields, 0, set.num_contacts * columns * stride * sizeof(double));
+  memset(group.exterior_pulls, 0, set.num_contacts * columns * stride * sizeof(double));
+  double* fields = group.exterior_fields;
+  for (uint32_t c = 0; c < set.num_contacts; ++c, fields += columns * stride) {
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t row = pack.zone_nodes[set.nodes[group.first_node + group.num_interior + b]].row;
-      const pal_real* from = panels.numbers +
-                             uint64_t{row / pack::kPanelNodes} * panels.num_columns * pack::kPanelRows +
+      const pal_real* from = panel_of_site(pack, state.rings, set.sites[c], row / pack::kPanelNodes) +
                              size_t{3} * (row % pack::kPanelNodes);
-      for (uint32_t j = 0; j < panels.num_columns; ++j) {
-        double* to = group.exterior_fields + (first + j) * stride + size_t{3} * b;
+      for (uint32_t j = 0; j < columns; ++j) {
         for (uint32_t axis = 0; axis < 3; ++axis)
-          to[axis] = static_cast<double>(from[size_t{j} * pack::kPanelRows + axis]);
+          fields[j * stride + size_t{3} * b + axis] =
+              static_cast<double>(from[size_t{j} * pack::kPanelRows + axis]);
       }
     }
-    first += panels.num_columns;
   }
-  for (uint32_t j = 0; j < columns; ++j) {
+  for (uint32_t j = 0; j < set.num_contacts * columns; ++j) {
     state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
                              group.exterior_fields + j * stride, group.exterior_pulls + j * stride);
   }
@@ -316,18 +321,14 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                         AddColumns add_columns, pal_real* sum) {
-  const pal_real* weights = field.exterior_weights;
-  const auto add = [&](const Panels& panels) {
-    const size_t numbers = size_t{panels.num_columns} * pack::kPanelRows;
+  const uint32_t columns = columns_of_contact(pack, field.num_exterior);
+  for (uint32_t c = 0; c < field.num_exterior; ++c) {
     for (uint32_t panel = 0; panel < count; ++panel) {
-      add_columns(panels.numbers + (size_t{first} + panel) * numbers, pack::kPanelRows, weights,
-                  panels.num_columns, true, sum + size_t{panel} * pack::kPanelRows);
+      add_columns(panel_of_site(pack, field.exterior_rings, field.exterior_sites[c], first + panel),
+                  pack::kPanelRows, field.exterior_weights + size_t{c} * columns, columns, true,
+                  sum + size_t{panel} * pack::kPanelRows);
     }
-    weights += panels.num_columns;
-  };
-  for (uint32_t c = 0; c < field.num_exterior; ++c)
-    add(panels_of_site(pack, field.exterior_rings, field.exterior_sites[c]));
-  if (field.num_exterior > 1 && pack.num_mutual > 0) add(panels_of_basis(pack));
+  }
 }
 
 }  // namespace palpate

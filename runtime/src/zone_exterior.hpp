@@ -2,10 +2,10 @@
 // the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have the equations).
 //
 //   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
-//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k w_cdjk p_k   p a basis
+//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk)
 //
-// which is a sum of columns, 16 for each contact and those of p, times weights that the loads give. Left out is what
-// contacts add to each other in the third order. Units of the model.
+// which is a sum of columns q_ck of each contact, 16 and a few more that only pairs need, times weights that the loads
+// give. Left out is what contacts add to each other in the third order. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series are
 // made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it never
@@ -26,30 +26,33 @@
 
 namespace palpate {
 
-inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * pack::kZoneColumns + pack::kMostMutual;
+inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * (pack::kZoneColumns + pack::kMostMutual);
 
-// Of so many contacts.
+// Of so many contacts; the columns of each follow one another.
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
 // ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2 multiply-adds a
 // contact.
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
-// ZoneSet::weights := their weights at the loads of the set. Those of several contacts that are longer than the pushes warrant count the
-// less the longer they are: the answer tends to that of first order outside.
+// ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second order
+// among contacts that share a zone, and not at all with nodes fixed while running.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
 // Whether the load of a contact is more than the series was made for. What is of second order, as part of a push, goes as
 // x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most 1, has
-// x^2 > d / D. `largest`: displacement of the set, length unit.
+// x^2 > d / D; among contacts that share a zone, whose loads cancel in part, four times that. `largest`: displacement of the set,
+// length unit.
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
 // Of those weights by the load of one contact; zero where that is too long.
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]);
 
-// 2 or 3, of a column's weight in the loads.
-uint32_t exterior_degree(const ZoneSet& set, uint32_t column);
+// What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q
+// that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has
+// it.
+void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts);
 
 // The columns q on the boundary of a group, and T q, to which ZoneGroup::exterior_fields and exterior_pulls point.
 void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);

@@ -136,9 +136,12 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
   pack.zone_field_compliance =
       array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
+  pack.num_mutual = zone.num_mutual();
+  if (pack.num_mutual > pack::kMostMutual || (pack.num_mutual > 0 && pack.num_sites > pack::kMostMutualSites))
+    return false;
   // As many panels of inner nodes as the array has.
-  const uint64_t of_panel =
-      uint64_t{pack.zone_rings} * pack.num_sites * pack::kZoneColumns * pack::kPanelRows;
+  const uint64_t columns = pack::kZoneColumns + pack.num_mutual;
+  const uint64_t of_panel = pack.zone_rings * columns * pack.num_sites * pack::kPanelRows;
   const uint64_t num_numbers = zone.exterior() != nullptr ? zone.exterior()->bytes() / sizeof(pal_real) : 0;
   if (of_panel == 0 || num_numbers % of_panel != 0 ||
       num_numbers / of_panel > kMostNodes / pack::kPanelNodes ||
@@ -151,17 +154,12 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
       pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
     return false;
-  pack.num_mutual = zone.num_mutual();
-  if (pack.num_mutual > pack::kMostMutual || (pack.num_mutual > 0 && pack.num_sites > pack::kMostMutualSites))
-    return false;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint64_t num_rows = uint64_t{pack.num_row_panels} * pack::kPanelRows;
-  const uint64_t num_weights = pack.zone_rings * pairs * pack::kPairColumns * pack.num_mutual;
+  const uint64_t num_weights =
+      pack.num_mutual > 0 ? pack.zone_rings * pairs * pack::kPairColumns * 2 * columns : 0;
   if (pack.num_mutual > 0) {
-    pack.mutual_basis =
-        array_of<pal_real>(pack, zone.mutual_basis(), first_offset, num_rows * pack.num_mutual);
     pack.mutual = array_of<float>(pack, zone.mutual(), first_offset, num_weights);
-    if (pack.mutual_basis == nullptr || pack.mutual == nullptr) return false;
+    if (pack.mutual == nullptr) return false;
   }
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
     const double scale = pack.zone_force_scale[site];
@@ -193,9 +191,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   if (!is_compliance(pack) ||
       !all_within(pack.zone_exterior, num_numbers,
                   static_cast<pal_real>(kLargestAmplification * pack.max_displacement)) ||
-      !all_within(pack.mutual_basis, num_rows * pack.num_mutual, pal_real(1)) ||
-      !all_within(pack.mutual, num_weights,
-                  static_cast<float>(kLargestAmplification * pack.max_displacement)))
+      !all_within(pack.mutual, num_weights, static_cast<float>(kLargestAmplification)))
     return false;
   for (uint64_t node = 0; node < others; ++node) {
     const uint64_t at = node + pack.num_contact_nodes;

@@ -417,6 +417,16 @@ void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set
   }
 }
 
+bool is_alone_in_zone(const ZoneSet& set, uint32_t contact) {
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    for (uint32_t i = 0; i < group.num_contacts; ++i) {
+      if (group.contacts[i] == contact) return group.num_contacts == 1;
+    }
+  }
+  return false;
+}
+
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact) {
   double q[4];
   quaternion_of(set.followed + 3 * (set.num_contacts + contact), q);

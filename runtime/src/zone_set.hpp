@@ -232,6 +232,9 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
 // ZoneSet::places, of the contacts of the set.
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
 
+// Whether no other contact shares a zone with this one.
+bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
+
 // How the patch of a contact has turned.
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 

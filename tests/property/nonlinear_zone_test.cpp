@@ -170,7 +170,6 @@ TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
   expect_stiffness(organ, 1e-4, 0.015, {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}});
 }
 
-// Around a closed path the force does no work, but for the same.
 // What a pack carries of pairs is nothing to a session of one contact.
 TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
   const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
@@ -205,7 +204,7 @@ TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
 }
 
 // Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to second order
-// in their forces the errors were 1.3 and 0.36 %.
+// in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
 TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
   const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
@@ -216,13 +215,14 @@ TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
   const auto apart = settle(session, contacts);
   for (size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(apart[c].flags, 0U);
-    EXPECT_LE((Eigen::Vector3d(apart[c].force) - truth.forces[c]).norm(), 0.0025 * truth.forces[c].norm());
+    EXPECT_LE((Eigen::Vector3d(apart[c].force) - truth.forces[c]).norm(), 6e-4 * truth.forces[c].norm());
   }
-  EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 0.011 * size);
+  EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 0.007 * size);
   const auto alone = settle(session, {contacts[0]});
   EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
 }
 
+// Around a closed path the force does no work, but for the orders that the series of the exterior leaves out.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), organ.config(1));
