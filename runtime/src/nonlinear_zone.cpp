@@ -22,10 +22,9 @@ constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr uint32_t kMostCuts = 6;
-constexpr double kLargest = 1e60;      // displacement, model units
-constexpr uint32_t kMostFailures = 8;  // in a row
-// Of a contact in one solve, in mean edges of the surface: no tool moves as fast, but some take hold under strain.
-constexpr double kLongestStep = 0.5;
+constexpr double kLargest = 1e60;  // displacement, model units
+constexpr uint32_t kMostAstray = 4;
+constexpr uint32_t kMostFailures = 8;  // in a row: it begins anew at rest
 
 // The patches of the group's contacts as they are to be: u = d + (R - 1) r, r the arm at rest.
 void place_held(ZoneFrame& frame, const ZoneGroup& group) {
@@ -119,7 +118,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   }
   for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot)
     longest = std::max(longest, length_of_place(set, group.contacts[slot]));
-  const double limit = kLongestStep * frame.pack.mean_surface_edge;
+  const double limit = group.longest_step * frame.pack.mean_surface_edge;
   double part = longest > limit ? limit / longest : 1.0;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
     for (uint32_t i = 0; i < group.num_axes; ++i) {
@@ -143,6 +142,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     }
     place_held(frame, group);
     if (evaluate_elements(frame, group)) {
+      follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
       count_move(frame, group, part * longest);
       if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
       return;
@@ -172,6 +172,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     add_to_unknowns(frame, group, step, -part);
     if (evaluate_elements(frame, group)) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
+      follow_pressures(group.batches, frame.state.saved, frame.set.displacement, part);
       count_move(frame, group, part * longest);
       return longest;
     }
@@ -226,6 +227,19 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   group.stored = stored_energy(frame, group);
 }
 
+// There was no way on: from the last balance the contacts follow in shorter steps.
+void go_back(ZoneFrame& frame, ZoneGroup& group) {
+  constexpr double kShorter = 0.25;
+  group.longest_step *= kShorter;
+  group.astray = 0;
+  go_back_to_balance(frame.set, group);
+  place_held(frame, group);
+  evaluate_elements(frame, group);
+  take_pressures(group.batches);
+  make_tangent(frame, group);
+  conclude(frame, 0, group);
+}
+
 }  // namespace
 
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
@@ -250,6 +264,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
         weigh_exterior(pack, state.rings, set);
         state.has_reset = true;
       }
+      take_pressures(group.batches);
       make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);
@@ -286,15 +301,23 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   ZoneAnswer answer = {0, taken, false, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    // Where there was no way on for some frames it begins anew at rest, and comes back.
-    group.failures = failed[g] ? group.failures + 1 : 0;
-    if (group.failures > kMostFailures || (frame.flags != set.flags && is_lost(frame, group, size))) {
+    group.astray = !done[g] && (group.left > kMostLeft || group.is_shifted) ? group.astray + 1 : 0;
+    const bool is_stuck =
+        failed[g] || group.astray > kMostAstray || (frame.flags != set.flags && is_lost(frame, group, size));
+    group.failures = is_stuck ? group.failures + 1 : 0;
+    if (group.failures > kMostFailures) {
       rest_group(pack, set, group);
       answer.has_reset = state.has_reset = true;
       continue;
     }
+    if (is_stuck) {
+      go_back(frame, group);
+    } else if (done[g]) {
+      keep_balance(set, group);
+      group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+    }
     answer.energy += group.stored;
-    if (!failed[g]) advance_tangent(frame, group);
+    advance_tangent(frame, group);
   }
   if (answer.has_reset) weigh_exterior(pack, state.rings, set);
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;

@@ -25,17 +25,18 @@ namespace palpate {
 struct ZoneAnswer {
   uint32_t flags;
   uint32_t iterations;  // that it took
-  bool has_reset;       // a group found no way on, or one that led too far, and is at rest
+  bool has_reset;       // a group found no way on from its last balance, either, and is at rest
   double energy;
 };
 
 // Moves the contacts of the set that answers to these displacements from rest and, where patches turn,
 // rotations, as ZoneSet::followed, and solves, model units; at most so many Newton iterations. No element is
 // ever accepted inverted: where the way there would do so, the contacts follow as far as they can, and go on in
-// the next frame. Cost of an iteration, for each group: m^2 multiply-adds and twice the forces of its elements,
-// m = 3 x its nodes; m^3 / 60 a frame for the next tangent, and m^3 / 6 or, where it has to be made positive
-// definite, up to three times that where it cannot wait. Leaves displacements, forces and stiffness of the
-// contacts in the set.
+// the next frame. Where there is no way on, or one that leads astray, they are back where the zone was in balance
+// last, and follow from there in shorter steps. Cost of an iteration, for each group: m^2 multiply-adds and twice
+// the forces of its elements, m = 3 x its nodes, three times where they share volumes; m^3 / 60 a frame for the next
+// tangent, and m^3 / 6 or, where it has to be made positive definite, up to three times that where it cannot wait.
+// Leaves displacements, forces and stiffness of the contacts in the set.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state);
 

@@ -82,8 +82,7 @@ void replace_pressure(const pack::ZoneMaterial& material, double I1, double J, d
 }
 
 // What dyadic_tangent.hpp makes the force of: the laws that it knows, and the pressures that elements share.
-template <int kNodes>
-DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const ZonePatch* patches,
+DyadicLanes terms_of(const ZoneLanes& batch, const ZonePatch* patches, double ZonePatch::*pressure,
                      const KinematicsLanes& kinematics) {
   DyadicLanes lanes;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -92,10 +91,19 @@ DyadicLanes terms_of(const ZoneBatch<kNodes>& batch, const ZonePatch* patches,
     const double J = kinematics.J[lane];
     DyadicTangent terms = is_dyadic(material) ? dyadic_tangent(material, I1, J) : DyadicTangent();
     if (batch.patches[lane] != pack::kNoPatch)
-      replace_pressure(material, I1, J, patches[batch.patches[lane]].pressure, terms);
+      replace_pressure(material, I1, J, patches[batch.patches[lane]].*pressure, terms);
     lanes.set(lane, terms);
   }
   return lanes;
+}
+
+void add_measures_of(const ZoneLanes& batch, const Lanes& volume, const KinematicsLanes& kinematics,
+                     ZonePatch* patches) {
+  for (int lane = 0; lane < batch.count; ++lane) {
+    if (batch.patches[lane] == pack::kNoPatch) continue;
+    patches[batch.patches[lane]].measure +=
+        volume[lane] * volume_measure(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]);
+  }
 }
 
 template <int kNodes>
@@ -107,12 +115,7 @@ void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double
     for (const auto& point : batch.elements.points) {
       KinematicsLanes kinematics;
       batch_kernels<kNodes>().deform(point, nodal, kinematics);
-      for (int lane = 0; lane < batch.count; ++lane) {
-        if (batch.patches[lane] == pack::kNoPatch) continue;
-        patches[batch.patches[lane]].measure +=
-            point.volume[lane] *
-            volume_measure(*batch.materials[lane], kinematics.I1[lane], kinematics.J[lane]);
-      }
+      add_measures_of(batch, point.volume, kinematics, patches);
     }
   }
 }
@@ -134,11 +137,11 @@ double share_volumes(const ZoneBatches& batches, const double* displacement) {
   return energy;
 }
 
+constexpr int kMostElementNodes = 10;
+
 // dN_a / dL_i, i = 1 .. 3, at an integration point: tetrahedron_shape.hpp says how they come about.
-template <int kNodes>
-void local_gradients(int point, double out[kNodes][3]) {
-  if constexpr (kNodes == 4) {
-    (void)point;
+void local_gradients(int nodes, int point, double out[kMostElementNodes][3]) {
+  if (nodes == 4) {
     for (int a = 0; a < 4; ++a) {
       for (int i = 0; i < 3; ++i) out[a][i] = a == 0 ? -1.0 : a == i + 1 ? 1.0 : 0.0;
     }
@@ -160,13 +163,13 @@ void local_gradients(int point, double out[kNodes][3]) {
   }
 }
 
-// Gradients in the mesh and the volume that the point stands for.
-template <int kNodes>
-double global_gradients(const double positions[kNodes][3], int point, double out[kNodes][3]) {
-  double local[kNodes][3];
-  local_gradients<kNodes>(point, local);
+// Gradients in the mesh and the volume of the element if it were everywhere as at the point.
+double global_gradients(int nodes, const double positions[kMostElementNodes][3], int point,
+                        double out[kMostElementNodes][3]) {
+  double local[kMostElementNodes][3];
+  local_gradients(nodes, point, local);
   double M[3][3] = {};  // dX_i / dL_j, positions counted from the first
-  for (int a = 1; a < kNodes; ++a) {
+  for (int a = 1; a < nodes; ++a) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) M[i][j] += (positions[a][i] - positions[0][i]) * local[a][j];
     }
@@ -179,14 +182,14 @@ double global_gradients(const double positions[kNodes][3], int point, double out
       cofactor[i][j] = next[(j + 1) % 3] * last[(j + 2) % 3] - next[(j + 2) % 3] * last[(j + 1) % 3];
   }
   const double determinant = M[0][0] * cofactor[0][0] + M[0][1] * cofactor[0][1] + M[0][2] * cofactor[0][2];
-  for (int a = 0; a < kNodes; ++a) {
+  for (int a = 0; a < nodes; ++a) {
     for (int i = 0; i < 3; ++i) {
       out[a][i] =
           (cofactor[i][0] * local[a][0] + cofactor[i][1] * local[a][1] + cofactor[i][2] * local[a][2]) /
           determinant;
     }
   }
-  return determinant / (6.0 * ElementBatch<kNodes>::kPoints);
+  return determinant / 6.0;
 }
 
 // V P g_a of a lane.
@@ -203,12 +206,29 @@ void add_principal_force(const typename ElementBatch<kNodes>::Point& point, cons
 }
 
 // Of entry (row, column) of an element's lower triangle.
-template <int kNodes>
-constexpr size_t lower_place(size_t row, size_t column) {
-  return column * 3 * kNodes - column * (column - 1) / 2 - column + row;
+constexpr size_t lower_place(size_t nodes, size_t row, size_t column) {
+  return column * 3 * nodes - column * (column - 1) / 2 - column + row;
 }
 
-// K_ab of a lane: with dF = n_r g_b^T, by isotropic_law.hpp, and turned back.
+// K_ab of a unit volume, shape gradients in the frame of N: with dF = n_r g_b^T, by isotropic_law.hpp, and turned back.
+void find_principal_block(const PrincipalTangent& tangent, const double ga[3], const double gb[3],
+                          double block[3][3]) {
+  double half[3][3] = {};  // [p][k]: turned back on the right
+  for (size_t p = 0; p < 3; ++p) {
+    for (size_t r = 0; r < 3; ++r) {
+      double entry = ga[p] * gb[r] * tangent.second[p][r] + ga[r] * gb[p] * tangent.crossed[p][r];
+      for (size_t q = 0; q < 3 && p == r; ++q) entry += ga[q] * gb[q] * tangent.direct[p][q];
+      for (size_t k = 0; k < 3; ++k) half[p][k] += entry * tangent.current[r][k];
+    }
+  }
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      block[i][k] = 0;
+      for (size_t p = 0; p < 3; ++p) block[i][k] += tangent.current[p][i] * half[p][k];
+    }
+  }
+}
+
 template <int kNodes>
 void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
                              const PrincipalTangent& tangent, int lane, StiffnessLanes<kNodes>& stiffness) {
@@ -221,20 +241,11 @@ void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
   }
   for (size_t b = 0; b < kNodes; ++b) {
     for (size_t a = b; a < kNodes; ++a) {
-      double half[3][3] = {};  // [p][k]: turned back on the right
-      for (size_t p = 0; p < 3; ++p) {
-        for (size_t r = 0; r < 3; ++r) {
-          double entry = g[a][p] * g[b][r] * tangent.second[p][r] + g[a][r] * g[b][p] * tangent.crossed[p][r];
-          for (size_t q = 0; q < 3 && p == r; ++q) entry += g[a][q] * g[b][q] * tangent.direct[p][q];
-          for (size_t k = 0; k < 3; ++k) half[p][k] += entry * tangent.current[r][k];
-        }
-      }
+      double block[3][3];
+      find_principal_block(tangent, g[a], g[b], block);
       for (size_t i = 0; i < 3; ++i) {
-        for (size_t k = 0; k < (a == b ? i + 1 : 3); ++k) {
-          double sum = 0;
-          for (size_t p = 0; p < 3; ++p) sum += tangent.current[p][i] * half[p][k];
-          stiffness[lower_place<kNodes>(3 * a + i, 3 * b + k)].add(lane, point.volume[lane] * sum);
-        }
+        for (size_t k = 0; k < (a == b ? i + 1 : 3); ++k)
+          stiffness[lower_place(kNodes, 3 * a + i, 3 * b + k)].add(lane, point.volume[lane] * block[i][k]);
       }
     }
   }
@@ -335,37 +346,34 @@ void scatter_block(const double block[3][3], int row_node, int column_node, cons
   });
 }
 
-// An element at a node that contacts hold, or at a fixed one.
-template <int kNodes>
-void scatter_held(const ZoneBatch<kNodes>& batch, const StiffnessLanes<kNodes>& stiffness, int lane,
+// An element at a node that contacts hold, or at a fixed one. `stiffness`: by lower_place().
+void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
                   const ZoneUnknowns& unknowns, const Target& target) {
-  const auto node_of = [&](size_t a) { return batch.elements.nodes[a][static_cast<size_t>(lane)]; };
-  for (size_t b = 0; b < kNodes; ++b) {
-    for (size_t a = b; a < kNodes; ++a) {
+  for (size_t b = 0; b < nodes; ++b) {
+    for (size_t a = b; a < nodes; ++a) {
       double block[3][3];
       for (size_t i = 0; i < 3; ++i) {
         for (size_t k = 0; k < 3; ++k) {
           const size_t row = 3 * a + i;
           const size_t column = 3 * b + k;
-          block[i][k] = row >= column ? stiffness[lower_place<kNodes>(row, column)][lane]
-                                      : stiffness[lower_place<kNodes>(column, row)][lane];
+          block[i][k] = row >= column ? stiffness[lower_place(nodes, row, column)][lane]
+                                      : stiffness[lower_place(nodes, column, row)][lane];
         }
       }
-      scatter_block(block, node_of(a), node_of(b), unknowns, target);
+      scatter_block(block, places[a], places[b], unknowns, target);
     }
   }
 }
 
-template <int kNodes>
-void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint32_t first[kNodes],
+void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
                   const Target& target) {
-  for (size_t b = 0; b < kNodes; ++b) {
+  for (size_t b = 0; b < nodes; ++b) {
     for (size_t k = 0; k < 3; ++k) {
       const size_t column = 3 * b + k;
-      const Lanes* entries = stiffness.data() + lower_place<kNodes>(0, column);
+      const Lanes* entries = stiffness + lower_place(nodes, 0, column);
       double* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
       for (size_t i = k; i < 3; ++i) to[first[b] + i] += entries[3 * b + i][lane];
-      for (size_t a = b + 1; a < kNodes; ++a) {
+      for (size_t a = b + 1; a < nodes; ++a) {
         if (first[a] > first[b]) {
           for (size_t i = 0; i < 3; ++i) to[first[a] + i] += entries[3 * a + i][lane];
         } else {
@@ -375,6 +383,22 @@ void scatter_free(const StiffnessLanes<kNodes>& stiffness, int lane, const uint3
         }
       }
     }
+  }
+}
+
+// An element, `places` its nodes.
+void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
+                       const ZoneUnknowns& unknowns, const Target& target) {
+  uint32_t first[kMostElementNodes];
+  bool free = true;
+  for (size_t a = 0; a < nodes; ++a) {
+    first[a] = unknowns.of_node[places[a]];
+    free = free && first[a] < kHeldUnknown;
+  }
+  if (free) {
+    scatter_free(nodes, stiffness, lane, first, target);
+  } else {
+    scatter_held(nodes, places, stiffness, lane, unknowns, target);
   }
 }
 
@@ -396,31 +420,41 @@ struct PatchGradient {
   }
 };
 
+DyadicLanes measure_terms(const ZoneLanes& batch, const KinematicsLanes& kinematics) {
+  DyadicLanes terms = {};
+  for (int lane = 0; lane < batch.count; ++lane) {
+    if (is_of_strain(*batch.materials[lane])) {
+      terms.identity.set(lane, 1.0);
+    } else {
+      terms.transposed.set(lane, -kinematics.J[lane]);
+    }
+  }
+  return terms;
+}
+
+// d(V theta)/du of each element.
+template <int kNodes>
+NodalLanes<kNodes> measure_gradients(const ZoneBatch<kNodes>& batch, const double* displacement) {
+  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
+  const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
+  NodalLanes<kNodes> gradients = {};
+  for (const auto& point : batch.elements.points) {
+    KinematicsLanes kinematics;
+    kernels.deform(point, nodal, kinematics);
+    kernels.add_force(point, kinematics, measure_terms(batch, kinematics), gradients);
+  }
+  return gradients;
+}
+
 template <int kNodes>
 void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t patch,
                   const double* displacement, const ZoneUnknowns& unknowns, PatchGradient& gradient) {
-  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
     bool holds = false;
     for (int lane = 0; lane < batch.count; ++lane) holds = holds || batch.patches[lane] == patch;
     if (!holds) continue;
-    const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
-    NodalLanes<kNodes> sums = {};
-    for (const auto& point : batch.elements.points) {
-      KinematicsLanes kinematics;
-      kernels.deform(point, nodal, kinematics);
-      DyadicLanes terms = {};
-      for (int lane = 0; lane < batch.count; ++lane) {
-        if (batch.patches[lane] != patch) continue;
-        if (is_of_strain(*batch.materials[lane])) {
-          terms.identity.set(lane, 1.0);
-        } else {
-          terms.transposed.set(lane, -kinematics.J[lane]);
-        }
-      }
-      kernels.add_force(point, kinematics, terms, sums);
-    }
+    const NodalLanes<kNodes> sums = measure_gradients(batch, displacement);
     for (int lane = 0; lane < batch.count; ++lane) {
       if (batch.patches[lane] != patch) continue;
       for (size_t a = 0; a < kNodes; ++a) {
@@ -458,6 +492,27 @@ void add_dyads(const ZoneBatches& batches, const double* displacement, const Zon
   }
 }
 
+// Adds U'' / V  G . du, `from` one state `to` another, to the pressures that follow.
+template <int kNodes>
+void add_pressure_changes(const ZoneBatch<kNodes>* batches, uint32_t count, const double* from,
+                          const double* to, ZonePatch* patches) {
+  for (uint32_t n = 0; n < count; ++n) {
+    const ZoneBatch<kNodes>& batch = batches[n];
+    const NodalLanes<kNodes> gradients = measure_gradients(batch, from);
+    for (int lane = 0; lane < batch.count; ++lane) {
+      if (batch.patches[lane] == pack::kNoPatch) continue;
+      ZonePatch& patch = patches[batch.patches[lane]];
+      for (size_t a = 0; a < kNodes; ++a) {
+        const int first = 3 * batch.elements.nodes[a][static_cast<size_t>(lane)];
+        for (size_t i = 0; i < 3; ++i) {
+          const size_t at = static_cast<size_t>(first) + i;
+          patch.followed += patch.stiffness * gradients[a][i][lane] * (to[at] - from[at]);
+        }
+      }
+    }
+  }
+}
+
 template <int kNodes>
 void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
                    const double* displacement, ZoneStrain& strain, double* forces) {
@@ -469,7 +524,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
     for (const auto& point : batch.elements.points) {
       KinematicsLanes kinematics;
       kernels.deform(point, nodal, kinematics);
-      kernels.add_force(point, kinematics, terms_of(batch, patches, kinematics), sums);
+      kernels.add_force(point, kinematics, terms_of(batch, patches, &ZonePatch::pressure, kinematics), sums);
       for (int lane = 0; lane < batch.count; ++lane) {
         const double J = kinematics.J[lane];
         if (!(J >= strain.smallest_jacobian)) strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
@@ -493,40 +548,27 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
 
 template <int kNodes>
 void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                      const double* displacement, const ZoneUnknowns& unknowns, double* forces,
-                      const Target& target) {
+                      const double* displacement, const ZoneUnknowns& unknowns, const Target& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
     const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
-    NodalLanes<kNodes> sums = {};
     StiffnessLanes<kNodes> stiffness = {};
     for (const auto& point : batch.elements.points) {
       KinematicsLanes kinematics;
       kernels.deform(point, nodal, kinematics);
-      const DyadicLanes terms = terms_of(batch, patches, kinematics);
-      kernels.add_force(point, kinematics, terms, sums);
+      const DyadicLanes terms = terms_of(batch, patches, &ZonePatch::followed, kinematics);
       kernels.add_stiffness(point, kinematics, terms, stiffness);
       for (int lane = 0; lane < batch.count; ++lane) {
         if (is_dyadic(*batch.materials[lane])) continue;
         const PrincipalTangent tangent = principal_tangent(*batch.materials[lane], kinematics, lane);
-        add_principal_force<kNodes>(point, tangent, lane, sums);
         add_principal_stiffness<kNodes>(point, tangent, lane, stiffness);
       }
     }
-    scatter_forces<kNodes>(batch, sums, forces);
     for (int lane = 0; lane < batch.count; ++lane) {
-      uint32_t first[kNodes];
-      bool free = true;
-      for (size_t a = 0; a < kNodes; ++a) {
-        first[a] = unknowns.of_node[batch.elements.nodes[a][static_cast<size_t>(lane)]];
-        free = free && first[a] < kHeldUnknown;
-      }
-      if (free) {
-        scatter_free<kNodes>(stiffness, lane, first, target);
-      } else {
-        scatter_held<kNodes>(batch, stiffness, lane, unknowns, target);
-      }
+      int places[kNodes];
+      for (size_t a = 0; a < kNodes; ++a) places[a] = batch.elements.nodes[a][static_cast<size_t>(lane)];
+      scatter_stiffness(kNodes, places, stiffness.data(), lane, unknowns, target);
     }
   }
 }
@@ -536,7 +578,7 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const Zo
 template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
                       uint32_t patch, int lane, ZoneBatch<kNodes>& batch) {
-  double positions[kNodes][3];
+  double positions[kMostElementNodes][3];
   for (size_t a = 0; a < kNodes; ++a) {
     const double* position = pack.zone_nodes[element.nodes[a]].position;
     for (int i = 0; i < 3; ++i) positions[a][i] = position[i];
@@ -547,8 +589,8 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
   batch.stiffness[lane] = 1;
   for (int p = 0; p < ElementBatch<kNodes>::kPoints; ++p) {
     auto& point = batch.elements.points[static_cast<size_t>(p)];
-    double gradients[kNodes][3];
-    const double volume = global_gradients<kNodes>(positions, p, gradients);
+    double gradients[kMostElementNodes][3];
+    const double volume = global_gradients(kNodes, positions, p, gradients) / ElementBatch<kNodes>::kPoints;
     if (!(volume > 0)) return false;
     point.volume.set(lane, volume);
     batch.volumes[static_cast<size_t>(p)].set(lane, volume);
@@ -571,14 +613,28 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
   return strain;
 }
 
+void take_pressures(const ZoneBatches& batches) {
+  for (uint32_t p = 0; p < batches.num_patches; ++p)
+    batches.patches[p].followed = batches.patches[p].pressure;
+}
+
+void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
+  if (batches.num_patches == 0) return;
+  share_volumes(batches, from);
+  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+    ZonePatch& patch = batches.patches[p];
+    patch.followed += part * (patch.pressure - patch.followed);
+  }
+  add_pressure_changes(batches.linear, batches.num_linear, from, to, batches.patches);
+  add_pressure_changes(batches.quadratic, batches.num_quadratic, from, to, batches.patches);
+}
+
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        double* forces, double* matrix, uint32_t stride) {
+                        double* matrix, uint32_t stride) {
   const Target target = {matrix, stride};
   share_volumes(batches, displacement);
-  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, displacement, unknowns, forces,
-                   target);
-  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, unknowns, forces,
-                   target);
+  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, displacement, unknowns, target);
+  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, unknowns, target);
   add_dyads(batches, displacement, unknowns, target);
 }
 

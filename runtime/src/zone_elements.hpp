@@ -10,24 +10,39 @@
 namespace palpate {
 
 // A volume patch that a zone holds: offline/fem/shared_volumes.hpp has the equations.
+//
+// Newton takes its pressure p as an unknown of its own, of one more equation, p = U'(theta(u)). With R the forces of the other
+// terms and G = d(V theta)/du, a step has
+//
+//   K(u, p) du + G dp = -R - G p,    p + dp = U'(theta) + U'' / V  G . du
+//
+// and without dp that is (K(u, p) + U'' / V  G G^T) du = -R - G U'(theta): the forces are those of the displacements alone, and
+// so is what the steps lead to, but K is of a p that follows them to first order. Steps keep volumes no better than that, and
+// where tissue is nearly incompressible U' of what is left of second order outweighs all else (Magisano, Leonetti and Garcea
+// 2017, CMAME 313, for stresses).
 struct ZonePatch {
   const pack::ZoneMaterial* material;
   uint32_t number;   // ZoneElement::volume_patch
   double volume;     // in the mesh
   double measure;    // sum of V theta
-  double pressure;   // U'
+  double pressure;   // U' of it
   double stiffness;  // U'' / volume
+  double followed;   // p
+};
+
+// What a batch knows of its elements whatever their kind.
+struct ZoneLanes {
+  const pack::ZoneMaterial* materials[kLanes];
+  uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
+  double stiffness[kLanes];  // that zone_inclusion.hpp gives a lane
+  int count;                 // the lanes after them repeat the last one
 };
 
 template <int kNodes>
-struct ZoneBatch {
+struct ZoneBatch : ZoneLanes {
   ElementBatch<kNodes> elements;  // nodes: places in the zone's list
-  const pack::ZoneMaterial* materials[kLanes];
-  uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
-  // What the points of `elements` stand for in the mesh, there times the stiffness that zone_inclusion.hpp gives a lane
+  // What the points of `elements` stand for in the mesh, there times `stiffness`
   std::array<Lanes, ElementBatch<kNodes>::kPoints> volumes;
-  double stiffness[kLanes];
-  int count;  // the lanes after them repeat the last one
 };
 
 struct ZoneBatches {
@@ -72,8 +87,15 @@ struct ZoneStrain {
 // Adds the nodal forces of all elements to forces[nodes][3], at these displacements from the mesh, [nodes][3].
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
 
-// Adds forces as well as the tangent stiffness, to the lower triangle of a column-major matrix.
+// ZonePatch::followed := the pressures of the last evaluation.
+void take_pressures(const ZoneBatches& batches);
+
+// ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it is, 0 where
+// it only follows what moves the zone. The patches' other numbers are then those of `from`.
+void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
+
+// Adds the tangent stiffness to the lower triangle of a column-major matrix.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        double* forces, double* matrix, uint32_t stride);
+                        double* matrix, uint32_t stride);
 
 }  // namespace palpate

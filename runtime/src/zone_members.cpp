@@ -226,7 +226,7 @@ uint32_t patch_of(const pal_pack& pack, const pack::ZoneElement& element, ZoneBa
   uint32_t place = 0;
   while (place < batches.num_patches && batches.patches[place].number != element.volume_patch) ++place;
   if (place == batches.num_patches) {
-    batches.patches[place] = {pack.zone_materials + element.material, element.volume_patch, 0, 0, 0, 0};
+    batches.patches[place] = {pack.zone_materials + element.material, element.volume_patch, 0, 0, 0, 0, 0};
     ++batches.num_patches;
   }
   return place;

@@ -135,7 +135,9 @@ void fill_own_stiffness(const pal_pack& pack, ZoneState& state, const ZoneGroup&
     for (uint32_t axis = 0; axis < 3; ++axis) set.rest_force[3 * i + axis] = 0;
   }
   const ZoneUnknowns unknowns = {state.base, nullptr, nullptr};
-  add_zone_stiffness(group.batches, set.displacement, unknowns, set.rest_force, matrix, stride);
+  add_zone_forces(group.batches, set.displacement, set.rest_force);
+  take_pressures(group.batches);
+  add_zone_stiffness(group.batches, set.displacement, unknowns, matrix, stride);
   for (uint32_t i = 3 * (group.num_interior + group.num_held); i < eliminated; ++i)
     matrix[size_t{i} * stride + i] = 1;
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
@@ -288,7 +290,22 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
     const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
     if (!(strain.smallest_jacobian > kLeastJacobian)) rest_group(pack, set, set.groups[g]);
+    keep_balance(set, set.groups[g]);
+    set.groups[g].longest_step = kLongestStep;
   }
+}
+
+// Of a group: its nodes, and its contacts' axes and points.
+void copy_state(const ZoneSet& set, const ZoneGroup& group, const double* nodes, const double* axes,
+                const double (*points)[3], double* to_nodes, double* to_axes, double (*to_points)[3]) {
+  const size_t first = size_t{3} * group.first_node;
+  memcpy(to_nodes + first, nodes + first, size_t{3} * group.num_nodes * sizeof *nodes);
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    to_axes[at] = axes[at];
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
+    memcpy(to_points[group.contacts[slot]], points[group.contacts[slot]], sizeof *points);
 }
 
 }  // namespace
@@ -334,6 +351,9 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->followed = arena.take<double>(axes);
     set->wanted = arena.take<double>(axes);
     set->force = arena.take<double>(axes);
+    set->balanced = arena.take<double>(size_t{3} * state.max_nodes);
+    set->balanced_axes = arena.take<double>(axes);
+    set->balanced_points = arena.take<double[3]>(state.max_contacts);
     set->loads = arena.take<double>(loads);
     set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
@@ -438,6 +458,16 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
   for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
 }
 
+void keep_balance(ZoneSet& set, const ZoneGroup& group) {
+  copy_state(set, group, set.displacement, set.followed, set.points, set.balanced, set.balanced_axes,
+             set.balanced_points);
+}
+
+void go_back_to_balance(ZoneSet& set, const ZoneGroup& group) {
+  copy_state(set, group, set.balanced, set.balanced_axes, set.balanced_points, set.displacement, set.followed,
+             set.points);
+}
+
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
@@ -453,7 +483,8 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   }
   group.has_tangent = false;
   group.is_making = false;
-  group.failures = 0;
+  group.failures = group.astray = 0;
+  keep_balance(set, group);
 }
 
 void swap_zone_sets(ZoneState& state) {

@@ -73,17 +73,19 @@ struct ZoneGroup {
   double* brought;
   double* back;
   bool has_tangent;
-  bool is_shifted;     // the stiffness was made positive definite
-  double moved;        // how far contacts and nodes have moved since it was begun
-  double left;         // of the residual, by its last step
-  double* spare;       // the next one, as `factor`
-  bool is_making;      // it is not eliminated yet:
-  uint32_t shift;      // attempts before
-  uint32_t column;     // eliminated before
-  double moved_since;  // it was begun
-  double energy;       // of the elements, at the displacements that were evaluated last
-  double stored;       // of the group and the organ outside, as it was concluded last
-  uint32_t failures;   // solves in a row in which there was no way on
+  bool is_shifted;      // the stiffness was made positive definite
+  double moved;         // how far contacts and nodes have moved since it was begun
+  double left;          // of the residual, by its last step
+  double* spare;        // the next one, as `factor`
+  bool is_making;       // it is not eliminated yet:
+  uint32_t shift;       // attempts before
+  uint32_t column;      // eliminated before
+  double moved_since;   // it was begun
+  double energy;        // of the elements, at the displacements that were evaluated last
+  double stored;        // of the group and the organ outside, as it was concluded last
+  uint32_t failures;    // solves in a row in which there was no way on
+  uint32_t astray;      // solves in a row of which the last step left most of the residual
+  double longest_step;  // of a contact in one solve, in mean edges of the surface
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -126,8 +128,12 @@ struct ZoneSet {
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
-  double* loads;     // [num_contacts][3] of the exterior (zone_exterior.hpp)
-  double* weights;   // [columns] at these loads
+  // Displacements, `followed` and `points` as they were when each group was in balance last
+  double* balanced;
+  double* balanced_axes;
+  double (*balanced_points)[3];
+  double* loads;                       // [num_contacts][3] of the exterior (zone_exterior.hpp)
+  double* weights;                     // [columns] at these loads
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
@@ -147,6 +153,9 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
   const uint32_t own = i < displacements ? i : i - displacements;
   return of_set + 3 * group.contacts[own / 3] + own % 3;
 }
+
+// ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain.
+inline constexpr double kLongestStep = 0.5;
 
 // det F of an element that is accepted.
 inline constexpr double kLeastJacobian = 0.02;
@@ -244,6 +253,12 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
 // Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
 // true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
+
+// ZoneSet::balanced := where the group is.
+void keep_balance(ZoneSet& set, const ZoneGroup& group);
+
+// Takes a group back there. Its held nodes are to be placed anew.
+void go_back_to_balance(ZoneSet& set, const ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);

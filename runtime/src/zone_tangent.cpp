@@ -65,7 +65,6 @@ void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot
 }
 
 void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* matrix) {
-  ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
   const size_t stride = group.stride;
   for (uint32_t column = 0; column < round_to_columns(group.size); ++column) {
@@ -73,9 +72,7 @@ void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* ma
     memset(matrix + column * stride + from, 0, (stride - from) * sizeof *matrix);
   }
   const ZoneUnknowns unknowns = {set.unknown_of, set.first_master, set.masters};
-  for (uint32_t i = 3 * group.first_node; i < 3 * (group.first_node + group.num_nodes); ++i)
-    state.forces[i] = -set.rest_force[i];
-  add_zone_stiffness(group.batches, set.displacement, unknowns, state.forces, matrix, group.stride);
+  add_zone_stiffness(group.batches, set.displacement, unknowns, matrix, group.stride);
   const uint32_t boundary = 3 * group.num_interior;
   for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
     const double* from = group.exterior + size_t{j} * group.boundary_stride;

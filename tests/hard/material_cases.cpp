@@ -36,7 +36,7 @@ Model with_lump(Model model, const Eigen::Vector3d& place, double radius, double
 }
 
 std::vector<Answer> pack_of(const std::string& name, const std::function<Model()>& model, const Bar& bar,
-                            int survey_samples = 0, bool polynomial = true) {
+                            bool polynomial = true) {
   const Organ& organ = shared_organ(name, [&] {
     OrganSpec spec = touched(model(), kDepth, kRadius);
     std::sort(spec.sites.begin(), spec.sites.end(), [&](int a, int b) {
@@ -48,7 +48,6 @@ std::vector<Answer> pack_of(const std::string& name, const std::function<Model()
     spec.sites.resize(4);
     std::sort(spec.sites.begin(), spec.sites.end());
     spec.zone_rings = 2;
-    spec.survey_samples = survey_samples;
     spec.polynomial = polynomial;
     return spec;
   });
@@ -125,12 +124,12 @@ Group material_cases() {
         [law] { return top_solved(bare_block(law)); });
     add(fmt::format("lambda_1e{}_pack", power), fmt::format("lambda / mu = 1e{}: pack", power), pack, [=] {
       return pack_of(
-          fmt::format("lambda {}", ratio), [&] { return unit_block(5, law); }, pack, power == 4 ? 8 : 0);
+          fmt::format("lambda {}", ratio), [&] { return unit_block(5, law); }, pack);
     });
   }
   const auto zone_only = [=](const std::string& name, const std::string& hard,
                              const std::function<Model()>& model) {
-    add(name, hard, pack, [=] { return pack_of(name, model, pack, 0, false); });
+    add(name, hard, pack, [=] { return pack_of(name, model, pack, false); });
   };
   zone_only("lambda_10_zones", "lambda / mu = 10 (nu = 0.455): pack of zones", [] {
     return unit_block(5, CompressibleNeoHookean{1, 10});
@@ -146,7 +145,6 @@ Group material_cases() {
        {std::tuple{test::Elements::c3d4_mean_dilatation, "mean_dilatation", "C3D4 MEAN DILATATION"},
         {test::Elements::c3d10h, "c3d10h", "C3D10H"}}) {
     const int cells = elements == test::Elements::c3d10h ? 2 : 5;
-    const int surveyed = elements == test::Elements::c3d10h ? 8 : 0;  // zones that diverge take long
     add(fmt::format("{}_membrane", name), fmt::format("{}, nu = 0.499: Cook's membrane", hard), known,
         [elements = elements] { return membrane(elements); });
     add(fmt::format("{}_tube_1e4", name),
@@ -165,10 +163,10 @@ Group material_cases() {
     const Law tissue = test::neo_hooke_of(1, 0.499);
     const std::string pack_name = fmt::format("{}_pack", name);
     add(pack_name, fmt::format("{}, nu = 0.499: pack", hard), pack,
-        [=] { return pack_of(pack_name, block_of(tissue), pack, surveyed); });
+        [=] { return pack_of(pack_name, block_of(tissue), pack); });
     const std::string stiff_name = fmt::format("{}_1e4_pack", name);
     add(stiff_name, fmt::format("{}, lambda / mu = 1e4: pack", hard), pack, [=] {
-      return pack_of(stiff_name, block_of(CompressibleNeoHookean{1, 1e4}), pack, 8);
+      return pack_of(stiff_name, block_of(CompressibleNeoHookean{1, 1e4}), pack);
     });
   }
   const auto shared = [](int cells, test::Elements elements, double poisson) {
@@ -177,11 +175,7 @@ Group material_cases() {
   zone_only("mean_dilatation_zones", "C3D4 MEAN DILATATION, nu = 0.499: pack of zones",
             shared(5, test::Elements::c3d4_mean_dilatation, 0.499));
   zone_only("c3d10h_zones_049", "C3D10H, nu = 0.49: pack of zones", shared(2, test::Elements::c3d10h, 0.49));
-  group.cases.push_back(
-      {"material", "c3d10h_zones", "C3D10H, nu = 0.499: pack of zones", pack, Expected::limit,
-       "zones of C3D10H do not come to an equilibrium at this ratio, and say so; at 0.49 they do in these "
-       "pushes, and those of MEAN DILATATION here",
-       [=] { return pack_of("c3d10h zones", shared(2, test::Elements::c3d10h, 0.499), pack, 8, false); }});
+  zone_only("c3d10h_zones", "C3D10H, nu = 0.499: pack of zones", shared(2, test::Elements::c3d10h, 0.499));
   add("inclusion_solved", "inclusion 1e4 times stiffer: block compressed by 20 % and sheared", other_path,
       [] { return top_solved(test::block_with_inclusion(1e4)); });
   add("inclusion_is_rigid",
