@@ -22,9 +22,9 @@ constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr uint32_t kMostCuts = 6;
-constexpr double kLargest = 1e60;  // displacement, model units
-constexpr uint32_t kMostAstray = 4;
-constexpr uint32_t kMostFailures = 8;  // in a row: it begins anew at rest
+constexpr double kLargest = 1e60;      // displacement, model units
+constexpr uint32_t kMostAstray = 4;    // solves in a row
+constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
 
 // The patches of the group's contacts as they are to be: u = d + (R - 1) r, r the arm at rest.
 void place_held(ZoneFrame& frame, const ZoneGroup& group) {
@@ -230,14 +230,33 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
 // There was no way on: from the last balance the contacts follow in shorter steps.
 void go_back(ZoneFrame& frame, ZoneGroup& group) {
   constexpr double kShorter = 0.25;
-  group.longest_step *= kShorter;
-  group.astray = 0;
-  go_back_to_balance(frame.set, group);
+  constexpr double kShortestStep = 1e-3;
+  if (++group.failures > kMostFailures) {
+    rest_group(frame.pack, frame.set, group);
+  } else {
+    group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
+    group.astray = 0;
+    go_back_to_balance(frame.set, group);
+  }
   place_held(frame, group);
   evaluate_elements(frame, group);
-  take_pressures(group.batches);
-  make_tangent(frame, group);
-  conclude(frame, 0, group);
+}
+
+// What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
+void settle_groups(ZoneFrame& frame, const bool* went_back) {
+  weigh_exterior(frame.pack, frame.state.rings, frame.set);
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    ZoneGroup& group = frame.set.groups[g];
+    find_coupling(frame, group);
+    if (went_back[g] && !group.has_balance) {
+      make_tangent(frame, group);
+      conclude(frame, 0, group);
+      continue;
+    }
+    find_pull(frame, group);
+    find_residual(frame, group);
+    find_traction(frame, group);
+  }
 }
 
 }  // namespace
@@ -262,9 +281,10 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       if (!evaluate_elements(frame, group)) {
         rest_group(pack, set, group);
         weigh_exterior(pack, state.rings, set);
-        state.has_reset = true;
+        place_held(frame, group);
+        evaluate_elements(frame, group);
+        state.went_back = true;
       }
-      take_pressures(group.batches);
       make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);
@@ -298,28 +318,32 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       converged = converged && done[g] && is_coupled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  ZoneAnswer answer = {0, taken, false, 0};
+  bool is_stuck[kMostZoneContacts];
+  bool is_any_stuck = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    group.astray = !done[g] && (group.left > kMostLeft || group.is_shifted) ? group.astray + 1 : 0;
-    const bool is_stuck =
+    group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
+    is_stuck[g] =
         failed[g] || group.astray > kMostAstray || (frame.flags != set.flags && is_lost(frame, group, size));
-    group.failures = is_stuck ? group.failures + 1 : 0;
-    if (group.failures > kMostFailures) {
-      rest_group(pack, set, group);
-      answer.has_reset = state.has_reset = true;
-      continue;
-    }
-    if (is_stuck) {
-      go_back(frame, group);
-    } else if (done[g]) {
-      keep_balance(set, group);
-      group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
-    }
-    answer.energy += group.stored;
-    advance_tangent(frame, group);
+    is_any_stuck = is_any_stuck || is_stuck[g];
   }
-  if (answer.has_reset) weigh_exterior(pack, state.rings, set);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (is_stuck[g]) {
+      go_back(frame, group);
+    } else if (done[g] && is_coupled(group)) {
+      group.failures = 0;
+      group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+      if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
+    }
+  }
+  if (is_any_stuck) settle_groups(frame, is_stuck);
+  ZoneAnswer answer = {0, taken, is_any_stuck, 0};
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    answer.energy += set.groups[g].stored;
+    advance_tangent(frame, set.groups[g]);
+  }
+  state.went_back = state.went_back || is_any_stuck;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;

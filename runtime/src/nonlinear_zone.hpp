@@ -25,7 +25,7 @@ namespace palpate {
 struct ZoneAnswer {
   uint32_t flags;
   uint32_t iterations;  // that it took
-  bool has_reset;       // a group found no way on from its last balance, either, and is at rest
+  bool went_back;       // a group found no way on, and is where it was in balance last, or at rest
   double energy;
 };
 

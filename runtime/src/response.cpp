@@ -306,10 +306,10 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       answer.energy += moved[c].energy;
     }
     control = control_forces(pack, set, contacts, moved, session.displacements);
-    if (control.has_ended || answer.has_reset || left == 0) break;
+    if (control.has_ended || answer.went_back || left == 0) break;
   }
   for (uint32_t at = 0; at < 3 * count; ++at) {
-    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.has_reset;
+    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = goes_on ? session.displacements[at] : set.followed[at];
   }
   answer.flags |= control.flags;

@@ -108,8 +108,8 @@ void answer_or_stand_in(pal_session& session) {
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_turns, states.answered_results);
   // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
-  // tools it jumps. So does what has come to rest for want of a way, in this frame or in contact frames since
-  // the last.
+  // tools it jumps. So does, once, what has gone back for want of a way, in this frame or in contact frames since
+  // the last: from there it follows in short steps, or not at all.
   bool is_any_behind = false;
   for (uint32_t i = 0; i < states.num_answered; ++i)
     is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
@@ -118,8 +118,8 @@ void answer_or_stand_in(pal_session& session) {
     is_any_behind = is_any_behind || is_turn_behind(session);
   const bool caught_up = states.catches_up;
   states.catches_up = is_any_behind && (finished || states.catches_up);
-  states.changed = states.changed || states.catches_up || caught_up || session.zone.has_reset;
-  session.zone.has_reset = false;
+  states.changed = states.changed || states.catches_up || caught_up || session.zone.went_back;
+  session.zone.went_back = false;
 }
 
 }  // namespace palpate

@@ -613,11 +613,6 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
   return strain;
 }
 
-void take_pressures(const ZoneBatches& batches) {
-  for (uint32_t p = 0; p < batches.num_patches; ++p)
-    batches.patches[p].followed = batches.patches[p].pressure;
-}
-
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
   if (batches.num_patches == 0) return;
   share_volumes(batches, from);

@@ -28,6 +28,8 @@ struct ZonePatch {
   double pressure;   // U' of it
   double stiffness;  // U'' / volume
   double followed;   // p
+  double balanced;   // p when the zone was in balance last
+  double at_rest;    // p
 };
 
 // What a batch knows of its elements whatever their kind.
@@ -51,7 +53,7 @@ struct ZoneBatches {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   uint32_t num_patches;
-  ZonePatch* patches;  // their state is that of the last evaluation
+  ZonePatch* patches;
 };
 
 // Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
@@ -87,11 +89,8 @@ struct ZoneStrain {
 // Adds the nodal forces of all elements to forces[nodes][3], at these displacements from the mesh, [nodes][3].
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
 
-// ZonePatch::followed := the pressures of the last evaluation.
-void take_pressures(const ZoneBatches& batches);
-
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it is, 0 where
-// it only follows what moves the zone. The patches' other numbers are then those of `from`.
+// it only follows what moves the zone.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
 // Adds the tangent stiffness to the lower triangle of a column-major matrix.

@@ -119,6 +119,7 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
       const uint32_t j = (i - 9) % pack::num_monomials(2);
       product = (i < 9 + pack::num_monomials(2)) == is_first ? products.of_x[j] : products.of_y[j];
     }
+    if (product == 0) continue;  // as most of a derivative are
     for (uint32_t k = 0; k < columns; ++k) {
       of_first[k] += product * static_cast<double>(of_pair[k]);
       of_second[k] += product * static_cast<double>(of_pair[columns + k]);
@@ -148,9 +149,11 @@ using Gram = double[3 * kMostZoneContacts][3 * kMostZoneContacts];
 
 // Of what loads differ by, which the boundary hardly tells apart. Of three contacts and more it holds that back: what two of
 // them add to each other by the elements of a third one's zone is counted outside, too, as pairs know of no third. Found on the
-// brain: a hundredth of it makes errors of three neighbours half as large again, of two a hundred times as much.
+// brain: the ridge of two makes errors of three half as large again; the ridge of three those of two larger by a fifth.
 void add_ridge(uint32_t num_contacts, Gram gram) {
-  const double share = num_contacts > 2 ? 0.04 : 5e-4;
+  constexpr double kOfTwo = 5e-4;
+  constexpr double kOfMore = 0.04;
+  const double share = num_contacts > 2 ? kOfMore : kOfTwo;
   constexpr double kLeast = 1e-9;  // where the boundary does not tell of a load at all
   double own[kMostZoneContacts];
   double largest = 0;

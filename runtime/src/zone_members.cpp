@@ -226,7 +226,9 @@ uint32_t patch_of(const pal_pack& pack, const pack::ZoneElement& element, ZoneBa
   uint32_t place = 0;
   while (place < batches.num_patches && batches.patches[place].number != element.volume_patch) ++place;
   if (place == batches.num_patches) {
-    batches.patches[place] = {pack.zone_materials + element.material, element.volume_patch, 0, 0, 0, 0, 0};
+    batches.patches[place] = {};
+    batches.patches[place].material = pack.zone_materials + element.material;
+    batches.patches[place].number = element.volume_patch;
     ++batches.num_patches;
   }
   return place;

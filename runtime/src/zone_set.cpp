@@ -136,7 +136,10 @@ void fill_own_stiffness(const pal_pack& pack, ZoneState& state, const ZoneGroup&
   }
   const ZoneUnknowns unknowns = {state.base, nullptr, nullptr};
   add_zone_forces(group.batches, set.displacement, set.rest_force);
-  take_pressures(group.batches);
+  for (uint32_t p = 0; p < group.batches.num_patches; ++p) {
+    ZonePatch& patch = group.batches.patches[p];
+    patch.followed = patch.at_rest = patch.pressure;
+  }
   add_zone_stiffness(group.batches, set.displacement, unknowns, matrix, stride);
   for (uint32_t i = 3 * (group.num_interior + group.num_held); i < eliminated; ++i)
     matrix[size_t{i} * stride + i] = 1;
@@ -220,6 +223,20 @@ bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
   return square <= kFarthest * kFarthest * pack.mean_surface_edge * pack.mean_surface_edge;
 }
 
+// Of volume patches that the set before had, too; the others begin as at rest, for U' of nodes that the linear organ has
+// placed is no pressure.
+void carry_pressures(const ZoneSet& before, const ZoneGroup& group) {
+  for (uint32_t p = 0; p < group.batches.num_patches; ++p) {
+    ZonePatch& patch = group.batches.patches[p];
+    for (uint32_t g = 0; g < before.num_groups && before.ready; ++g) {
+      const ZoneBatches& old = before.groups[g].batches;
+      for (uint32_t q = 0; q < old.num_patches; ++q) {
+        if (old.patches[q].number == patch.number) patch.followed = old.patches[q].followed;
+      }
+    }
+  }
+}
+
 // The new set goes on where the one before has got to.
 void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) {
   ZoneSet& set = state.next;
@@ -288,24 +305,35 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
+    carry_pressures(before, set.groups[g]);
     const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
-    if (!(strain.smallest_jacobian > kLeastJacobian)) rest_group(pack, set, set.groups[g]);
-    keep_balance(set, set.groups[g]);
     set.groups[g].longest_step = kLongestStep;
+    keep_balance(set, set.groups[g]);
+    set.groups[g].has_balance = false;
+    if (!(strain.smallest_jacobian > kLeastJacobian)) rest_group(pack, set, set.groups[g]);
   }
 }
 
-// Of a group: its nodes, and its contacts' axes and points.
-void copy_state(const ZoneSet& set, const ZoneGroup& group, const double* nodes, const double* axes,
-                const double (*points)[3], double* to_nodes, double* to_axes, double (*to_points)[3]) {
+ZonePlace place_now(const ZoneSet& set) {
+  return {set.displacement, set.followed, set.force, set.loads, set.points, set.stiffness};
+}
+
+// Of a group.
+void copy_place(const ZoneSet& set, const ZoneGroup& group, const ZonePlace& from, const ZonePlace& to) {
   const size_t first = size_t{3} * group.first_node;
-  memcpy(to_nodes + first, nodes + first, size_t{3} * group.num_nodes * sizeof *nodes);
+  memcpy(to.displacement + first, from.displacement + first,
+         size_t{3} * group.num_nodes * sizeof *to.displacement);
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
-    to_axes[at] = axes[at];
+    to.followed[at] = from.followed[at];
+    to.force[at] = from.force[at];
+    memcpy(to.stiffness[at], from.stiffness[at], sizeof *to.stiffness);
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
-    memcpy(to_points[group.contacts[slot]], points[group.contacts[slot]], sizeof *points);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    const uint32_t contact = group.contacts[slot];
+    memcpy(to.points[contact], from.points[contact], sizeof *to.points);
+    memcpy(to.loads + size_t{3} * contact, from.loads + size_t{3} * contact, 3 * sizeof *to.loads);
+  }
 }
 
 }  // namespace
@@ -351,9 +379,6 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->followed = arena.take<double>(axes);
     set->wanted = arena.take<double>(axes);
     set->force = arena.take<double>(axes);
-    set->balanced = arena.take<double>(size_t{3} * state.max_nodes);
-    set->balanced_axes = arena.take<double>(axes);
-    set->balanced_points = arena.take<double[3]>(state.max_contacts);
     set->loads = arena.take<double>(loads);
     set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
@@ -367,6 +392,12 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->displacement = arena.take<double>(size_t{3} * state.max_nodes);
     set->rest_force = arena.take<double>(size_t{3} * state.max_nodes);
     set->traction = arena.take<double>(size_t{3} * state.max_nodes);
+    set->balanced = {arena.take<double>(size_t{3} * state.max_nodes),
+                     arena.take<double>(axes),
+                     arena.take<double>(axes),
+                     arena.take<double>(loads),
+                     arena.take<double[3]>(state.max_contacts),
+                     arena.take<double[kMostZoneAxes]>(axes)};
     const auto batches = [&](uint32_t elements) { return elements / kLanes + state.max_contacts; };
     set->linear = arena.take<ZoneBatch<4>>(batches(state.max_elements));
     if (state.max_quadratic > 0) set->quadratic = arena.take<ZoneBatch<10>>(batches(state.max_quadratic));
@@ -458,14 +489,21 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
   for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
 }
 
-void keep_balance(ZoneSet& set, const ZoneGroup& group) {
-  copy_state(set, group, set.displacement, set.followed, set.points, set.balanced, set.balanced_axes,
-             set.balanced_points);
+void keep_balance(ZoneSet& set, ZoneGroup& group) {
+  copy_place(set, group, place_now(set), set.balanced);
+  for (uint32_t p = 0; p < group.batches.num_patches; ++p)
+    group.batches.patches[p].balanced = group.batches.patches[p].followed;
+  group.stored_in_balance = group.stored;
+  group.has_balance = true;
 }
 
-void go_back_to_balance(ZoneSet& set, const ZoneGroup& group) {
-  copy_state(set, group, set.balanced, set.balanced_axes, set.balanced_points, set.displacement, set.followed,
-             set.points);
+void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
+  copy_place(set, group, set.balanced, place_now(set));
+  for (uint32_t p = 0; p < group.batches.num_patches; ++p)
+    group.batches.patches[p].followed = group.batches.patches[p].balanced;
+  group.stored = group.stored_in_balance;
+  group.has_tangent = false;
+  group.is_making = false;
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
@@ -481,9 +519,13 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
     memset(set.loads + size_t{3} * group.contacts[slot], 0, 3 * sizeof *set.loads);
   }
+  for (uint32_t p = 0; p < group.batches.num_patches; ++p)
+    group.batches.patches[p].followed = group.batches.patches[p].at_rest;
+  group.stored = 0;
   group.has_tangent = false;
   group.is_making = false;
   group.failures = group.astray = 0;
+  group.longest_step = kLongestStep;
   keep_balance(set, group);
 }
 

@@ -73,19 +73,21 @@ struct ZoneGroup {
   double* brought;
   double* back;
   bool has_tangent;
-  bool is_shifted;      // the stiffness was made positive definite
-  double moved;         // how far contacts and nodes have moved since it was begun
-  double left;          // of the residual, by its last step
-  double* spare;        // the next one, as `factor`
-  bool is_making;       // it is not eliminated yet:
-  uint32_t shift;       // attempts before
-  uint32_t column;      // eliminated before
-  double moved_since;   // it was begun
-  double energy;        // of the elements, at the displacements that were evaluated last
-  double stored;        // of the group and the organ outside, as it was concluded last
-  uint32_t failures;    // solves in a row in which there was no way on
-  uint32_t astray;      // solves in a row of which the last step left most of the residual
-  double longest_step;  // of a contact in one solve, in mean edges of the surface
+  bool is_shifted;           // the stiffness was made positive definite
+  double moved;              // how far contacts and nodes have moved since it was begun
+  double left;               // of the residual, by its last step
+  double* spare;             // the next one, as `factor`
+  bool is_making;            // it is not eliminated yet:
+  uint32_t shift;            // attempts before
+  uint32_t column;           // eliminated before
+  double moved_since;        // it was begun
+  double energy;             // of the elements, at the displacements that were evaluated last
+  double stored;             // of the group and the organ outside, as it was concluded last
+  bool has_balance;          // ZoneSet::balanced is one; else where the group began
+  double stored_in_balance;  // when it was in balance last
+  uint32_t failures;         // solves in which there was no way on, since one that came to its end
+  uint32_t astray;           // solves in a row of which the last step left most of the residual
+  double longest_step;       // of a contact in one solve, in mean edges of the surface
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -101,6 +103,16 @@ struct Inclusion {
 };
 
 inline constexpr uint32_t kNoInclusion = UINT32_MAX;  // ZoneSet::inclusion_version
+
+// Where a set has got to, and what its contacts and the organ outside bear there.
+struct ZonePlace {
+  double* displacement;                // [max_nodes][3] from the mesh
+  double* followed;                    // by axis, of the contacts' patches, from rest
+  double* force;                       // by axis, and torques
+  double* loads;                       // [num_contacts][3] of the exterior (zone_exterior.hpp)
+  double (*points)[3];                 // [max_contacts] at rest, length unit, about which patches turn
+  double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
+};
 
 struct ZoneSet {
   bool ready;
@@ -128,17 +140,14 @@ struct ZoneSet {
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
-  // Displacements, `followed` and `points` as they were when each group was in balance last
-  double* balanced;
-  double* balanced_axes;
-  double (*balanced_points)[3];
-  double* loads;                       // [num_contacts][3] of the exterior (zone_exterior.hpp)
-  double* weights;                     // [columns] at these loads
+  double* loads;     // [num_contacts][3] of the exterior (zone_exterior.hpp)
+  double* weights;   // [columns] at these loads
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
   double (*places)[3];
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
+  ZonePlace balanced;    // of each group, when it was in balance last, or where it began
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
@@ -180,9 +189,9 @@ struct ZoneState {
   Inclusion inclusion;
   uint32_t inclusion_version;  // how often it has changed
   // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group of it found
-  // no way on, or one that led too far, and is at rest
+  // no way on, and is back where it was in balance last, or at rest
   double inclusion_energy;
-  bool has_reset;
+  bool went_back;
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
@@ -254,11 +263,11 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
 // true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
-// ZoneSet::balanced := where the group is.
-void keep_balance(ZoneSet& set, const ZoneGroup& group);
+// ZoneSet::balanced := where the group is, in balance.
+void keep_balance(ZoneSet& set, ZoneGroup& group);
 
-// Takes a group back there. Its held nodes are to be placed anew.
-void go_back_to_balance(ZoneSet& set, const ZoneGroup& group);
+// Takes a group back there. It has no tangent then.
+void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);

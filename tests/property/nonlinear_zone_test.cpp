@@ -117,6 +117,55 @@ TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
   }
 }
 
+// Pushes the first contact far in one frame and counts the frames that are back where one before was, for want of a way on.
+// The contact then bears what it bore there in balance, not what led astray, and the field is that one but for as much as the
+// others have moved meanwhile.
+int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts, double field_tolerance) {
+  constexpr double kFarther = 300;
+  struct Frame {
+    pal_contact_result first;
+    Eigen::VectorXd field;
+  };
+  OwnedSession session(organ.pack->get(), organ.config(4));
+  settle(session, contacts);
+  std::vector<Frame> frames = {{session.touch(contacts)[0], as_vector(session.field())}};
+  for (double& component : contacts[0].displacement) component *= kFarther;
+  int goings_back = 0;
+  for (int frame = 0; frame < 100; ++frame) {
+    Frame now;
+    now.first = session.touch(contacts)[0];
+    now.field = as_vector(session.field());
+    const auto is_there = [&](const Frame& then) {
+      return std::equal(now.first.displacement, now.first.displacement + 3, then.first.displacement);
+    };
+    const auto is_same = [&](const Frame& then) {
+      return is_there(then) && std::equal(now.first.force, now.first.force + 3, then.first.force) &&
+             std::memcmp(now.first.stiffness, then.first.stiffness, sizeof now.first.stiffness) == 0 &&
+             (now.field - then.field).lpNorm<Eigen::Infinity>() <=
+                 field_tolerance * then.field.lpNorm<Eigen::Infinity>();
+    };
+    const auto reach = [](const Frame& there) { return Eigen::Vector3d(there.first.displacement).norm(); };
+    if (reach(now) < reach(frames.back()) && std::any_of(frames.begin(), frames.end(), is_there)) {
+      ++goings_back;
+      EXPECT_TRUE(std::any_of(frames.begin(), frames.end(), is_same)) << frame;
+    }
+    frames.push_back(std::move(now));
+  }
+  return goings_back;
+}
+
+TEST(NonlinearZone, GoesBackWhole) {
+  const std::vector<pal_contact> one = {{0, {0.0003, -0.0002, -0.0012}, 0, {}, {}, {}}};
+  const std::vector<pal_contact> two = {one[0], {8, {0, 0.0004, 0.0003}, 0, {}, {}, {}}};
+  constexpr CompressibleNeoHookean kAlmostIncompressible = {1.0, 1e4};
+  const ZoneBlock whole = sharing_block(8, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.3);
+  EXPECT_GT(count_goings_back(whole, one, kFieldTolerance), 0) << "else this test shows nothing";
+  EXPECT_GT(count_goings_back(whole, two, kFieldTolerance), 0);
+  // Zones of their own, with some of the organ outside.
+  const ZoneBlock part = sharing_block(1, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.1);
+  EXPECT_GT(count_goings_back(part, two, 0.01), 0);
+}
+
 TEST(NonlinearZone, IsTheFullSolveUnderGravity) {
   const ZoneBlock organ(8, kTissue, false, {0.02, 0.01, -0.06});
   ASSERT_GT(organ.rest.displacement.lpNorm<Eigen::Infinity>(), 5e-3);
