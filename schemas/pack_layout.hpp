@@ -21,7 +21,7 @@ inline constexpr uint32_t kFormatVersion = 10;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
-inline constexpr uint32_t kMaxDegree = 7;      // of a displacement polynomial
+inline constexpr uint32_t kMaxDegree = 10;     // of a displacement polynomial
 inline constexpr uint32_t kMostRank = 64;      // of a site's basis
 inline constexpr int kBasisUnit = 32767;       // 1 in a basis of int16
 inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement

@@ -4,7 +4,7 @@ two mean surface edges h, and writes the tables of the packs' surveys to DIR/rat
 
     bench/polynomials/poisson_ratios.py PALPATE SCENE DIR [--quadratic]
 
---quadratic: the same at nu = 0.49 on elements of ten nodes, at three sites (half an hour and more)
+--quadratic: the same at nu = 0.49 on elements of ten nodes, at three sites (an hour)
 """
 import json
 import pathlib

@@ -143,22 +143,26 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-// The root mean square over the samples but that of rest of part(sample, error): `error`, functions x `count`, of the
+// Root mean squares over the samples but that of rest of part(sample, error): `error`, functions x `count`, of the
 // rows first_row .. of its block, by a fit that the sample was left out of.
 template <typename Part>
-double held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
-                Eigen::Index count, Part&& part) {
+HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
+                      Eigen::Index count, Part&& part) {
+  constexpr double kWellInside = 0.9;
+  constexpr int kFewest = 4;
   const OrthonormalFactor factor(system.design);
-  if (!factor.exists()) return std::numeric_limits<double>::infinity();
+  if (!factor.exists())
+    return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   const Eigen::MatrixXd Q = factor.columns();
   const Eigen::MatrixXd residuals = system.values - Q * (Q.transpose() * system.values);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(system.block, system.block);
   double squares = 0;
+  double squares_inside = 0;
   int pushes = 0;
+  int pushes_inside = 0;
   for (size_t i = 0; i < samples.samples.size(); ++i) {
     const Sample& sample = samples.samples[i];
     if (sample.displacement.isZero(0)) continue;
-    ++pushes;
     const auto first = static_cast<Eigen::Index>(i) * system.block;
     const auto Q_b = Q.middleRows(first, system.block);
     const Eigen::MatrixXd rows =
@@ -167,8 +171,13 @@ double held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::
         residuals.middleRows(first, system.block).transpose() * rows / sample_weight(samples, sample);
     const double size = part(sample, error);
     squares += size * size;
+    ++pushes;
+    if ((samples.to_unit * sample.displacement).norm() > kWellInside) continue;
+    squares_inside += size * size;
+    ++pushes_inside;
   }
-  return std::sqrt(squares / pushes);
+  const double all = std::sqrt(squares / pushes);
+  return {all, pushes_inside < kFewest ? all : std::sqrt(squares_inside / pushes_inside)};
 }
 
 double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
@@ -177,14 +186,19 @@ double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
 
 }  // namespace
 
-double held_out_error(const SiteSamples& samples, int degree) {
+int highest_fit_degree(bool half) {
+  constexpr int kOfHalf = 7;
+  return half ? kOfHalf : static_cast<int>(pack::kMaxDegree);
+}
+
+HeldOutError held_out_error(const SiteSamples& samples, int degree) {
   return held_out(samples, field_system(samples, degree), 0, 1,
                   [](const Sample& sample, const Eigen::MatrixXd& error) {
                     return largest_node(error.col(0)) / sample.displacement.norm();
                   });
 }
 
-double held_out_force_error(const SiteSamples& samples, int degree) {
+HeldOutError held_out_force_error(const SiteSamples& samples, int degree) {
   double largest = 0;
   for (const Sample& sample : samples.samples) largest = std::max(largest, sample.force.norm());
   constexpr double kFloor = 0.05;

@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/polynomial_dd.hpp"
 #include "schemas/monomials.hpp"
-#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -50,7 +50,7 @@ std::vector<Eigen::Vector3d> sphere_points(int count) {
   return points;
 }
 
-SamplePoints::SamplePoints(bool half) {
+SamplePoints::SamplePoints(bool half) : highest_degree_(highest_fit_degree(half)) {
   constexpr int kDirections = 96;
   for (const Eigen::Vector3d& direction : sphere_points(kDirections)) {
     if (half && direction.z() < 0) continue;
@@ -97,9 +97,8 @@ Eigen::Vector3d SamplePoints::most_informative() {
   constexpr int kLeastDegree = 3;
   constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
   int degree = std::max(degree_, kLeastDegree);
-  while (degree < static_cast<int>(pack::kMaxDegree) &&
-         2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
-             kEquationsPerSample * (chosen_.size() + 1)) {
+  while (degree < highest_degree_ && 2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
+                                         kEquationsPerSample * (chosen_.size() + 1)) {
     ++degree;
   }
   if (degree > degree_) {

@@ -6,7 +6,7 @@
 // for nine back-solves, each refined, with the factor at hand: ten equations a point. On the brain at 1 h, degree 3 takes 4 solves
 // so, 6 with first derivatives alone, and degree 5 takes 8 in place of 16. Such points lie on the boundary, nearly all
 // of them; for what no polynomial follows, some are spread over the inside (the paper's cylinder at 40 % strain, 60
-// solves: p95 0.68 -> 0.33 %, with the weights of polynomial_dd.hpp).
+// solves of degree 7: p95 0.68 -> 0.36 %, with the weights of polynomial_dd.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,8 @@ inline constexpr int kEquationsPerSample = 10;
 // Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
 // constant and linear part: each next one chosen for the lowest degree that it and those before it do not yet determine
 // twice over;
-// of the later ones every third instead inside, the farthest from all before. Always the same sequence, made as far as it is asked for; thread-safe. Cost: some 20 ms a point, once.
+// of the later ones every third instead inside, the farthest from all before. Always the same sequence, made as far as it is asked for; thread-safe. Cost: some 20 ms a point, 0.1 s of
+// many, once.
 class SamplePoints {
  public:
   explicit SamplePoints(bool half);
@@ -37,6 +38,7 @@ class SamplePoints {
   std::vector<Eigen::Vector3d> inner_candidates_;
   std::vector<Eigen::MatrixXd> candidate_rows_;  // of the design, at each candidate
   Eigen::MatrixXd information_;                  // M = sum over chosen points of R^T R, R their rows
+  int highest_degree_ = 0;
   int degree_ = 0;
   std::vector<Eigen::Vector3d> chosen_;
 };

@@ -33,22 +33,47 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   return sample;
 }
 
-// The degree that does best on samples which a fit was not given, and how well. Errors fall with the degree until
-// the samples no longer bear it, so that only the highest few come into question.
-std::pair<int, double> choose_degree(const SiteSamples& samples) {
+// A degree, and how wrong its fit is on samples that it was not given.
+struct DegreeChoice {
+  int degree = 1;
+  HeldOutError error = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  HeldOutError force_error = error;
+
+  // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
+  bool keeps(double target) const { return std::max(error.all, force_error.all) <= target; }
+};
+
+constexpr int kUsualDegree = 7;
+
+// Whether there are equations to spare for each term.
+bool is_borne(const SiteSamples& samples, int degree) {
+  constexpr double kToSpare = 1.2;
+  return kEquationsPerSample * static_cast<double>(samples.samples.size() - 1) >=
+         kToSpare * pack::num_monomials(2, static_cast<uint32_t>(degree));
+}
+
+// The usual degree that does best. Errors fall with the degree until the samples no longer bear it, so that only the
+// highest few come into question.
+DegreeChoice choose_degree(const SiteSamples& samples) {
   constexpr int kTried = 3;
-  constexpr double kToSpare = 1.2;  // equations for each term
-  const auto is_borne = [&](int degree) {
-    return kEquationsPerSample * static_cast<double>(samples.samples.size() - 1) >=
-           kToSpare * pack::num_monomials(2, static_cast<uint32_t>(degree));
-  };
-  std::pair<int, double> best = {1, std::numeric_limits<double>::infinity()};
+  DegreeChoice best;
   int tried = 0;
-  for (int degree = pack::kMaxDegree; degree > 1 && tried < kTried; --degree) {
-    if (!is_borne(degree)) continue;
-    const double error = held_out_error(samples, degree);
-    if (error < best.second) best = {degree, error};
-    if (std::isfinite(error)) ++tried;
+  for (int degree = kUsualDegree; degree > 1 && tried < kTried; --degree) {
+    if (!is_borne(samples, degree)) continue;
+    const HeldOutError error = held_out_error(samples, degree);
+    if (error.all < best.error.all) best = {degree, error, error};
+    if (std::isfinite(error.all)) ++tried;
+  }
+  if (best.degree > 1) best.force_error = held_out_force_error(samples, best.degree);
+  return best;
+}
+
+// Higher ones, which take a frame longer, where they do better.
+DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best) {
+  for (int degree = kUsualDegree + 1; degree <= highest_fit_degree(samples.half) && is_borne(samples, degree);
+       ++degree) {
+    const HeldOutError error = held_out_error(samples, degree);
+    if (error.inside < best.error.inside) best = {degree, error, held_out_force_error(samples, degree)};
   }
   return best;
 }
@@ -121,12 +146,12 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
   for (size_t wanted = plan.least_samples;;
        wanted = std::min(plan.most_samples, std::max(wanted + 2, wanted * 5 / 4))) {
     while (result.samples < wanted) domain.sample(points[next++]);
-    const auto [degree, error] = choose_degree(samples);
-    result.held_out_error = error;
-    // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
-    result.held_out_force_error = degree > 1 ? held_out_force_error(samples, degree) : error;
-    const bool is_kept = std::max(error, result.held_out_force_error) <= plan.target;
-    if (is_kept || wanted == plan.most_samples) return fit_polynomial(samples, degree);
+    DegreeChoice choice = choose_degree(samples);
+    const bool is_last = wanted == plan.most_samples;
+    if (is_last && !choice.keeps(plan.target)) choice = raise_degree(samples, choice);
+    result.held_out_error = choice.error.all;
+    result.held_out_force_error = choice.force_error.all;
+    if (is_last || choice.keeps(plan.target)) return fit_polynomial(samples, choice.degree);
   }
 }
 

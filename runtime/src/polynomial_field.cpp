@@ -10,6 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
+constexpr uint32_t kTogether = 8;
 
 // z as integers times one scale: as large as leaves every sum of products in 32 bits.
 void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
@@ -40,6 +41,17 @@ void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
   }
 }
 
+// z_k = sum over terms m_j C_jk of so many k: sums that stay in registers.
+template <uint32_t kCount>
+void add_terms(const pal_real* monomials, uint32_t terms, const pal_real* coefficients, uint32_t rank,
+               pal_real* z) {
+  pal_real sums[kCount] = {};
+  for (uint32_t j = 0; j < terms; ++j, coefficients += rank) {
+    for (uint32_t k = 0; k < kCount; ++k) sums[k] += monomials[j] * coefficients[k];
+  }
+  for (uint32_t k = 0; k < kCount; ++k) z[k] = sums[k];
+}
+
 }  // namespace
 
 void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights) {
@@ -55,20 +67,22 @@ void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, P
   const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   const double metres = pack.metres * static_cast<double>(state.weight);
   for (uint32_t axis = 0; axis < 3; ++axis) weights.columns[axis] = static_cast<pal_real>(metres * x[axis]);
-  pal_real* z = weights.columns + 3;
-  for (uint32_t k = 0; k < site.rank; ++k) z[k] = 0;
-  const pal_real* coefficients = pack.coefficients + site.coefficients_start;
   double power = s > 1.0 ? 1.0 / s : 1.0;  // s^-n beyond the ball
   for (uint32_t degree = 2; degree <= site.degree; ++degree) {
     if (s > 1.0) power /= s;
     const auto scale = static_cast<pal_real>(metres * static_cast<double>(state.fade) *
                                              (s > 1.0 ? (1.0 + degree * (s - 1.0)) * power : 1.0));
-    const pal_real* monomial = monomials + pack::monomial_start(degree);
-    for (uint32_t j = 0; j < pack::num_monomials(degree); ++j, coefficients += site.rank) {
-      const pal_real weight = scale * monomial[j];
-      for (uint32_t k = 0; k < site.rank; ++k) z[k] += weight * coefficients[k];
-    }
+    pal_real* monomial = monomials + pack::monomial_start(degree);
+    for (uint32_t j = 0; j < pack::num_monomials(degree); ++j) monomial[j] *= scale;
   }
+  pal_real* z = weights.columns + 3;
+  const uint32_t terms = pack::num_monomials(2, site.degree);
+  const pal_real* coefficients = pack.coefficients + site.coefficients_start;
+  uint32_t k = 0;
+  for (; k + kTogether <= site.rank; k += kTogether)
+    add_terms<kTogether>(monomials + pack::monomial_start(2), terms, coefficients + k, site.rank, z + k);
+  for (; k < site.rank; ++k)
+    add_terms<1>(monomials + pack::monomial_start(2), terms, coefficients + k, site.rank, z + k);
   weights.rounded.num_pairs = 0;
   if (pack.basis_rounded) round_weights(z, site.rank, weights.rounded);
 }

@@ -502,7 +502,7 @@ TEST_F(Contradiction, PolynomialTable) {
     return status_with_scalar(pack::PolynomialDd::VT_DEGREE, value, rounded);
   };
   EXPECT_EQ(with_degree(degree), PAL_STATUS_OK);
-  for (const uint32_t wrong : {0u, degree - 1, 8u, 0xffffffffu})
+  for (const uint32_t wrong : {0u, degree - 1, pack::kMaxDegree + 1, 0xffffffffu})
     EXPECT_EQ(with_degree(wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
   const auto with_precision = [&](uint8_t value) {
     return status_with_scalar(pack::PolynomialDd::VT_PRECISION, value, rounded);
@@ -535,9 +535,10 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
       return open_status(written(degree, rank, rounded).bytes());
     };
     EXPECT_EQ(status_of(1, 0), PAL_STATUS_OK);
-    EXPECT_EQ(status_of(7, 64), PAL_STATUS_OK);
-    EXPECT_EQ(status_of(7, 66), PAL_STATUS_CORRUPT_CONTENT);
-    EXPECT_EQ(status_of(8, 64), PAL_STATUS_CORRUPT_CONTENT);
+    constexpr int kDegree = pack::kMaxDegree;
+    EXPECT_EQ(status_of(kDegree, 64), PAL_STATUS_OK);
+    EXPECT_EQ(status_of(kDegree, 66), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(status_of(kDegree + 1, 64), PAL_STATUS_CORRUPT_CONTENT);
   }
   // Half a pair of columns: the last site without its last column, and the arrays as much shorter.
   const auto status_of_rank = [&](uint32_t fewer) {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/polynomial_dd.hpp"
 #include "schemas/monomials.hpp"
-#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -45,11 +45,11 @@ std::vector<Node> gauss_points(int count, double from, double to) {
   return nodes;
 }
 
-// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last <= 8: in spherical
+// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last <= 11: in spherical
 // coordinates products of polynomials of r, of cos(theta) and of e^(i phi).
 Eigen::MatrixXd mean_products(int first, int last, bool half) {
-  constexpr int kPoints = 12;  // to degree 23; the most is 16 + 2 of r^2
-  constexpr int kAngles = 32;  // to order 31 of 16
+  constexpr int kPoints = 13;  // to degree 25; the most is 22 + 2 of r^2
+  constexpr int kAngles = 32;  // to order 31 of 22
   const auto terms = static_cast<Eigen::Index>(
       pack::num_monomials(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last)));
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(terms, terms);
@@ -81,7 +81,7 @@ TEST(BallPolynomials, QuadratureKnowsTheBall) {
 TEST(BallPolynomials, AreOrthonormal) {
   for (const bool half : {false, true}) {
     for (const int first : {0, 2, 3}) {
-      for (int last = std::max(first, 1); last <= static_cast<int>(pack::kMaxDegree) + 1; ++last) {
+      for (int last = std::max(first, 1); last <= highest_fit_degree(half) + 1; ++last) {
         const Eigen::MatrixXd T = orthonormal_on_ball(first, last, half);
         const Eigen::MatrixXd means = mean_products(first, last, half);
         const Eigen::VectorXd sizes = means.selfadjointView<Eigen::Lower>().eigenvalues();

@@ -211,6 +211,23 @@ TEST(PolynomialFit, GivesBackThePolynomialThatWasSampled) {
   }
 }
 
+// Coefficients of high degrees cancel: what comes back is the function.
+TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
+  constexpr int kDegree = pack::kMaxDegree;
+  ASSERT_EQ(highest_fit_degree(false), kDegree);
+  EXPECT_LT(highest_fit_degree(true), kDegree);
+  const Synthetic truth(kDegree);
+  const SitePolynomial fit = fit_polynomial(truth.samples(60), kDegree);
+  TestRandom random(85);
+  for (int i = 0; i < 50; ++i) {
+    Eigen::Vector3d x(random(), random(), random());
+    if (x.norm() > 1) x.normalize();
+    const Sample there = truth.at(x);
+    EXPECT_LE((field_at(fit, there.displacement) - there.field).norm(), 1e-9 * there.field.norm());
+    EXPECT_LE((force_at(fit, there.displacement) - there.force).norm(), 1e-9 * there.force.norm());
+  }
+}
+
 // No samples tell more than the linear answer: that is what is packed.
 TEST(PolynomialFit, OfDegreeOneIsTheLinearAnswer) {
   const Synthetic truth(1);
@@ -318,12 +335,12 @@ TEST(PolynomialFit, TooFewSamplesAreRefused) {
   constexpr int kDegree = 3;
   const Synthetic truth(kDegree);
   EXPECT_THROW(fit_polynomial(truth.samples(1), kDegree), std::invalid_argument);
-  EXPECT_EQ(held_out_error(truth.samples(1), kDegree), HUGE_VAL);
+  EXPECT_EQ(held_out_error(truth.samples(1), kDegree).all, HUGE_VAL);
   // Many on one ray are no better: they know nothing off it.
   SiteSamples ray = truth.samples(0);
   for (int i = 1; i <= 20; ++i) ray.samples.push_back(truth.at(Eigen::Vector3d(0, 0, 0.05 * i)));
   EXPECT_THROW(fit_polynomial(ray, kDegree + 1), std::invalid_argument);
-  EXPECT_EQ(held_out_error(ray, kDegree + 1), HUGE_VAL);
+  EXPECT_EQ(held_out_error(ray, kDegree + 1).inside, HUGE_VAL);
 }
 
 TEST(PolynomialFit, FieldIsThatOfItsCoefficients) {
@@ -343,18 +360,22 @@ TEST(PolynomialFit, FieldIsThatOfItsCoefficients) {
 
 // ---- The error at samples left out
 
-double error_by_refits(const SiteSamples& samples, int degree) {
+// Of those samples with |A d| up to `within`.
+double error_by_refits(const SiteSamples& samples, int degree, double within = 1.1) {
   double squares = 0;
+  int pushes = 0;
   for (size_t i = 0; i < samples.samples.size(); ++i) {
     SiteSamples others = samples;
     others.samples.erase(others.samples.begin() + static_cast<std::ptrdiff_t>(i));
     const Sample& left_out = samples.samples[i];
+    if ((samples.to_unit * left_out.displacement).norm() > within) continue;
+    ++pushes;
     const Eigen::VectorXd error =
         value_of(fit_polynomial(others, degree), left_out.displacement) - left_out.field;
     const double part = largest_node(error) / left_out.displacement.norm();
     squares += part * part;
   }
-  return std::sqrt(squares / static_cast<double>(samples.samples.size()));
+  return std::sqrt(squares / pushes);
 }
 
 TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
@@ -363,7 +384,9 @@ TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
       SCOPED_TRACE(testing::Message() << degree << (half ? " half" : ""));
       const SiteSamples samples = rough_samples(12, degree, half);
       const double expected = error_by_refits(samples, degree);
-      EXPECT_NEAR(held_out_error(samples, degree), expected, 1e-8 * expected);
+      const HeldOutError error = held_out_error(samples, degree);
+      EXPECT_NEAR(error.all, expected, 1e-8 * expected);
+      EXPECT_EQ(error.inside, error.all) << "none of so few lies inside";
       // Another number than that of the fit to all samples.
       const SitePolynomial fit = fit_polynomial(samples, degree);
       double squares = 0;
@@ -375,6 +398,15 @@ TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
       EXPECT_LT(std::sqrt(squares / 12), 0.9 * expected);
     }
   }
+}
+
+// Of many samples every third lies inside.
+TEST(PolynomialFit, HeldOutErrorInsideIsThatOfRefitsThere) {
+  const SiteSamples samples = rough_samples(24, 4);
+  const HeldOutError error = held_out_error(samples, 4);
+  const double expected = error_by_refits(samples, 4, 0.9);
+  EXPECT_NEAR(error.inside, expected, 1e-8 * expected);
+  EXPECT_LT(error.inside, 0.9 * error.all);
 }
 
 // Of the force, the gradient of the fitted energy.
@@ -397,13 +429,13 @@ TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
     }
     const double expected = std::sqrt(squares / 12);
     EXPECT_GT(expected, 1e-3);
-    EXPECT_NEAR(held_out_force_error(samples, degree), expected, 1e-8 * expected) << degree;
+    EXPECT_NEAR(held_out_force_error(samples, degree).all, expected, 1e-8 * expected) << degree;
   }
 }
 
 TEST(PolynomialFit, HeldOutErrorOfWhatItHoldsIsRounding) {
-  EXPECT_LE(held_out_error(Synthetic(4).samples(14), 4), kDouble);
-  EXPECT_LE(held_out_force_error(Synthetic(4).samples(14), 4), 1e3 * kDouble);
+  EXPECT_LE(held_out_error(Synthetic(4).samples(14), 4).all, kDouble);
+  EXPECT_LE(held_out_force_error(Synthetic(4).samples(14), 4).all, 1e3 * kDouble);
 }
 
 // ---- Fewer directions

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tetrahedral_block.hpp"
@@ -34,15 +35,16 @@ using Vector3l = Eigen::Matrix<long double, 3, 1>;
 
 // ---- Organs
 
-// Polynomials of every degree and of many ranks, on ellipsoids askew to all axes.
+// Polynomials of many degrees and ranks, on ellipsoids askew to all axes.
 std::vector<SiteResult> any_polynomials(bool rounded) {
   const SmallPack& small = small_pack();
   TestRandom random(31);
   std::vector<SiteResult> results(small.sites.sites.size());
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(small.sites.packed_nodes.size());
-  constexpr Eigen::Index kRanks[] = {0, 2, 8, 5, 16, 33, 64};
+  constexpr uint32_t kDegrees[] = {1, 2, 3, 4, 5, 7, pack::kMaxDegree};
+  constexpr Eigen::Index kRanks[] = {0, 2, 8, 5, 16, 64, 33};
   for (size_t site = 0; site < results.size(); ++site) {
-    const auto degree = static_cast<uint32_t>(1 + site % 7);
+    const uint32_t degree = kDegrees[site % 7];
     const Eigen::Index rank = rounded ? (kRanks[site % 7] + 1) / 2 * 2 : kRanks[site % 7];
     const Eigen::Matrix3d turn = Eigen::Quaterniond(random(), random(), random(), 2).normalized().matrix();
     const Eigen::Matrix3d other = Eigen::Quaterniond(random(), random(), random(), 0.5).normalized().matrix();
@@ -265,8 +267,8 @@ class PolynomialDdTest : public ::testing::Test {
         if (t > 0 && t < 1) cuts.insert(cuts.end() - 1, t);
       }
     }
-    // Five Gauss points on each of sixteen parts: exact inside, where the force is of degree 7 at most; outside it
-    // is analytic, and the rule's error is of order (1/16)^10.
+    // Five Gauss points on each of sixteen parts: exact where the force is of degree 9 at most; elsewhere, and
+    // outside, it is analytic, and the rule's error is of order (1/16)^10.
     constexpr double kPoints[] = {0, 0.5384693101056831, 0.9061798459386640};
     constexpr double kWeights[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
     constexpr int kParts = 16;
