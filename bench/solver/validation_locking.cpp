@@ -138,6 +138,9 @@ std::vector<StudyTable> locking_page(SceneRunner& run) {
   const auto block = [&](int cells, Elements elements, double poisson) {
     return solved(test::bonded_block(cells, elements, poisson, true), test::plate_force);
   };
+  const auto cylinder = [&](int cells, Elements elements, double poisson) {
+    return solved(test::bonded_cylinder(cells, elements, poisson), test::plate_force);
+  };
   const auto indented = [&](int cells, Elements elements, double poisson) {
     return solved(test::indented_block(cells, elements, poisson), test::indentation_stiffness);
   };
@@ -156,6 +159,13 @@ std::vector<StudyTable> locking_page(SceneRunner& run) {
       "A block of NEO HOOKE with mu = 1 between plates that stick, compressed by a tenth, an eighth of it "
       "with planes of symmetry, 4, 8 and 16 cells of four nodes a side or half as many of ten: force.",
       2, block));
+  add(locking_tables("cylinder_locking",
+                     "A cylinder of NEO HOOKE with mu = 1, as high as wide, between plates that stick, "
+                     "compressed by a tenth, an "
+                     "eighth of it with planes of symmetry, 4, 8 and 16 cells of four nodes a side or half "
+                     "as many of ten, their "
+                     "sides round: force.",
+                     2, cylinder));
   add(locking_tables(
       "indentation_locking",
       "A block of NEO HOOKE with mu = 1 on a plate, a smooth tool that sticks and is as wide as the block "

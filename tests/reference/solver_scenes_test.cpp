@@ -280,6 +280,7 @@ TEST(SolverScenes, SharedVolumesDoNotLock) {
   constexpr double kPoisson = 0.499;
   constexpr double kRise = 6.92;
   constexpr double kForce = 0.4093;
+  constexpr double kForceOfCylinder = 0.3125;
   constexpr double kStiffness = 0.854;
   const Law rubber = test::neo_hooke_of(test::kCookShearModulus, kPoisson);
   const auto solved = [](const SolverScene& scene, double (*value)(const SolverScene&, const SceneRun&)) {
@@ -293,6 +294,8 @@ TEST(SolverScenes, SharedVolumesDoNotLock) {
                 0.03 * kRise);
     EXPECT_NEAR(solved(test::bonded_block(4 * refinement, elements, kPoisson, true), test::plate_force),
                 kForce, 0.03 * kForce);
+    EXPECT_NEAR(solved(test::bonded_cylinder(4 * refinement, elements, kPoisson), test::plate_force),
+                kForceOfCylinder, 0.03 * kForceOfCylinder);
     EXPECT_NEAR(solved(test::indented_block(4 * refinement, elements, kPoisson), test::indentation_stiffness),
                 kStiffness, 0.03 * kStiffness);
   }

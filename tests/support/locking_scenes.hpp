@@ -2,7 +2,8 @@
 //
 // Cook's membrane (Cook 1974): the corners (0, 0), (48, 44), (48, 60), (0, 44); the left edge clamped, a dead
 // force up on the right one; here one unit thick and in plane strain.
-// The bonded block: a block between two plates that stick, pressed together by a tenth of its height.
+// The bonded block: a block between two plates that stick, pressed together by a tenth of its height. The bonded cylinder: one
+// as high as wide.
 // The indented block: a smooth tool that sticks pushes a dent of its radius into the top of a block on a plate.
 #pragma once
 
@@ -108,6 +109,26 @@ inline SolverScene bonded_block(int cells, Elements elements, double poisson, bo
   LoadCase load = LoadCase::rest(scene.model);
   hold_nodes(load, nodes_on_plane(scene.model, 2, 1.0), {0, 0, -0.1});
   for (int axis = 0; eighth && axis < 3; ++axis) hold_plane_of_symmetry(load, scene.model, axis);
+  scene.steps = {load};
+  return scene;
+}
+
+// An eighth of a cylinder of height 2 and radius 1 between plates that stick, from the middle up: the block with its square
+// cross-section made round, x sqrt(1 - y^2 / 2), y sqrt(1 - x^2 / 2). Sides of ten-node elements follow the circle.
+inline SolverScene bonded_cylinder(int cells, Elements elements, double poisson) {
+  BlockShape shape;
+  shape.cells = {cells, cells, cells};
+  shape.law = neo_hooke_of(1, poisson);
+  Model model = in_nodes_of(elements, tetrahedral_block(shape));
+  for (Eigen::Vector3d& position : model.positions) {
+    const double x = position.x();
+    const double y = position.y();
+    position.head<2>() << x * std::sqrt(1 - 0.5 * y * y), y * std::sqrt(1 - 0.5 * x * x);
+  }
+  SolverScene scene{share_volumes(elements, std::move(model)), {}};
+  LoadCase load = LoadCase::rest(scene.model);
+  hold_nodes(load, nodes_on_plane(scene.model, 2, 1.0), {0, 0, -0.1});
+  for (const int axis : {0, 1, 2}) hold_plane_of_symmetry(load, scene.model, axis);
   scene.steps = {load};
   return scene;
 }
