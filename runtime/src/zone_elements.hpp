@@ -90,7 +90,7 @@ struct ZoneStrain {
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
 
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it is, 0 where
-// it only follows what moves the zone.
+// it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
 // Adds the tangent stiffness to the lower triangle of a column-major matrix.
