@@ -166,8 +166,9 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
 // ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain.
 inline constexpr double kLongestStep = 0.5;
 
-// det F of an element that is accepted.
-inline constexpr double kLeastJacobian = 0.02;
+// det F of an element that is accepted. Full solves of neighbours that crush what is between them go to 1e-3; the rest is for
+// what Newton passes on its way.
+inline constexpr double kLeastJacobian = 1e-4;
 
 // One set answers while another is made ready, if need be over several frames.
 struct ZoneState {
@@ -195,7 +196,7 @@ struct ZoneState {
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, own, couple, done } phase;
+  enum class Phase : uint32_t { collect, inverse, exterior, own, couple, done } phase;
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it

@@ -117,6 +117,15 @@ TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
   }
 }
 
+// Neighbours that crush what is between them to a hundredth of its volume and less.
+TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
+  const ZoneBlock organ(8, kTissue);
+  const std::vector<pal_contact> contacts = {{0, {0.124, 0.124, 0}, 0, {}, {}, {}},
+                                             {8, {-0.124, -0.124, 0}, 0, {}, {}, {}}};
+  ASSERT_LT(organ.solve(contacts).min_jacobian, 0.01);
+  expect_truth(organ, contacts, kFieldTolerance, 1e-6);
+}
+
 // Pushes the first contact far in one frame and counts the frames that are back where one before was, for want of a way on.
 // The contact then bears what it bore there in balance, not what led astray, and the field is that one but for as much as the
 // others have moved meanwhile.

@@ -21,6 +21,7 @@ struct ContactAnswer {
   Eigen::VectorXd field;  // from rest
   std::vector<Eigen::Vector3d> forces;
   std::vector<Eigen::Vector3d> torques;  // about the sites where they have moved to
+  double min_jacobian = 1;
 };
 
 // The full solve: patches moved from rest and turned about their sites, a node of several follows their mean, and those that are
@@ -70,9 +71,9 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
   settings.residual_tolerance = 1e-12;
   if (!solver.ramp(at_rest, load, u, settings).converged) throw std::runtime_error("the full solve failed");
   Eigen::VectorXd internal;
-  assembly.internal_force(u, internal);
-  Eigen::VectorXd outside = internal - at_rest.force;
   ContactAnswer truth;
+  truth.min_jacobian = assembly.internal_force(u, internal).min_jacobian;
+  Eigen::VectorXd outside = internal - at_rest.force;
   truth.field = packed_rows(block.sites, u);
   for (size_t c = 0; c < contacts.size(); ++c) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
