@@ -151,7 +151,7 @@ inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
 inline constexpr uint32_t kMostMutualSites =
     128;  // what pairs of them add grows with their square; more have none
 inline constexpr uint32_t kPairColumns = 9 + 2 * num_monomials(2);
-inline constexpr uint32_t kMostMutual = 16;  // fields of a site beyond kZoneColumns, for pairs with others
+inline constexpr uint32_t kMostMutual = 32;  // fields of a site beyond kZoneColumns, for pairs with others
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Eigen::Index kPairColumns = pack::kPairColumns;
 constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
-constexpr size_t kBasisPairs = 20;  // of a site, that its fields for pairs are made of
+constexpr size_t kBasisPairs = 40;  // of a site, that its fields for pairs are made of
 constexpr double kReach = 6;        // mean surface edges about a site, in which its fields tell of pairs
 constexpr double kBasisTolerance = 1e-4;  // of the largest singular value
 constexpr double kRidge = 1e-6;           // of the largest square: fields that nearly cancel stay small

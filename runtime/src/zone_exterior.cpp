@@ -288,28 +288,24 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
   }
 }
 
-void gather_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
+void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
+                            ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
-  memset(group.exterior_fields, 0, set.num_contacts * columns * stride * sizeof(double));
-  memset(group.exterior_pulls, 0, set.num_contacts * columns * stride * sizeof(double));
-  double* fields = group.exterior_fields;
-  for (uint32_t c = 0; c < set.num_contacts; ++c, fields += columns * stride) {
-    for (uint32_t b = 0; b < group.num_boundary; ++b) {
-      const uint32_t row = pack.zone_nodes[set.nodes[group.first_node + group.num_interior + b]].row;
-      const pal_real* from = panel_of_site(pack, state.rings, set.sites[c], row / pack::kPanelNodes) +
-                             size_t{3} * (row % pack::kPanelNodes);
-      for (uint32_t j = 0; j < columns; ++j) {
-        for (uint32_t axis = 0; axis < 3; ++axis)
-          fields[j * stride + size_t{3} * b + axis] =
-              static_cast<double>(from[size_t{j} * pack::kPanelRows + axis]);
-      }
-    }
+  const uint32_t of_contact = columns_of_contact(pack, set.num_contacts);
+  const uint32_t site = set.sites[column / of_contact];
+  double* field = group.exterior_fields + column * stride;
+  double* pull = group.exterior_pulls + column * stride;
+  memset(field, 0, stride * sizeof *field);
+  memset(pull, 0, stride * sizeof *pull);
+  for (uint32_t b = 0; b < group.num_boundary; ++b) {
+    const uint32_t row = pack.zone_nodes[set.nodes[first_boundary(group) + b]].row;
+    const pal_real* from = panel_of_site(pack, state.rings, site, row / pack::kPanelNodes) +
+                           size_t{column % of_contact} * pack::kPanelRows +
+                           size_t{3} * (row % pack::kPanelNodes);
+    for (uint32_t axis = 0; axis < 3; ++axis) field[3 * b + axis] = static_cast<double>(from[axis]);
   }
-  for (uint32_t j = 0; j < set.num_contacts * columns; ++j) {
-    state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
-                             group.exterior_fields + j * stride, group.exterior_pulls + j * stride);
-  }
+  state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
+                           field, pull);
 }
 
 void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field) {

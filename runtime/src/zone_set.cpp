@@ -546,6 +546,9 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
   const auto assembled = [&](const ZoneGroup& group) {
     return uint64_t{3000} * kLanes * (group.batches.num_linear + uint64_t{20} * group.batches.num_quadratic);
   };
+  const auto square_of_boundary = [](const ZoneGroup& group) {
+    return uint64_t{group.boundary_stride} * group.boundary_stride;
+  };
   // Some columns of an elimination; true when it has ended.
   const auto go_on = [&](uint32_t eliminated, uint32_t size) {
     const uint32_t stride = elimination_stride(size);
@@ -582,12 +585,18 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
       case Phase::inverse:
         if (!go_on(order, 2 * order)) return false;
         take_whole(pack, set, state.preparation, group);
-        gather_exterior(pack, state, set, group);
+        state.phase = Phase::exterior;
+        state.column = 0;
+        break;
+      case Phase::exterior:
+        for (; state.column < num_exterior_columns(pack, set.num_contacts); ++state.column) {
+          if (spent >= operations) return false;
+          gather_exterior_column(pack, state, set, state.column, group);
+          spent += square_of_boundary(group);
+        }
         fit_loads(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
-        spent +=
-            assembled(group) + uint64_t{num_exterior_columns(pack, set.num_contacts) + group.num_fitted} *
-                                   group.boundary_stride * group.boundary_stride;
+        spent += assembled(group) + group.num_fitted * square_of_boundary(group);
         state.phase = Phase::own;
         state.column = 0;
         break;
