@@ -136,7 +136,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   }
   SolveCounts here = sample([](int done) { return done; }, {});
   here += solve_sets({});
-  if (ranks.count() == 1) counts = here;
+  if (ranks.count() > 1) here.reused = here.not_kept = 0;  // counted where they were shared
+  counts += here;
   const double sampling_seconds = seconds_since(sampling_start);
 
   std::optional<ZoneTables> zone = plan_zone(model, scene, sites);

@@ -24,7 +24,7 @@ double dense_bytes(const ContactSites& sites) {
 }
 
 constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
-constexpr double kMostZoneBytes = 128e6;
+constexpr double kMostZoneBytes = 192e6;
 constexpr int kUsualRings = 2;
 
 // Solves of a site that its polynomial is fitted to, at the least.
@@ -121,6 +121,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.fewest = scene.polynomial && scene.polynomial_method == PolynomialMethod::hermite &&
                 (scene.sampled_sites == SampledSites::fewest ||
                  (scene.sampled_sites == SampledSites::automatic && num_sites > kManySites));
+  plan.least_survey = plan.fewest ? kFewestSurveySolves / 4 : 0;
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
     // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin

@@ -25,6 +25,7 @@ struct Totals {
   int off_target = 0;                    // sites whose fit does not keep it on samples it was not given
   double worst_held_out = 0;
   double worst_held_out_force = 0;
+  size_t worst_site = 0;  // of either
 };
 
 Totals totals_of(const BuildResult& result) {
@@ -38,7 +39,10 @@ Totals totals_of(const BuildResult& result) {
       ++totals.shortened;
       ++totals.shortened_by.at(static_cast<size_t>(site.cut_by));
     }
-    totals.off_target += std::max(site.held_out_error, site.held_out_force_error) > scene.accuracy_target;
+    const double held_out = std::max(site.held_out_error, site.held_out_force_error);
+    totals.off_target += held_out > scene.accuracy_target;
+    if (held_out > std::max(totals.worst_held_out, totals.worst_held_out_force))
+      totals.worst_site = static_cast<size_t>(&site - result.sites.data());
     totals.worst_held_out = std::max(totals.worst_held_out, site.held_out_error);
     totals.worst_held_out_force = std::max(totals.worst_held_out_force, site.held_out_force_error);
   }
@@ -198,9 +202,10 @@ void print_warnings(const BuildResult& result) {
     fmt::print(
         stderr,
         "{}: {} of {} sites do not keep the target with {} solves (held out: displacement up to {:.3g} %, "
-        "force up to {:.3g} %, target {:.3g} %), though the survey as a whole does\n",
+        "force up to {:.3g} %, the worst at node {}, target {:.3g} %), though the survey as a whole does\n",
         file, totals.off_target, num_sites, result.plan.most_samples, 100 * totals.worst_held_out,
-        100 * totals.worst_held_out_force, 100 * scene.accuracy_target);
+        100 * totals.worst_held_out_force, result.opened.label_of_site(totals.worst_site),
+        100 * scene.accuracy_target);
   }
 }
 

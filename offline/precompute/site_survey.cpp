@@ -36,11 +36,12 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
 // A degree, and how wrong its fit is on samples that it was not given.
 struct DegreeChoice {
   int degree = 1;
-  HeldOutError error = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  HeldOutError force_error = error;
+  double error = std::numeric_limits<double>::infinity();
+  double force_error = error;
+  double error_inside = error;  // HeldOutError::inside of the displacement
 
   // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
-  bool keeps(double target) const { return std::max(error.all, force_error.all) <= target; }
+  bool keeps(double target) const { return std::max(error, force_error) <= target; }
 };
 
 constexpr int kUsualDegree = 7;
@@ -61,19 +62,21 @@ DegreeChoice choose_degree(const SiteSamples& samples) {
   for (int degree = kUsualDegree; degree > 1 && tried < kTried; --degree) {
     if (!is_borne(samples, degree)) continue;
     const HeldOutError error = held_out_error(samples, degree);
-    if (error.all < best.error.all) best = {degree, error, error};
+    if (error.all < best.error) best = {degree, error.all, error.all, error.inside};
     if (std::isfinite(error.all)) ++tried;
   }
-  if (best.degree > 1) best.force_error = held_out_force_error(samples, best.degree);
+  if (best.degree > 1) best.force_error = held_out_force_error(samples, best.degree).all;
   return best;
 }
 
-// Higher ones, which take a frame longer, where they do better.
+// Higher ones, which take a frame longer, where they do better. Of their errors those inside count, for the reason that
+// HeldOutError has.
 DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best) {
   for (int degree = kUsualDegree + 1; degree <= highest_fit_degree(samples.half) && is_borne(samples, degree);
        ++degree) {
     const HeldOutError error = held_out_error(samples, degree);
-    if (error.inside < best.error.inside) best = {degree, error, held_out_force_error(samples, degree)};
+    if (error.inside < best.error_inside)
+      best = {degree, error.inside, held_out_force_error(samples, degree).inside, error.inside};
   }
   return best;
 }
@@ -149,8 +152,8 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
     DegreeChoice choice = choose_degree(samples);
     const bool is_last = wanted == plan.most_samples;
     if (is_last && !choice.keeps(plan.target)) choice = raise_degree(samples, choice);
-    result.held_out_error = choice.error.all;
-    result.held_out_force_error = choice.force_error.all;
+    result.held_out_error = choice.error;
+    result.held_out_force_error = choice.force_error;
     if (is_last || choice.keeps(plan.target)) return fit_polynomial(samples, choice.degree);
   }
 }
@@ -200,6 +203,25 @@ SitePolynomial fit_as_paper(SiteDomain& domain, const Scene& scene, const Eigen:
   return fit_paper_quadratic(samples);
 }
 
+// Its label seeds the survey of a site, so that adding a site leaves the others' surveys as they were, but for the quarters that
+// few pushes a site leave to the next sites.
+std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPlan& plan, size_t index,
+                                           int label, int count) {
+  return choose_survey_points(count, scene.directions == Directions::inward,
+                              static_cast<std::uint64_t>(label),
+                              index * static_cast<size_t>(plan.survey_samples));
+}
+
+// Adds the pushes to those of these points that the survey of a site does not have yet.
+void survey_site(SiteSampler& sampler, size_t index, const std::vector<Eigen::Vector3d>& points,
+                 const Eigen::Matrix3d& to_unit, SiteResult& result) {
+  for (size_t i = result.survey.size(); i < points.size(); ++i) {
+    const Eigen::Vector3d displacement = to_unit.inverse() * points[i];
+    result.survey.push_back(solve_push(sampler, {index, displacement, survey_increments(points[i].norm())}));
+    result.unsolved += !result.survey.back().solved;
+  }
+}
+
 SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
                        const LinearDd& linear, const SamplingPlan& plan, SamplePoints& points,
                        const RestState& rest, const SampleStore* store) {
@@ -234,17 +256,40 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   // Few may be sampled of many: each of them is measured in each quarter of the range.
   const int survey_samples =
       plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
-  // The label seeds the survey, so that adding a site leaves the others' surveys as they were, but for the quarters that
-  // few pushes a site leave to the next sites.
-  for (const Eigen::Vector3d& point :
-       choose_survey_points(survey_samples, samples.half, static_cast<std::uint64_t>(label),
-                            index * static_cast<size_t>(plan.survey_samples))) {
-    result.survey.push_back(
-        solve_push(sampler, {index, samples.to_unit.inverse() * point, survey_increments(point.norm())}));
-    result.unsolved += !result.survey.back().solved;
-  }
+  survey_site(sampler, index, survey_points(scene, plan, index, label, survey_samples), samples.to_unit,
+              result);
   result.counts = sampler.counts();
   return result;
+}
+
+// Of sites of which few had to be sampled: SamplingPlan::least_survey.
+void survey_further(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                    const SamplingPlan& plan, const RestState& rest, const SampleStore* store,
+                    std::vector<SiteResult>& results) {
+  std::vector<size_t> sampled;
+  int pushes = 0;
+  for (size_t index = 0; index < results.size(); ++index) {
+    if (results[index].samples == 0) continue;
+    sampled.push_back(index);
+    pushes += static_cast<int>(results[index].survey.size());
+  }
+  if (sampled.empty() || pushes >= plan.least_survey) return;
+  const int quarters = 4 * static_cast<int>(sampled.size());
+  const int count = 4 * ((plan.least_survey + quarters - 1) / quarters);
+  for_each_on_threads(assembly, sampled.size(), plan.jobs,
+                      [&](StaticSolver& solver, size_t i) {
+                        const size_t index = sampled[i];
+                        const ContactSite& site = sites.sites[index];
+                        const int label = assembly.model().labels[static_cast<size_t>(site.node)];
+                        std::optional<SampleFile> kept;
+                        if (store != nullptr) kept.emplace(store->file_of(label), store->binding_of(label));
+                        SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
+                        SiteResult& result = results[index];
+                        survey_site(sampler, index, survey_points(scene, plan, index, label, count),
+                                    result.polynomial.to_unit, result);
+                        result.counts += sampler.counts();
+                      },
+                      {});
 }
 
 }  // namespace
@@ -330,6 +375,8 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
         results[worked[i]] = sample_site(solver, scene, sites, worked[i], linear, plan, points, rest, store);
       },
       progress, next);
+  const bool has_all = !next;
+  if (plan.fewest && has_all) survey_further(assembly, scene, sites, plan, rest, store, results);
   return results;
 }
 

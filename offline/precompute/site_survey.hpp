@@ -23,18 +23,21 @@ struct SamplingPlan {
   bool fewest = false;     // sites are sampled: those where affine_site does not keep the target
   bool rounded = false;    // the basis of the field, to int16
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
-  int survey_sets = 0;     // of several contacts (contact_sets.hpp)
-  int survey_sites = 0;    // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
-  int jobs = 1;            // threads; the result does not depend on it
+  // Held-out solves of all sampled sites together, at the least, where `fewest` are sampled.
+  int least_survey = 0;
+  int survey_sets = 0;   // of several contacts (contact_sets.hpp)
+  int survey_sites = 0;  // that are surveyed, spread over the organ; 0: all, as it must be for polynomials
+  int jobs = 1;          // threads; the result does not depend on it
   // Further fits to each site's samples. Of degree 7 they take 14 samples or more.
   std::vector<PolynomialSetting> other_settings;
 };
 
 struct SiteResult {
-  SitePolynomial polynomial;                 // of degree 0 when none was asked for
-  std::vector<SitePolynomial> others;        // of SamplingPlan::other_settings
-  size_t samples = 0;                        // nonlinear solves that it was fitted to; 0: affine_site
-  double held_out_error = 0;                 // of the fit, displacement; 0 for the paper's, which has none
+  SitePolynomial polynomial;           // of degree 0 when none was asked for
+  std::vector<SitePolynomial> others;  // of SamplingPlan::other_settings
+  size_t samples = 0;                  // nonlinear solves that it was fitted to; 0: affine_site
+  // Of the fit, displacement, HeldOutError::all, but of degrees that were raised ::inside; 0 for the paper's, which has none
+  double held_out_error = 0;
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
   double min_jacobian = 1;                   // smallest det F over the samples
@@ -89,8 +92,8 @@ SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 // cannot reach, that nearly invert an element, or that lead to another equilibrium than the path from rest: an
 // ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
 // is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them,
-// and is called from all threads at once; empty: all of them here. Those that others get come back with
-// nothing.
+// and is called from all threads at once; empty: all of them here, and SamplingPlan::least_survey is kept. Those that others get
+// come back with nothing.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},

@@ -69,8 +69,8 @@ TEST(Affine, WhereTheTargetAsksForThemSitesAreSampled) {
   const auto num_sampled = result["sites_sampled"].get<size_t>();
   ASSERT_GT(num_sampled, 0u);
   ASSERT_LT(num_sampled, num_sites) << "change the target: it is to be a mixture";
-  for (const char* model : {"polynomial_dd", "affine_site"})
-    EXPECT_GT(result["errors"][model]["overall"]["samples"], 0);
+  EXPECT_GT(result["errors"]["affine_site"]["overall"]["samples"], 0);
+  EXPECT_GE(result["errors"]["polynomial_dd"]["overall"]["samples"], 60) << "however few are sampled";
 
   const nlohmann::json info = run_cleanly({"info", files.pack.string(), "--json"}).json();
   std::map<bool, int> one_of_each;

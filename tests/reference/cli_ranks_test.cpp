@@ -45,6 +45,23 @@ TEST_F(RankBuild, MakesTheBytesOfOneProcess) {
   EXPECT_EQ(solved(several.output), solved(alone.out));
 }
 
+// Few of whose sites are sampled, and measured more often once all processes know which.
+TEST_F(RankBuild, MakesTheBytesOfOneProcessWhereFewAreSampled) {
+  const SceneFiles files(
+      "[contact]\nsites = \"surface\"\nsampled = \"fewest\"\nmax_displacement = 0.06\ntip_radius = 0.13\n"
+      "[accuracy]\ntarget = 0.004\n");
+  const ProgramRun alone = files.build();
+  ASSERT_EQ(alone.exit_code, 0) << alone.error;
+  const CommandResult several = run_command(mpirun(3) + build(files));
+  ASSERT_EQ(several.exit_code, 0) << several.output;
+  EXPECT_EQ(file_text(shared(files)), file_text(files.pack));
+  const auto solved = [](const std::string& output) {
+    const size_t start = output.find("solved ");
+    return output.substr(start, output.find(" equilibria", start) - start);
+  };
+  EXPECT_EQ(solved(several.output), solved(alone.out));
+}
+
 TEST_F(RankBuild, GoesOnWhereACrashLeftIt) {
   std::string labels = "181";  // all nodes on top of a block of five cells
   for (int label = 182; label <= 216; ++label) labels += ", " + std::to_string(label);
