@@ -1,0 +1,68 @@
+#!/usr/bin/python3
+"""What zones are worth on the brain at several Poisson's ratios, to one and to two mean surface edges h, of one contact and of
+several: builds the scene of zones anew with other lambdas, reaches and rings, and writes tables of the packs' surveys to
+DIR/one.md and DIR/several.md.
+
+    bench/zones/zone_ratios.py PALPATE SCENE DIR
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
+from model_variants import with_ratio  # noqa: E402
+
+# Poisson's ratio, rings, reach in h.
+CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.45, 2, 1), (0.49, 2, 1), (0.147, 2, 2), (0.4, 2, 2), (0.45, 2, 2)]
+FIGURES = "median | p95 | max | force, median | p95 | max |"
+
+
+def surveyed(program, scene, folder, name, model, rings, reach):
+    """The errors of a pack of zones, as `palpate info` has them."""
+    edge = float(re.search(r"max_displacement = ([\d.]+)", scene)[1])
+    (folder / f"{name}.inp").write_text(model)
+    scene = re.sub(r'model = "[^"]*"', f'model = "{name}.inp"', scene)
+    scene = re.sub(r"zone_rings = \d+", f"zone_rings = {rings}", scene)
+    scene = re.sub(r"max_displacement = [\d.]+", f"max_displacement = {reach * edge:.6g}", scene)
+    files = [folder / f"{name}_{rings}_{reach}h{suffix}" for suffix in (".toml", ".pack")]
+    files[0].write_text(scene)
+    subprocess.run([program, "build", files[0], "-o", files[1], "--samples", folder / "samples"], check=True)
+    about = subprocess.run([program, "info", files[1], "--json"], check=True, capture_output=True).stdout
+    return json.loads(about)["errors"]["nonlinear_zone"]
+
+
+def percents(errors):
+    return " | ".join(f"{100 * errors[of][value]:.3g}"
+                      for of in ("displacement", "force") for value in ("median", "p95", "max"))
+
+
+def rows_of_several(start, errors):
+    for kind in errors["several"]:
+        where = "near" if kind["near"] else "anywhere" if kind["contacts"] == 2 else "apart"
+        yield (f"{start} {kind['contacts']} {where} | {kind['sets']} | {kind['flagged']} | "
+               f"{kind['without_equilibrium']} | {percents(kind)} |")
+
+
+def main():
+    program, scene_file, folder = sys.argv[1], *map(pathlib.Path, sys.argv[2:4])
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = scene_file.read_text()
+    model = (scene_file.parent / re.search(r'model = "([^"]*)"', scene)[1]).read_text()
+    cases = [(ratio, f"brain{ratio}", with_ratio(model, ratio), rings, reach) for ratio, rings, reach in CASES]
+    tables = {"one": [f"| nu | rings | to | pushes | {FIGURES}", "|" + "---|" * 10],
+              "several": [f"| nu | rings | to | contacts | sets | flagged | no equilibrium | {FIGURES}", "|" + "---|" * 13]}
+    one, several = tables.values()
+    for ratio, name, variant, rings, reach in cases:
+        errors = surveyed(program, scene, folder, name, variant, rings, reach)
+        start = f"| {ratio} | {rings} | {reach} h |"
+        one.append(f"{start} {errors['overall']['samples']} | {percents(errors['overall'])} |")
+        several += rows_of_several(start, errors)
+        for table, rows in tables.items():  # so far: a case takes minutes
+            (folder / f"{table}.md").write_text("\n".join(rows) + "\n")
+    print("\n".join(one + several))
+
+
+if __name__ == "__main__":
+    main()
