@@ -9,8 +9,8 @@
 // outside of its own. Twenty-one fields for each pair of sites are too many to carry. They are made of what both sites carry:
 // the sixteen fields of each alone, for near sites have nearly the same, and where these pull against each other what they
 // add nearly cancels; and pack::kMostMutual more of each site, the singular vectors of what remains of some of its pairs about
-// it. On the brain, of what pairs add at loads of length 1 (a push to one edge) that leaves 0.9 % of it (p95); of 16 more
-// in place of 32, 1.5. Only rows outside of both zones count.
+// it. On the brain, of what pairs add at loads of length 1 (a push to one edge) that leaves 0.9 % of it (p95). Only rows outside
+// of both zones count.
 #pragma once
 
 #include <functional>
@@ -21,9 +21,9 @@ namespace palpate {
 
 // Adds columns to ZoneTables::exterior and fills mutual for the pairs of num_zone_pairs(), on so many threads; the rest is
 // there. Nothing where the organ outside adds nothing, as linear ones do.
-// `progress` gets the part of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair, and 40 of each site before, 21
-// back-solves a ring, and nine products K(u) v with all elements. Throws std::runtime_error when the stiffness at rest is not
-// positive definite.
+// `progress` gets the part of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair, and before
+// for up to 40 of each site, 21 back-solves a ring and nine products K(u) v with all elements. Throws std::runtime_error when the
+// stiffness at rest is not positive definite.
 void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                          int max_contacts, int threads, const std::function<void(double)>& progress,
                          ZoneTables& zone);

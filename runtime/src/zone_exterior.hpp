@@ -4,7 +4,7 @@
 //   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
 //     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk)
 //
-// which is a sum of columns q_ck of each contact, 16 and 32 more that only pairs need, times weights that the loads
+// which is a sum of columns q_ck of each contact, 16 and a few more that only pairs need, times weights that the loads
 // give. Left out is what contacts add to each other in the third order. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series are
