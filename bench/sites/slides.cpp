@@ -5,7 +5,8 @@
 //
 // Paths are straight lines in space between random sites, brought onto the surface point by point, so that they cross
 // fissures and edges, sites and what lies under them. Where the surface itself jumps along a path, as over a fissure, no
-// frame follows the other. The push is the same all along a path.
+// frame follows the other. The push is the same all along a path. Several contacts slide at once, each along a path of
+// its own, as long as none comes nearer to another than two edges, where their patches share nodes.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -27,7 +28,8 @@ namespace {
 constexpr double kStep = 0.01;      // of the mean edge of the surface
 constexpr double kLongest = 0.015;  // a longer step is one of the surface
 constexpr int kPaths = 200;
-constexpr double kPush = 0.6;  // of the scene's largest displacement
+constexpr double kNearest = 2;  // edges between contacts
+constexpr double kPush = 0.6;   // of the scene's largest displacement
 
 void require(pal_status status) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(pal_status_text(status));
@@ -46,11 +48,17 @@ Eigen::Vector3d place_of_site(const Pack& pack, std::uint32_t site) {
          Eigen::Vector3d(pack.geometry().rest_positions + size_t{3} * node);
 }
 
+struct Path {
+  Eigen::Vector3d from;
+  Eigen::Vector3d to;
+  Eigen::Vector3d d;
+};
+
 class Slider {
  public:
-  Slider(const Pack& pack, pal_model model) : pack_(pack) {
+  Slider(const Pack& pack, pal_model model, std::uint32_t num_contacts) : pack_(pack) {
     pal_session_config config = pal_default_session_config(pack.get());
-    config.max_contacts = 1;
+    config.max_contacts = num_contacts;
     config.model = model;
     size_t bytes = 0;
     require(Session::required_bytes(pack, config, bytes));
@@ -58,61 +66,93 @@ class Slider {
     require(session_.init(pack, config, {arena_.get(), bytes}));
   }
 
-  void slide(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& d,
-             Slides& slides) {
-    const double step = kStep * pack_.info().mean_surface_edge;
-    const int steps = static_cast<int>((to - from).norm() / step);
+  void slide(const std::vector<Path>& paths, Slides& slides) {
+    const double edge = pack_.info().mean_surface_edge;
+    double longest = 0;
+    for (const Path& path : paths) longest = std::max(longest, (path.to - path.from).norm());
+    const int steps = static_cast<int>(longest / (kStep * edge));
+    Frame before(paths.size());
+    Frame now(paths.size());
     double peak = 0;
     double largest = 0;
-    pal_surface_point before = {};
-    Eigen::Vector3d force_before = Eigen::Vector3d::Zero();
     for (int i = 0; i <= steps; ++i) {
-      const Eigen::Vector3d place = from + (to - from) * i / std::max(steps, 1);
-      pal_surface_point point;
-      require(pal_pack_find_surface_point(pack_.get(), place.data(), &point));
-      const pal_contact contact = pal_contact_at(&point, d.data());
-      pal_contact_result result;
-      require(session_.contact_frame({&contact, 1}, {&result, 1}));
-      const Eigen::Vector3d force(result.force);
-      peak = std::max(peak, force.norm());
-      const double moved =
-          (Eigen::Vector3d(point.position) - Eigen::Vector3d(before.position)).norm() / (step / kStep);
+      std::vector<pal_contact> contacts;
+      for (size_t c = 0; c < paths.size(); ++c) {
+        const Eigen::Vector3d place = paths[c].from + (paths[c].to - paths[c].from) * i / std::max(steps, 1);
+        require(pal_pack_find_surface_point(pack_.get(), place.data(), &now.points[c]));
+        contacts.push_back(pal_contact_at(&now.points[c], paths[c].d.data()));
+      }
+      if (are_near(now, edge)) break;
+      require(session_.contact_frame(contacts, now.results));
+      double moved = 0;
+      double jump = 0;
+      for (size_t c = 0; c < paths.size(); ++c) {
+        moved = std::max(moved, distance(now.points[c], before.points[c]) / edge);
+        jump = std::max(jump, (force_of(now, c) - force_of(before, c)).norm());
+        peak = std::max(peak, force_of(now, c).norm());
+      }
       if (i > 0 && moved <= kLongest) {
-        largest = std::max(largest, (force - force_before).norm() * kStep / std::max(moved, kStep));
-        slides.triangles += !std::equal(point.sites, point.sites + 3, before.sites);
+        largest = std::max(largest, jump * kStep / std::max(moved, kStep));
+        for (size_t c = 0; c < paths.size(); ++c)
+          slides.triangles +=
+              !std::equal(now.points[c].sites, now.points[c].sites + 3, before.points[c].sites);
         ++slides.frames;
       }
-      before = point;
-      force_before = force;
+      std::swap(before, now);
     }
     if (peak > 0) slides.jumps.push_back(largest / peak);
   }
 
  private:
+  struct Frame {
+    explicit Frame(size_t count) : points(count), results(count) {}
+    std::vector<pal_surface_point> points;
+    std::vector<pal_contact_result> results;
+  };
   struct Free {
     void operator()(unsigned char* memory) const { std::free(memory); }
   };
+  static Eigen::Vector3d force_of(const Frame& frame, size_t contact) {
+    return Eigen::Vector3d(frame.results[contact].force);
+  }
+  static double distance(const pal_surface_point& a, const pal_surface_point& b) {
+    return (Eigen::Vector3d(a.position) - Eigen::Vector3d(b.position)).norm();
+  }
+  static bool are_near(const Frame& frame, double edge) {
+    for (size_t a = 0; a < frame.points.size(); ++a) {
+      for (size_t b = 0; b < a; ++b) {
+        if (distance(frame.points[a], frame.points[b]) < kNearest * edge) return true;
+      }
+    }
+    return false;
+  }
+
   const Pack& pack_;
   std::unique_ptr<unsigned char, Free> arena_;
   Session session_;
 };
 
-Slides slide_all_over(const Pack& pack, pal_model model) {
-  Slider slider(pack, model);
+Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_contacts) {
+  Slider slider(pack, model, num_contacts);
   std::mt19937 random(1);
   const auto site = [&] {
     return static_cast<std::uint32_t>(random() % std::max(1U, pack.info().num_sites));
   };
   const auto unit = [&] { return 2.0 * (static_cast<double>(random()) + 0.5) / 4294967296.0 - 1.0; };
-  Slides slides;
-  for (int path = 0; path < kPaths; ++path) {
+  const auto path = [&] {
     Eigen::Vector3d direction;
     do {
       direction = {unit(), unit(), unit()};
     } while (direction.norm() > 1);
-    const Eigen::Vector3d d = kPush * pack.info().max_displacement * direction.normalized();
     const Eigen::Vector3d from = place_of_site(pack, site());
-    slider.slide(from, place_of_site(pack, site()), d, slides);
+    return Path{from, place_of_site(pack, site()),
+                kPush * pack.info().max_displacement * direction.normalized()};
+  };
+  Slides slides;
+  for (int i = 0; i < kPaths; ++i) {
+    std::vector<Path> paths;
+    while (paths.size() < num_contacts) paths.push_back(path());
+    slider.slide(paths, slides);
   }
   std::sort(slides.jumps.begin(), slides.jumps.end());
   return slides;
@@ -123,17 +163,25 @@ void run_study(const std::filesystem::path& file, const std::filesystem::path& f
   require(pack.open(file.c_str()));
   study::StudyTable table(
       "slides", "Largest jump of the force between frames 0.01 h apart, in percent of the path's peak force.",
-      {"model", "paths", "frames", "triangles entered", "median", "p95", "max"});
-  for (const auto& [name, model] :
-       {std::pair{"linear_dd", PAL_MODEL_LINEAR}, {"polynomial_dd, affine_site", PAL_MODEL_POLYNOMIAL}}) {
-    const Slides slides = slide_all_over(pack, model);
+      {"model", "contacts", "paths", "frames", "triangles entered", "median", "p95", "max"});
+  struct Row {
+    const char* name;
+    pal_model model;
+    std::uint32_t num_contacts;
+  };
+  for (const auto& [name, model, num_contacts] :
+       {Row{"linear_dd", PAL_MODEL_LINEAR, 1}, Row{"polynomial_dd, affine_site", PAL_MODEL_POLYNOMIAL, 1},
+        Row{"linear_dd", PAL_MODEL_LINEAR, 2}, Row{"linear_dd", PAL_MODEL_LINEAR, 3}}) {
+    const Slides slides = slide_all_over(pack, model, num_contacts);
+    if (slides.jumps.empty()) continue;
     const auto at = [&](double q) {
       return fmt::format(
           "{:.2f}",
           100 * slides.jumps[static_cast<size_t>(q * static_cast<double>(slides.jumps.size() - 1))]);
     };
-    table.add({name, fmt::format("{}", slides.jumps.size()), fmt::format("{}", slides.frames),
-               fmt::format("{}", slides.triangles), at(0.5), at(0.95), at(1)});
+    table.add({name, fmt::format("{}", num_contacts), fmt::format("{}", slides.jumps.size()),
+               fmt::format("{}", slides.frames), fmt::format("{}", slides.triangles), at(0.5), at(0.95),
+               at(1)});
   }
   study::write_text(folder / (table.name() + ".md"), table.markdown());
   study::write_text(folder / (table.name() + ".csv"), table.csv());

@@ -95,6 +95,30 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
   return contacts;
 }
 
+// Of linear_dd, as many contacts as the scene may have and are not moved to sites: each at a place of its own, and all at new
+// ones in each frame.
+void time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, int frames,
+                          std::vector<Timing>& timings) {
+  constexpr std::uint32_t kMostBetween = 3;
+  const std::uint32_t count = std::min({opened.info().max_contacts, opened.info().num_sites, kMostBetween});
+  if (count == 1) return;
+  TimedSession session(opened, PAL_MODEL_LINEAR, count);
+  const auto contacts_at = [&](size_t first, int frame) {
+    std::vector<pal_contact> contacts;
+    for (std::uint32_t c = 0; c < count; ++c) {
+      contacts.push_back(points[(first + c * (points.size() / count)) % points.size()]);
+      std::copy_n(points[static_cast<size_t>(frame) % points.size()].displacement, 3,
+                  contacts.back().displacement);
+    }
+    return contacts;
+  };
+  timings.push_back(time_frames(model_name(PAL_MODEL_LINEAR), fmt::format("{} contacts between sites", count),
+                                frames, [&](int frame) { session.haptic(contacts_at(0, frame)); }));
+  timings.push_back(time_frames(
+      model_name(PAL_MODEL_LINEAR), fmt::format("{} contacts, new places each frame", count), frames / 100,
+      [&](int frame) { session.haptic(contacts_at(static_cast<size_t>(frame), frame)); }));
+}
+
 }  // namespace
 
 void CacheEvictor::evict() {
@@ -168,6 +192,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
            contact.neighbour_weights[0] + contact.neighbour_weights[1] < 1;
   });
   if (inside != points.end()) show(*inside, "field, between sites");
+  if (model == PAL_MODEL_LINEAR) time_several_between(opened, points, frames, timings);
   return timings;
 }
 

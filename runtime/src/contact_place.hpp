@@ -48,8 +48,13 @@ inline pal_status check_place(const pal_pack& pack, const pal_contact& contact) 
   return own_weight(contact) > 0 && contact.site >= pack.num_sites ? PAL_STATUS_NO_SUCH_SITE : PAL_STATUS_OK;
 }
 
+inline bool is_at_site(const pal_contact& contact) {
+  return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
+}
+
 // The corners with a weight, whose sum is 1.
 inline ContactPlace place_of(const pal_contact& contact) {
+  if (is_at_site(contact)) return {1, {{contact.site, 1.0}}};
   const double* others = contact.neighbour_weights;
   const Corner all[3] = {{contact.site, own_weight(contact)},
                          {contact.neighbours[0], others[0]},
@@ -78,10 +83,6 @@ inline ContactPlace difference_from(const ContactPlace& place, uint32_t site) {
   }
   if (difference.count > 0) difference.corners[difference.count++] = {site, own};
   return difference;
-}
-
-inline bool is_at_site(const pal_contact& contact) {
-  return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
 }
 
 // The site of the largest weight.

@@ -142,7 +142,7 @@ uint64_t checksum_of_pack(const pal_pack& pack) {
 uint64_t fuses(const pal_session& session) {
   InverseKernel kernels[kMostInverseKernels];
   list_inverse_kernels(kernels);
-  return session.linear.inverse.kernel.multiply != kernels[0].multiply ? 1 : 0;
+  return session.linear.making.inverse.kernel.multiply != kernels[0].multiply ? 1 : 0;
 }
 
 // Compares an answer with the recorded one, which is there (has_answer).

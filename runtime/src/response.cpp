@@ -7,6 +7,7 @@
 
 #include "runtime/src/contact_place.hpp"
 #include "runtime/src/force_control.hpp"
+#include "runtime/src/linear_blend.hpp"
 #include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/patch_turns.hpp"
@@ -113,6 +114,14 @@ void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t cou
   }
 }
 
+// Whether displacements as this one were sampled at every corner of a place.
+bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
+  }
+  return true;
+}
+
 // The model that answers a contact alone at a site.
 pal_model model_alone(const pal_pack& pack, uint32_t site) {
   if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
@@ -134,7 +143,7 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
 // Turns given forces into model units, cutting those that would move their contact alone by an absurd
 // displacement.
 uint32_t take_forces(const pal_session& session, const pal_contact& contact, uint32_t index, double* out) {
-  const double* stiffness = session.linear.answering.own_stiffness + size_t{9} * index;
+  const double* stiffness = session.linear.own_stiffness + size_t{9} * index;
   uint32_t flags = 0;
   for (uint32_t axis = 0; axis < 3; ++axis) {
     if ((contact.force_axes >> axis & 1) == 0) continue;
@@ -174,6 +183,7 @@ LinearFrame evaluate_given(pal_session& session, const pal_contact* contacts, ui
   frame.turn_before = session.gravity_changed ? session.turn_before : nullptr;
   frame.displacements = session.displacements;
   frame.forces = session.forces;
+  place_contacts(contacts, session.linear);
   uint32_t any_axes = 0;
   for (uint32_t c = 0; c < count; ++c) {
     session.given_axes[c] = contacts[c].force_axes;
@@ -192,7 +202,6 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
   const pal_pack& pack = *session.pack;
   LinearState& linear = session.linear;
   const LinearFrame frame = evaluate_given(session, contacts, count);
-  const uint32_t flags = frame.flags | linear.answering.flags;
   const double energy_unit = count == 0 ? 0.0 : pack.newtons * pack.metres;
   session.stored_energy = frame.energy * energy_unit;
   session.energy_brought = (frame.energy - frame.energy_before) * energy_unit;
@@ -210,19 +219,18 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
     pal_contact_result& result = results[c];
     result = {};
     result.model = PAL_MODEL_LINEAR;
-    result.flags = flags | session.input_flags[c];
+    result.flags = frame.flags | session.input_flags[c];
     if (session.config.model == PAL_MODEL_AUTO &&
         (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
-    if (!is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    if (!is_sampled(pack, nearest_site(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
+    if (!is_sampled_about(pack, place_of(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(session.forces + size_t{3} * c), result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       result.displacement[i] = d[i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j) {
-        result.stiffness[i][j] =
-            linear.answering.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
+        result.stiffness[i][j] = linear.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
       }
     }
   }
@@ -271,10 +279,8 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
       evaluate_linear_point(pack, place, session.displacements, answer, field.held, field.weights);
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
-  uint32_t flags = 0;
-  for (uint32_t i = 0; i < place.count; ++i) {
-    if (!is_sampled(pack, place.corners[i].site, session.displacements)) flags |= PAL_FLAG_EXTRAPOLATED;
-  }
+  const uint32_t flags =
+      is_sampled_about(pack, place, session.displacements) ? 0 : uint32_t{PAL_FLAG_EXTRAPOLATED};
   give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
@@ -392,12 +398,12 @@ FixedNodes fixed_nodes(const pal_session& session) {
   return {session.num_fixed, session.fixed, session.fixed_version};
 }
 
-// Whether one of the two sets is ready for these contacts; it then answers.
-bool find_ready_set(pal_session& session, const pal_contact* contacts, uint32_t count) {
+// Whether one of the two blends is ready for these contacts; it then answers.
+bool find_ready_blend(pal_session& session, const pal_contact* contacts, uint32_t count) {
   LinearState& linear = session.linear;
   if (linear.answering.ready && is_for(linear.answering, contacts, count, session.fixed_version)) return true;
   if (!linear.next.ready || !is_for(linear.next, contacts, count, session.fixed_version)) return false;
-  swap_sets(linear);
+  swap_blends(linear);
   return true;
 }
 
@@ -427,9 +433,8 @@ void make_ready(pal_session& session, Answering answering, const pal_contact* co
     session.zone_begun = false;
     advance_zone(*session.pack, UINT64_MAX, session.zone);
   }
-  if (answering != Answering::linear || find_ready_set(session, contacts, count)) return;
-  begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
-               session.linear);
+  if (answering != Answering::linear || find_ready_blend(session, contacts, count)) return;
+  begin_linear(contacts, count, session.fixed, session.num_fixed, session.fixed_version, session.linear);
   session.linear_begun = false;
   advance_linear(*session.pack, UINT64_MAX, session.linear);
 }
@@ -445,15 +450,14 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
                        bool& began, bool& finished) {
   began = false;
   finished = false;
-  if (answering == Answering::linear ? find_ready_set(session, contacts, count)
+  if (answering == Answering::linear ? find_ready_blend(session, contacts, count)
                                      : is_ready(session, answering, contacts, count, session.fixed_version))
     return true;
   if (!session.zone_begun && !session.linear_begun) {
     if (answering == Answering::zone) {
       begin_zone(*session.pack, contacts, count, fixed_nodes(session), session.zone);
     } else {
-      begin_linear(*session.pack, contacts, count, session.fixed, session.num_fixed, session.fixed_version,
-                   session.linear);
+      begin_linear(contacts, count, session.fixed, session.num_fixed, session.fixed_version, session.linear);
     }
     session.zone_begun = answering == Answering::zone;
     session.linear_begun = answering == Answering::linear;
@@ -509,7 +513,7 @@ void add_coupling(const pal_session& session, Answering answered, const pal_cont
   const double scale = pack.newtons / pack.metres;
   double block[9] = {};
   if (row != column && answered == Answering::linear)
-    contact_stiffness(pack, session.linear.answering, row, column, block);
+    contact_stiffness(pack, session.linear, row, column, block);
   if (row != column && answered == Answering::zone) {
     for (uint32_t i = 0; i < 9; ++i)
       block[i] = session.zone.answering.stiffness[3 * row + i / 3][3 * column + i % 3];

@@ -55,7 +55,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (pack.field_compliance != nullptr)
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
-  uint32_t most_held = at_point > linear.max_held ? at_point : linear.max_held;
+  uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
   uint32_t most_own = 0;
   uint32_t most_exterior = 0;
   if (has_zone(pack, config)) {
@@ -347,7 +347,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.pack = pack;
   made.config = complete;
   made.kernel = palpate::choose_field_kernel();
-  made.linear.inverse.kernel = palpate::choose_inverse_kernel();
+  made.linear.making.inverse.kernel = palpate::choose_inverse_kernel();
   made.zone.kernel = palpate::choose_elimination_kernel();
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);

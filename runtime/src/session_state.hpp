@@ -5,7 +5,7 @@
 
 #include "runtime/src/field_kernel.hpp"
 #include "runtime/src/field_snapshot.hpp"
-#include "runtime/src/linear_dd.hpp"
+#include "runtime/src/linear_blend.hpp"
 #include "runtime/src/nonlinear_zone.hpp"
 #include "runtime/src/recording.hpp"
 #include "runtime/src/tools.hpp"

@@ -10,6 +10,7 @@
 
 #include "offline/precompute/rest_state.hpp"
 #include "schemas/pack_generated.h"
+#include "tests/support/blended_answers.hpp"
 #include "tests/support/dense_reference.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/touched_block.hpp"
@@ -102,6 +103,27 @@ TEST_F(GravityOfALinearOrgan, IsExactHoweverItTurns) {
     expect_exact({{1, {0, 0, 0}, 0, {}, {}, {}}}, {}, acceleration);
     expect_exact(two, {}, acceleration);
     expect_exact({two[1]}, {0, 1}, acceleration);
+  }
+}
+
+TEST_F(GravityOfALinearOrgan, TurnsForContactsBetweenSites) {
+  OwnedSession at_sites(pack_.get(), PAL_MODEL_AUTO, 2, 4);
+  const std::vector<pal_contact> contacts = {{0, {0.02, -0.01, -0.03}, 0, {}, {1, 3}, {0.3, 0.5}},
+                                             {8, {0, 0.02, -0.01}, 0, {}, {7, 4}, {0.6, 0.1}}};
+  const Eigen::Vector3d turned(0.01, 0.03, 0.02);
+  for (OwnedSession* session : {&session_, &at_sites})
+    require(pal_session_set_gravity(session->get(), turned.data()), "gravity");
+  for (size_t count = 1; count <= 2; ++count) {
+    const std::vector<pal_contact> some(contacts.begin(), contacts.begin() + static_cast<long>(count));
+    const BlendedAnswers expected = blend_answers(at_sites, some);
+    const auto results = session_.touch(some);
+    for (size_t c = 0; c < count; ++c) {
+      EXPECT_EQ(results[c].flags & PAL_FLAG_NEAREST_SITE, 0U);
+      EXPECT_LE((Eigen::Vector3d(results[c].force) - expected.forces[c]).norm(),
+                kForceTolerance * expected.forces[c].norm());
+    }
+    EXPECT_LE((as_vector(session_.field()) - expected.field).lpNorm<Eigen::Infinity>(),
+              kFieldTolerance * expected.field.lpNorm<Eigen::Infinity>());
   }
 }
 

@@ -167,9 +167,9 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, where polynomial_dd and nonlinear_zone answer one contact, and linear_dd one
-   * whose displacement is given, without fixed nodes and under the scene's gravity: here the site of the largest
-   * weight did, or, far from all other contacts, nonlinear_zone as if each were alone. */
+  /* The contact is at a point between sites, and one of more than three that linear_dd answers, or one of several of
+   * nonlinear_zone, or of a zone with fixed nodes: the site of the largest weight answered instead, or, of a contact of
+   * nonlinear_zone far from all others, the zone as if each were alone. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
    * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
@@ -392,12 +392,12 @@ PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
  *
  * A point of the surface between sites answers as the blend of the sites at the corners of its triangle, each to
  * the same displacement: energy, force, stiffness and field are their means with the point's weights, so that
- * both force and field are continuous as the point slides. That is so for one contact whose displacement is given
- * and no fixed nodes. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
+ * both force and field are continuous as the point slides. polynomial_dd does so for one contact, linear_dd for up to three at
+ * once: their mean is over all ways to choose a corner for each. More of them act at their sites of the largest weight, and are
+ * PAL_FLAG_NEAREST_SITE. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
  * linear_dd where the pack has no other, says of the contact alone at the point instead of that site; where the site
- * changes the answer jumps by what those models are wrong by. Several contacts act at their sites of the largest weight, and
- * are PAL_FLAG_NEAREST_SITE: with linear_dd all, with nonlinear_zone those that share a zone, while the others are
- * moved as if alone. So does any contact where nodes are fixed. This struct does not grow. */
+ * changes the answer jumps by what those models are wrong by. Of its contacts those that share a zone, and any where nodes are
+ * fixed, act at that site, and are PAL_FLAG_NEAREST_SITE. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */
@@ -432,8 +432,9 @@ typedef struct pal_contact_result {
  * polynomial_dd of degree 3 about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
- * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd 9 for
- * each node of their patches. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
+ * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd alone 9
+ * for each node of their patches, and of several contacts the above for each way to choose their corners; those that were made
+ * ready lately are kept. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
  * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
  * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
  * them. Real-time safe: yes,
