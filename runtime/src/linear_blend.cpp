@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "runtime/src/contact_place.hpp"
 #include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
 
@@ -13,35 +12,24 @@ namespace {
 
 constexpr uint32_t kCorners = 3;
 
-// The corners that a contact has in a blend of so many.
-ContactPlace corners_of(const pal_contact& contact, uint32_t count) {
-  if (count <= kMostBetween) return place_of(contact);
-  return {1, {{nearest_site(contact), 1.0}}};
-}
-
 // What a corner's number of a contact in a blend is, or num_corners where it is none.
 uint32_t find_corner(const LinearBlend& blend, uint32_t contact, uint32_t site) {
   const uint32_t* corners = blend.corners + size_t{kCorners} * contact;
   return static_cast<uint32_t>(std::find(corners, corners + blend.num_corners[contact], site) - corners);
 }
 
-// The sites of set `number`: the last contact's corner changes least, and every other time the others' go backwards.
+// The sites of set `number`: the first contact's corner changes first.
 void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
-  uint32_t length = blend.num_sets;
-  for (uint32_t c = blend.num_contacts; c-- > 0;) {
-    length /= blend.num_corners[c];
-    const uint32_t corner = number / length;
-    sites[c] = blend.corners[kCorners * c + corner];
-    number %= length;
-    if (corner % 2 == 1) number = length - 1 - number;
+  for (uint32_t c = 0; c < blend.num_contacts; ++c) {
+    sites[c] = blend.corners[kCorners * c + number % blend.num_corners[c]];
+    number /= blend.num_corners[c];
   }
 }
 
 // In the same order, of the weights of one more contact.
 void add_contact(const double weights[kCorners], uint32_t num_corners, uint32_t length, double* products) {
   for (uint32_t corner = num_corners; corner-- > 0;) {
-    for (uint32_t i = 0; i < length; ++i)
-      products[corner * length + i] = products[corner % 2 == 1 ? length - 1 - i : i] * weights[corner];
+    for (uint32_t i = 0; i < length; ++i) products[corner * length + i] = products[i] * weights[corner];
   }
 }
 
@@ -95,7 +83,7 @@ void for_each_set(const LinearState& state, Visit&& visit) {
   const uint32_t* places = blend.places;
   for (uint32_t i = 0; i < blend.num_sets; ++i) {
     const LinearSet& set = state.sets[blend.sets[i]];
-    if (state.weights[i] > 0) visit(state.weights[i], set, places);
+    if (blend.weights[i] > 0) visit(blend.weights[i], set, places);
     places += set.num_held;
   }
 }
@@ -195,6 +183,11 @@ double energy_with_turn(const pal_pack& pack, const LinearState& state, const Li
 
 }  // namespace
 
+ContactPlace acting_place(const pal_contact& contact, uint32_t count) {
+  if (count <= kMostBetween) return place_of(contact);
+  return {1, {{nearest_site(contact), 1.0}}};
+}
+
 void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, Arena& arena,
                   LinearState& state) {
   const uint32_t between = std::min(max_contacts, kMostBetween);
@@ -222,13 +215,13 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
     blend->num_corners = arena.take<uint32_t>(max_contacts);
     blend->corners = arena.take<uint32_t>(size_t{kCorners} * max_contacts);
     blend->held = arena.take<uint32_t>(state.max_shown);
+    blend->own_stiffness = arena.take<double>(size_t{9} * max_contacts);
     blend->places =
         arena.take<uint32_t>(std::max(size_t{state.max_held}, size_t{most_blended} * held_between));
   }
   carve_making(pack, state.max_held, arena, state.making);
   const size_t axes = size_t{3} * max_contacts;
   state.fixed = arena.take<uint32_t>(max_fixed);
-  state.own_stiffness = arena.take<double>(3 * axes);
   state.nodal_force = arena.take<double>(inverse_stride(state.max_shown));
   state.set_force = arena.take<double>(inverse_stride(state.max_held));
   state.given_factor = arena.take<double>(axes * axes);
@@ -240,7 +233,7 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
 bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
   if (blend.num_contacts != count || blend.fixed_version != fixed_version) return false;
   for (uint32_t c = 0; c < count; ++c) {
-    const ContactPlace place = corners_of(contacts[c], count);
+    const ContactPlace place = acting_place(contacts[c], count);
     for (uint32_t i = 0; i < place.count; ++i) {
       if (find_corner(blend, c, place.corners[i].site) == blend.num_corners[c]) return false;
     }
@@ -257,7 +250,7 @@ void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* f
   blend.num_found = 0;
   blend.num_sets = 1;
   for (uint32_t c = 0; c < count; ++c) {
-    const ContactPlace place = corners_of(contacts[c], count);
+    const ContactPlace place = acting_place(contacts[c], count);
     blend.num_corners[c] = place.count;
     blend.num_sets *= place.count;
     for (uint32_t i = 0; i < place.count; ++i)
@@ -294,21 +287,21 @@ void swap_blends(LinearState& state) {
 }
 
 void place_contacts(const pal_contact* contacts, LinearState& state) {
-  const LinearBlend& blend = state.answering;
+  LinearBlend& blend = state.answering;
   uint32_t length = 1;
-  state.weights[0] = 1;
+  blend.weights[0] = 1;
   for (uint32_t c = 0; c < blend.num_contacts; ++c) {
-    const ContactPlace place = corners_of(contacts[c], blend.num_contacts);
-    double weights[kCorners + 1] = {};
+    const ContactPlace place = acting_place(contacts[c], blend.num_contacts);
+    double weights[kCorners] = {};
     for (uint32_t i = 0; i < place.count; ++i)
       weights[find_corner(blend, c, place.corners[i].site)] += place.corners[i].weight;
-    add_contact(weights, blend.num_corners[c], length, state.weights);
+    add_contact(weights, blend.num_corners[c], length, blend.weights);
     length *= blend.num_corners[c];
   }
   const uint32_t size = 9 * blend.num_contacts;
-  memset(state.own_stiffness, 0, size * sizeof *state.own_stiffness);
+  memset(blend.own_stiffness, 0, size * sizeof *blend.own_stiffness);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
-    for (uint32_t i = 0; i < size; ++i) state.own_stiffness[i] += weight * set.own_stiffness[i];
+    for (uint32_t i = 0; i < size; ++i) blend.own_stiffness[i] += weight * set.own_stiffness[i];
   });
 }
 

@@ -10,18 +10,21 @@
 // than kMostBetween, they act at the sites of their largest weights, which is one set.
 //
 // A set is kept until another takes its place: a contact that slides into the next triangle needs only those sets that
-// have the new corner. The sets of a blend are made in the order of a reflected Gray code, so that each holds the
-// nodes of the one before but for one contact.
+// have the new corner. Each set is made of the one before, of which most have all nodes but those of one contact.
 #pragma once
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/contact_place.hpp"
 #include "runtime/src/linear_dd.hpp"
 
 namespace palpate {
 
 inline constexpr uint32_t kMostBetween = 3;
 inline constexpr uint32_t kMostBlended = 27;
+
+// Where a contact acts, one of so many: at the corners of its place, or of more than kMostBetween at its nearest site.
+ContactPlace acting_place(const pal_contact& contact, uint32_t count);
 
 // Contacts, the corners of their places, and the sets that these make.
 struct LinearBlend {
@@ -36,6 +39,9 @@ struct LinearBlend {
   uint32_t num_held;            // by any set
   uint32_t* held;               // [max_shown] contact nodes
   uint32_t* places;             // for each set, [num_held] of that set: where in `held` its nodes are
+  // Of the last place_contacts()
+  double weights[kMostBlended];  // of the sets
+  double* own_stiffness;         // [max_contacts][3][3] of S
 };
 
 // One blend answers while another is made ready, if need be over several frames.
@@ -50,14 +56,11 @@ struct LinearState {
   LinearBlend answering;
   LinearBlend next;
   LinearMaking making;
-  uint64_t num_begun;  // blends
-  uint32_t num_fixed;  // nodes, of the blend begun last
-  uint32_t* fixed;     // [max_fixed]
-  // Of the last frame
-  double weights[kMostBlended];  // of the sets that answered
-  double* own_stiffness;         // [max_contacts][3][3] of S
-  double* nodal_force;           // f at the nodes held by the blend, [max_shown][3]
-  double* set_force;             // f of one set: [stride]
+  uint64_t num_begun;   // blends
+  uint32_t num_fixed;   // nodes, of the blend begun last
+  uint32_t* fixed;      // [max_fixed]
+  double* nodal_force;  // f of the last frame at the nodes held by the blend, [max_shown][3]
+  double* set_force;    // f of one set: [stride]
   // Contacts with given forces
   double* given_factor;    // [3 max_contacts][3 max_contacts]
   uint32_t* given_axes;    // [3 max_contacts] of given force, ascending
@@ -83,7 +86,7 @@ bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& stat
 // The next blend, if it is ready, answers, and the one that did is next.
 void swap_blends(LinearState& state);
 
-// Takes in where the contacts are for which the blend that answers is.
+// Takes in where contacts are in the blend that answers, which is for them.
 void place_contacts(const pal_contact* contacts, LinearState& state);
 
 // What a frame asks of the blend that answers, and its answer; model units.

@@ -91,16 +91,18 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
 
 // The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them: what 95 %
 // of errors of such sets stay below, over their loads (ErrorSurvey in schemas/pack.fbs), or what one contact of that size has,
-// if that is more. A flag of one is a doubt about all.
+// if that is more. A flag of one is a doubt about all; so is a load at which that bound is all of the displacement.
 void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
   const double* largest = session.displacements;
   pal_contact_result of_set = {};
+  const bool is_beyond = survey.set_displacement_bound * load >= kUnknownError;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     if (length(d) > length(largest)) largest = d;
+    if (is_beyond) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
     of_set.flags |= results[c].flags;
   }
   estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
@@ -143,7 +145,7 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
 // Turns given forces into model units, cutting those that would move their contact alone by an absurd
 // displacement.
 uint32_t take_forces(const pal_session& session, const pal_contact& contact, uint32_t index, double* out) {
-  const double* stiffness = session.linear.own_stiffness + size_t{9} * index;
+  const double* stiffness = session.linear.answering.own_stiffness + size_t{9} * index;
   uint32_t flags = 0;
   for (uint32_t axis = 0; axis < 3; ++axis) {
     if ((contact.force_axes >> axis & 1) == 0) continue;
@@ -224,13 +226,14 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
         (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    if (!is_sampled_about(pack, place_of(contacts[c]), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (!is_sampled_about(pack, acting_place(contacts[c], count), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(session.forces + size_t{3} * c), result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
       result.displacement[i] = d[i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j) {
-        result.stiffness[i][j] = linear.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
+        result.stiffness[i][j] =
+            linear.answering.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
       }
     }
   }

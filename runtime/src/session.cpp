@@ -52,7 +52,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
   arrays.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.linear;
-  if (pack.field_compliance != nullptr)
+  if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model))
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;

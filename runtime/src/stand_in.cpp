@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "runtime/src/contact_place.hpp"
 #include "runtime/src/patch_turns.hpp"
 #include "runtime/src/response.hpp"
 #include "runtime/src/session_state.hpp"
@@ -21,13 +20,6 @@ void match_answered(ToolStates& states) {
     while (i < states.num_answered && states.answered_ids[i] < id) ++i;
     states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
   }
-}
-
-// The site that an answer is about, where it jumps as another takes its place.
-uint32_t site_of_answer(const pal_session& session, Answering answering, uint32_t contact,
-                        const pal_contact& input) {
-  if (answering == Answering::zone) return session.zone.answering.sites[contact];
-  return answering == Answering::linear ? nearest_site(input) : 0;
 }
 
 // Whether a contact has not got to where it is held.
@@ -49,7 +41,7 @@ void set_answered(Answering answering, uint32_t count, const uint64_t* ids, cons
   states.changed = states.changed || answering != states.answered || count != states.num_answered ||
                    fixed_version != states.answered_fixed;
   for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t site = site_of_answer(session, answering, i, inputs[i]);
+    const uint32_t site = answering == Answering::zone ? session.zone.answering.sites[i] : 0;
     states.changed = states.changed || states.answered_ids[i] != ids[i] || states.answered_sites[i] != site;
     states.answered_ids[i] = ids[i];
     states.answered_sites[i] = site;

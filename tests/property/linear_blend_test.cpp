@@ -37,6 +37,17 @@ class LinearBlends : public ::testing::Test {
   }
 
   // Anywhere on the surface that can be touched, now and then at a site or on an edge between two.
+  pal_hold any_hold() {
+    const pal_contact contact = any_contact();
+    pal_hold hold = pal_default_hold(contact.site);
+    for (int i = 0; i < 2; ++i) {
+      hold.sites[i + 1] = contact.neighbours[i];
+      hold.weights[i + 1] = contact.neighbour_weights[i];
+    }
+    hold.weights[0] = 1 - hold.weights[1] - hold.weights[2];
+    return hold;
+  }
+
   pal_contact any_contact() {
     const pal_geometry geometry = pack_.face().geometry();
     const Eigen::Map<const Eigen::Matrix3Xd> nodes(geometry.positions, 3, geometry.num_nodes);
@@ -56,6 +67,7 @@ class LinearBlends : public ::testing::Test {
   void expect_blend(OwnedSession& session, const Contacts& contacts) {
     const BlendedAnswers sum = blend_answers(at_sites_, contacts);
     const auto results = session.touch(contacts);
+    EXPECT_NEAR(session.get()->stored_energy, sum.energy, kForceTolerance * std::abs(sum.energy));
     double largest = 0;
     double stiffest = 0;
     for (size_t c = 0; c < contacts.size(); ++c) {
@@ -261,6 +273,52 @@ TEST_F(LinearBlendsOfASurface, SlideWithoutAJump) {
   EXPECT_LE(field_jump, 0.02 * 0.06);
 }
 
+// The stiffness of a tool is that of all that it holds, what they do to each other included.
+TEST_F(LinearBlends, ArePartsOfATool) {
+  ToolSession tools(pack_.get(), session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 0));
+  for (int i = 0; i < 3; ++i) tools.hold(0, any_hold());
+  const Eigen::Vector3d place = any_displacement();
+  const auto force_at = [&](const Eigen::Vector3d& p) { return force_of(tools.frame({at(p)})[0]); };
+  const Eigen::Matrix3d stiffness = stiffness_of(tools.frame({at(place)})[0]);
+  const double step = 0.1 * kMaxDisplacement;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d by = step * Eigen::Vector3d::Unit(axis);
+    EXPECT_LE(((force_at(place + by) - force_at(place)) / step - stiffness.col(axis)).norm(),
+              kForceTolerance * stiffness.norm());
+  }
+}
+
+// A blend that is half made when contacts of others, or other fixed nodes, come between.
+TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
+  constexpr double kSecondsPerOperation = 1e-9;
+  pal_session_config config = session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 4);
+  ToolSession at_once(pack_.get(), config);
+  config.budget_seconds = 5000 * kSecondsPerOperation;
+  config.seconds_per_operation = kSecondsPerOperation;
+  ToolSession tools(pack_.get(), config);
+  std::vector<pal_pose> poses;
+  for (uint32_t tool = 0; tool < 3; ++tool) {
+    const pal_hold hold = any_hold();
+    for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold);
+    poses.push_back(at(any_displacement()));
+  }
+  const Contacts others = {any_contact(), any_contact()};
+  for (int frame = 0; frame < 60; ++frame) {
+    EXPECT_TRUE(force_of(tools.frame(poses)[0]).allFinite());
+    if (frame % 20 == 7) expect_blend(tools, others);
+    if (frame % 20 != 14) continue;
+    const std::vector<uint32_t> fixed = {static_cast<uint32_t>(frame / 10)};
+    for (OwnedSession* session :
+         {static_cast<OwnedSession*>(&tools), static_cast<OwnedSession*>(&at_once), &at_sites_})
+      session->fix(fixed);
+  }
+  int frames = 0;
+  while ((tools.frame(poses)[0].flags & PAL_FLAG_PREPARING) != 0) ASSERT_LT(++frames, 10000);
+  EXPECT_GT(frames, 10);
+  const auto& expected = at_once.frame(poses);
+  for (size_t tool = 0; tool < 3; ++tool) EXPECT_TRUE(are_alike(tools.last()[tool], expected[tool])) << tool;
+}
+
 // Tools that hold places between sites, whose blend takes many frames to make ready.
 TEST_F(LinearBlends, AreMadeReadyWithinABudget) {
   constexpr double kSecondsPerOperation = 1e-9;
@@ -271,13 +329,7 @@ TEST_F(LinearBlends, AreMadeReadyWithinABudget) {
   ToolSession tools(pack_.get(), config);
   std::vector<pal_pose> poses;
   for (uint32_t tool = 0; tool < 3; ++tool) {
-    const pal_contact contact = any_contact();
-    pal_hold hold = pal_default_hold(contact.site);
-    for (int i = 0; i < 2; ++i) {
-      hold.sites[i + 1] = contact.neighbours[i];
-      hold.weights[i + 1] = contact.neighbour_weights[i];
-    }
-    hold.weights[0] = 1 - hold.weights[1] - hold.weights[2];
+    const pal_hold hold = any_hold();
     for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold);
     poses.push_back(at(any_displacement()));
   }

@@ -15,7 +15,7 @@ constexpr double kForceBound = 0.2;
 constexpr double kSingle = 0.01;  // of one contact in the innermost bin, twice as much in the next ...
 
 // A pack with a zone, whose surveys say these.
-AlignedBytes surveyed_pack() {
+AlignedBytes surveyed_pack(double displacement_bound = kBound) {
   const SmallPack& small = small_pack();
   PackContent content = small.content();
   content.zone = &small.zone;
@@ -29,7 +29,7 @@ AlignedBytes surveyed_pack() {
     }
     if (survey.model == SurveyedModel::polynomial_dd) continue;
     survey.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
-    survey.sets.displacement_bound = kBound;
+    survey.sets.displacement_bound = displacement_bound;
     survey.sets.force_bound = kForceBound;
   }
   return write_pack(content);
@@ -100,6 +100,27 @@ TEST_F(SetEstimate, IsNotKnownWhereNothingWasMeasured) {
   pal_contact by_force = small_push;
   by_force.force_axes = 1;
   expect_unknown(settled(PAL_MODEL_LINEAR, {by_force, push_at(other_, {0, 0, 0.1 * kMost})}));
+}
+
+// Where the survey's bound is all of the displacement an answer says so by a flag, too.
+TEST_F(SetEstimate, FlagsLoadsAtWhichNothingIsKnown) {
+  const std::vector<pal_contact> contacts = {push_at(one_, {0, 0, -0.6 * kMost}),
+                                             push_at(other_, {0, 0.3 * kMost, 0})};
+  const auto known = settled(PAL_MODEL_ZONE, contacts);
+  const double load = std::max(Eigen::Vector3d(known[0].force).norm() / small_.zone.force_scale[one_],
+                               Eigen::Vector3d(known[1].force).norm() / small_.zone.force_scale[other_]);
+  for (const double part : {0.99, 1.01}) {
+    const AlignedBytes bytes = surveyed_pack(part / load);
+    const OpenPack pack(bytes);
+    OwnedSession session(pack.get(), PAL_MODEL_ZONE, 3, 2);
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
+    for (const pal_contact_result& result : results) {
+      EXPECT_EQ(result.flags, part > 1 ? uint32_t{PAL_FLAG_EXTRAPOLATED} : 0U);
+      EXPECT_EQ(result.force_error < 1, part < 1);
+      EXPECT_NEAR(result.displacement_error, std::min(1.0, part), 1e-9);
+    }
+  }
 }
 
 // As packs are that were built before there were such surveys.

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/src/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 
 namespace palpate::test {
@@ -14,6 +15,7 @@ struct BlendedAnswers {
   std::vector<Eigen::Vector3d> forces;
   std::vector<Eigen::Matrix3d> stiffness;
   Eigen::VectorXd field;
+  double energy = 0;
 };
 
 inline void add_answers(OwnedSession& at_sites, const std::vector<pal_contact>& contacts, size_t first,
@@ -32,6 +34,7 @@ inline void add_answers(OwnedSession& at_sites, const std::vector<pal_contact>& 
                                        &results[c].stiffness[0][0]);
     }
     sum.field += weight * field;
+    sum.energy += weight * at_sites.get()->stored_energy;
     return;
   }
   const pal_contact contact = contacts[first];

@@ -134,14 +134,15 @@ typedef enum pal_model {
 enum {
   /* Displacement beyond what was sampled. Energy and field are continued along the ray by their second and
    * first order expansion at the boundary; out of a surface where only inward displacements were sampled, the
-   * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for. */
+   * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for, or one
+   * at which the error was as large as the displacement in the pack's survey. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
   /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
    * force), or a patch turned by more than a quarter: the answer is for the shortened one. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
-  /* Two contacts hold the same node: it follows their mean. */
+  /* Two contacts hold the same node, or would at some of the corners that they are between: it follows their mean. */
   PAL_FLAG_OVERLAPPING = 1 << 3,
   /* Contact nodes so close that the compliance is singular to rounding: a spring of a billionth of a node's
    * own compliance was added to it, or a stiffer one. Or given forces that cannot all act: on a contact that
@@ -305,7 +306,8 @@ typedef struct pal_session_config {
   double max_torque;      /* N m */
   double max_force_rate;  /* N/s */
   double max_torque_rate; /* N m/s */
-  /* Other contacts or fixed nodes need another inverse of linear_dd, or another nonlinear zone. A haptic frame
+  /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between sites
+   * (pal_contact), or another nonlinear zone. A haptic frame
    * spends this time on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a
    * zone: what listing its nodes or assembling its elements once takes); until it is ready, over as
    * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
@@ -354,7 +356,8 @@ PAL_NODISCARD pal_status pal_session_init(const pal_pack* pack, const pal_sessio
  * (20), (21). A node that a contact holds at the same time follows the fixing, which bears its force. nonlinear_zone answers with up to
  * 32 of them, nonlinear about contacts and, where there are any, of first order elsewhere; linear_dd with any.
  * PAL_STATUS_MODEL_CANNOT_ANSWER where the session has no model for so many. Cost: the next haptic frame
- * takes them in; of a zone they are boundary nodes. Real-time safe: yes. */
+ * takes them in, as if all contacts were new where linear_dd answers them between sites; of a zone they are boundary nodes.
+ * Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                uint32_t count) PAL_NOEXCEPT;
 
@@ -362,7 +365,7 @@ PAL_NODISCARD pal_status pal_session_set_fixed(pal_session* session, const uint3
  * times the scene's; NULL: the scene's again. The organ sags anew to first order, and tools feel it;
  * displacements of contacts stay those from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL where
  * the scene does not let it turn. polynomial_dd answers the scene's gravity alone, linear_dd any. Cost: 3 (3
- * c + n) multiply-adds more in each frame. Real-time safe: yes. */
+ * c + n) multiply-adds more in each frame, between sites for each way to choose the corners. Real-time safe: yes. */
 PAL_NODISCARD pal_status pal_session_set_gravity(pal_session* session,
                                                  const double* acceleration) PAL_NOEXCEPT;
 
@@ -393,11 +396,12 @@ PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
  * A point of the surface between sites answers as the blend of the sites at the corners of its triangle, each to
  * the same displacement: energy, force, stiffness and field are their means with the point's weights, so that
  * both force and field are continuous as the point slides. polynomial_dd does so for one contact, linear_dd for up to three at
- * once: their mean is over all ways to choose a corner for each. More of them act at their sites of the largest weight, and are
+ * once: their mean is over all ways to choose a corner for each. Of four and more every one acts at its site of the largest weight, and is
  * PAL_FLAG_NEAREST_SITE. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
  * linear_dd where the pack has no other, says of the contact alone at the point instead of that site; where the site
- * changes the answer jumps by what those models are wrong by. Of its contacts those that share a zone, and any where nodes are
- * fixed, act at that site, and are PAL_FLAG_NEAREST_SITE. This struct does not grow. */
+ * changes the answer jumps by what those models are wrong by. Of several contacts only those that share their zone with no other are
+ * moved so, as if each were alone; those that do, and any where nodes are fixed, act at that site. All of these are
+ * PAL_FLAG_NEAREST_SITE. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
   double displacement[3]; /* of the patch from rest: m, or length unit */
@@ -434,7 +438,7 @@ typedef struct pal_contact_result {
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
  * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd alone 9
  * for each node of their patches, and of several contacts the above for each way to choose their corners; those that were made
- * ready lately are kept. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
+ * ready lately are kept, and a contact that slides into the next triangle needs at most a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
  * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
  * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
  * them. Real-time safe: yes,
