@@ -29,7 +29,9 @@ int run_bench(const BenchArguments& arguments) {
     for (Timing& timing : of_model) timings.push_back(std::move(timing));
     timings.push_back(time_copy(model_name(model), cost->field_bytes(), arguments.frames));
   }
-  if (has_places(opened)) timings.push_back(time_search(opened, arguments.frames));
+  if (has_places(opened)) {
+    for (Timing& timing : time_search(opened, arguments.frames)) timings.push_back(std::move(timing));
+  }
   for (Timing& timing : time_start(arguments.pack)) timings.push_back(std::move(timing));
   const Timing clock = time_frames("", "reading the clock", arguments.frames, [](int) {});
   if (arguments.json) {

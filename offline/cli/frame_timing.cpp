@@ -237,13 +237,20 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
   return timings;
 }
 
-Timing time_search(const OpenedPack& opened, int frames) {
+std::vector<Timing> time_search(const OpenedPack& opened, int frames) {
   const std::vector<Eigen::Vector3d> places = random_places(opened);
-  return time_frames("", "find the surface point", frames, [&](int frame) {
+  std::vector<Eigen::Vector3d> on_surface;
+  const auto find = [&](const Eigen::Vector3d& place) {
     pal_surface_point point;
-    const Eigen::Vector3d& place = places[static_cast<size_t>(frame) % places.size()];
     require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
-  });
+    return point;
+  };
+  for (const Eigen::Vector3d& place : places) on_surface.emplace_back(find(place).position);
+  const auto time = [&](const char* stage, const std::vector<Eigen::Vector3d>& from) {
+    return time_frames("", stage, frames,
+                       [&](int frame) { find(from[static_cast<size_t>(frame) % from.size()]); });
+  };
+  return {time("find the surface point", places), time("the same, of a point on it", on_surface)};
 }
 
 std::vector<Timing> time_start(const std::filesystem::path& file) {

@@ -68,8 +68,9 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 // Whether the pack knows its surface, so that places between sites can be found.
 bool has_places(const OpenedPack& opened);
 
-// pal_pack_find_surface_point at places about an edge from the surface, another in each frame: the pack has places.
-Timing time_search(const OpenedPack& opened, int frames);
+// pal_pack_find_surface_point at places about an edge from the surface, another in each frame, and at places on it, as those of
+// a tool that slides: the pack has places.
+std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 
 // Opening the pack's file, which is in the system's cache by then, and making a session.
 std::vector<Timing> time_start(const std::filesystem::path& file);
