@@ -183,11 +183,6 @@ double energy_with_turn(const pal_pack& pack, const LinearState& state, const Li
 
 }  // namespace
 
-ContactPlace acting_place(const pal_contact& contact, uint32_t count) {
-  if (count <= kMostBetween) return place_of(contact);
-  return {1, {{nearest_site(contact), 1.0}}};
-}
-
 void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, Arena& arena,
                   LinearState& state) {
   const uint32_t between = std::min(max_contacts, kMostBetween);
@@ -232,10 +227,17 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
 
 bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
   if (blend.num_contacts != count || blend.fixed_version != fixed_version) return false;
+  const auto has_corner = [&](uint32_t c, uint32_t site) {
+    return find_corner(blend, c, site) < blend.num_corners[c];
+  };
   for (uint32_t c = 0; c < count; ++c) {
-    const ContactPlace place = acting_place(contacts[c], count);
+    if (acts_at_site(contacts[c], count)) {
+      if (!has_corner(c, nearest_site(contacts[c]))) return false;
+      continue;
+    }
+    const ContactPlace place = place_of(contacts[c]);
     for (uint32_t i = 0; i < place.count; ++i) {
-      if (find_corner(blend, c, place.corners[i].site) == blend.num_corners[c]) return false;
+      if (!has_corner(c, place.corners[i].site)) return false;
     }
   }
   return true;
@@ -250,7 +252,9 @@ void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* f
   blend.num_found = 0;
   blend.num_sets = 1;
   for (uint32_t c = 0; c < count; ++c) {
-    const ContactPlace place = acting_place(contacts[c], count);
+    const ContactPlace place = acts_at_site(contacts[c], count)
+                                   ? ContactPlace{1, {{nearest_site(contacts[c]), 1.0}}}
+                                   : place_of(contacts[c]);
     blend.num_corners[c] = place.count;
     blend.num_sets *= place.count;
     for (uint32_t i = 0; i < place.count; ++i)
@@ -290,8 +294,8 @@ void place_contacts(const pal_contact* contacts, LinearState& state) {
   LinearBlend& blend = state.answering;
   uint32_t length = 1;
   blend.weights[0] = 1;
-  for (uint32_t c = 0; c < blend.num_contacts; ++c) {
-    const ContactPlace place = acting_place(contacts[c], blend.num_contacts);
+  for (uint32_t c = 0; c < blend.num_contacts && blend.num_sets > 1; ++c) {
+    const ContactPlace place = place_of(contacts[c]);
     double weights[kCorners] = {};
     for (uint32_t i = 0; i < place.count; ++i)
       weights[find_corner(blend, c, place.corners[i].site)] += place.corners[i].weight;

@@ -23,8 +23,10 @@ namespace palpate {
 inline constexpr uint32_t kMostBetween = 3;
 inline constexpr uint32_t kMostBlended = 27;
 
-// Where a contact acts, one of so many: at the corners of its place, or of more than kMostBetween at its nearest site.
-ContactPlace acting_place(const pal_contact& contact, uint32_t count);
+// Whether a contact, one of so many, acts at the site nearest to it, and not at the corners of its place.
+inline bool acts_at_site(const pal_contact& contact, uint32_t count) {
+  return count > kMostBetween || is_at_site(contact);
+}
 
 // Contacts, the corners of their places, and the sets that these make.
 struct LinearBlend {

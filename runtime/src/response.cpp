@@ -226,7 +226,9 @@ void answer_linear(pal_session& session, const pal_contact* contacts, uint32_t c
         (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    if (!is_sampled_about(pack, acting_place(contacts[c], count), d)) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    const bool sampled = acts_at_site(contacts[c], count) ? is_sampled(pack, nearest_site(contacts[c]), d)
+                                                          : is_sampled_about(pack, place_of(contacts[c]), d);
+    if (!sampled) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(session.forces + size_t{3} * c), result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = session.forces[3 * c + i] * pack.newtons;
