@@ -149,14 +149,18 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const pal_pack_info info = pack.info();
   const pal_session_config config = session_config(pack.get(), PAL_MODEL_LINEAR, 1, 0);
   const size_t dofs = size_t{3} * info.max_patch_nodes;
-  const size_t inverse = dofs * ((dofs + 7) / 8 * 8) * sizeof(double);
-  const size_t unit_forces = 2 * 3 * dofs * sizeof(double);  // of the set that answers and of the next
-  const size_t columns = 3 * 3 * ((dofs + 7) / 8 * 8) * sizeof(double);
-  const size_t maps = 2 * info.num_contact_nodes * sizeof(uint32_t);
+  const size_t stride = (dofs + 7) / 8 * 8;
+  const size_t inverse = dofs * stride * sizeof(double);
+  // Of the sets at three corners that answer, and of the next three.
+  const size_t num_sets = 6;
+  const size_t unit_forces = num_sets * 3 * stride * sizeof(double);
+  const size_t columns = 3 * 3 * stride * sizeof(double);
+  const size_t maps = 3 * info.num_contact_nodes * sizeof(uint32_t);
   // Of three snapshots, where a contact between sites holds the nodes of three patches.
   const size_t fields = size_t{3} * 3 * info.max_patch_nodes * (sizeof(uint32_t) + 3 * sizeof(pal_real));
-  constexpr size_t kLines = 56;  // of cache, which the small arrays are rounded up to
-  const size_t rest = sizeof(pal_session) + config.max_tools * sizeof(ToolState) + kLines * 64;
+  constexpr size_t kLines = 104;  // of cache, which the small arrays are rounded up to
+  const size_t rest =
+      sizeof(pal_session) + num_sets * sizeof(LinearSet) + config.max_tools * sizeof(ToolState) + kLines * 64;
   const size_t needed = inverse + unit_forces + columns + maps + fields;
   EXPECT_GE(required_bytes(pack, config), needed);
   EXPECT_LE(required_bytes(pack, config), needed + rest);
