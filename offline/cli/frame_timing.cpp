@@ -119,8 +119,8 @@ void time_several_between(const OpenedPack& opened, const std::vector<pal_contac
                                   session.haptic(contacts);
                                 }));
   timings.push_back(time_frames(model_name(PAL_MODEL_LINEAR),
-                                fmt::format("{} contacts, new places each frame", count), frames / 100,
-                                [&](int frame) {
+                                fmt::format("{} contacts, new places each frame", count),
+                                std::max(100, frames / 100), [&](int frame) {
                                   place(static_cast<size_t>(frame), frame);
                                   session.haptic(contacts);
                                 }));

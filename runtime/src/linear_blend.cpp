@@ -12,6 +12,17 @@ namespace {
 
 constexpr uint32_t kCorners = 3;
 
+// The sites at which a contact, one of so many, acts. Returns their number.
+uint32_t list_corners(const pal_contact& contact, uint32_t count, uint32_t corners[kCorners]) {
+  if (acts_at_site(contact, count)) {
+    corners[0] = nearest_site(contact);
+    return 1;
+  }
+  const ContactPlace place = place_of(contact);
+  for (uint32_t i = 0; i < place.count; ++i) corners[i] = place.corners[i].site;
+  return place.count;
+}
+
 // What a corner's number of a contact in a blend is, or num_corners where it is none.
 uint32_t find_corner(const LinearBlend& blend, uint32_t contact, uint32_t site) {
   const uint32_t* corners = blend.corners + size_t{kCorners} * contact;
@@ -192,10 +203,9 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
         std::min<uint64_t>(uint64_t{num_patches} * pack.max_patch_nodes + max_fixed, pack.num_contact_nodes));
   };
   const uint32_t held_between = held_by(between);
+  const uint32_t max_held = held_by(max_contacts);
   state = {};
-  state.max_contacts = max_contacts;
-  state.max_held = held_by(max_contacts);
-  state.max_shown = std::max(state.max_held, held_by(kCorners * between));
+  state.max_shown = std::max(max_held, held_by(kCorners * between));
   uint32_t most_blended = 1;
   for (uint32_t c = 0; c < between; ++c) most_blended *= kCorners;
   state.num_sets = 2 * most_blended;
@@ -203,7 +213,7 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.sets = arena.take<LinearSet>(state.num_sets + state.num_more);
   for (uint32_t i = 0; i < state.num_sets + state.num_more; ++i) {
     const LinearSet set = i < state.num_sets ? carve_set(pack, between, held_between, arena)
-                                             : carve_set(pack, max_contacts, state.max_held, arena);
+                                             : carve_set(pack, max_contacts, max_held, arena);
     if (state.sets != nullptr) state.sets[i] = set;
   }
   for (LinearBlend* blend : {&state.answering, &state.next}) {
@@ -211,14 +221,13 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
     blend->corners = arena.take<uint32_t>(size_t{kCorners} * max_contacts);
     blend->held = arena.take<uint32_t>(state.max_shown);
     blend->own_stiffness = arena.take<double>(size_t{9} * max_contacts);
-    blend->places =
-        arena.take<uint32_t>(std::max(size_t{state.max_held}, size_t{most_blended} * held_between));
+    blend->places = arena.take<uint32_t>(std::max(size_t{max_held}, size_t{most_blended} * held_between));
   }
-  carve_making(pack, state.max_held, arena, state.making);
+  carve_making(pack, max_held, arena, state.making);
   const size_t axes = size_t{3} * max_contacts;
   state.fixed = arena.take<uint32_t>(max_fixed);
   state.nodal_force = arena.take<double>(inverse_stride(state.max_shown));
-  state.set_force = arena.take<double>(inverse_stride(state.max_held));
+  state.set_force = arena.take<double>(inverse_stride(max_held));
   state.given_factor = arena.take<double>(axes * axes);
   state.given_axes = arena.take<uint32_t>(axes);
   state.given_solution = arena.take<double>(axes);
@@ -227,17 +236,11 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
 
 bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
   if (blend.num_contacts != count || blend.fixed_version != fixed_version) return false;
-  const auto has_corner = [&](uint32_t c, uint32_t site) {
-    return find_corner(blend, c, site) < blend.num_corners[c];
-  };
   for (uint32_t c = 0; c < count; ++c) {
-    if (acts_at_site(contacts[c], count)) {
-      if (!has_corner(c, nearest_site(contacts[c]))) return false;
-      continue;
-    }
-    const ContactPlace place = place_of(contacts[c]);
-    for (uint32_t i = 0; i < place.count; ++i) {
-      if (!has_corner(c, place.corners[i].site)) return false;
+    uint32_t corners[kCorners];
+    const uint32_t num_corners = list_corners(contacts[c], count, corners);
+    for (uint32_t i = 0; i < num_corners; ++i) {
+      if (find_corner(blend, c, corners[i]) == blend.num_corners[c]) return false;
     }
   }
   return true;
@@ -252,13 +255,8 @@ void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* f
   blend.num_found = 0;
   blend.num_sets = 1;
   for (uint32_t c = 0; c < count; ++c) {
-    const ContactPlace place = acts_at_site(contacts[c], count)
-                                   ? ContactPlace{1, {{nearest_site(contacts[c]), 1.0}}}
-                                   : place_of(contacts[c]);
-    blend.num_corners[c] = place.count;
-    blend.num_sets *= place.count;
-    for (uint32_t i = 0; i < place.count; ++i)
-      blend.corners[size_t{kCorners} * c + i] = place.corners[i].site;
+    blend.num_corners[c] = list_corners(contacts[c], count, blend.corners + size_t{kCorners} * c);
+    blend.num_sets *= blend.num_corners[c];
   }
   state.num_fixed = num_fixed;
   memcpy(state.fixed, fixed, num_fixed * sizeof *fixed);

@@ -48,10 +48,7 @@ struct LinearBlend {
 
 // One blend answers while another is made ready, if need be over several frames.
 struct LinearState {
-  // Capacities
-  uint32_t max_contacts;
-  uint32_t max_held;   // by one set
-  uint32_t max_shown;  // by a blend
+  uint32_t max_shown;  // nodes that a blend holds
   uint32_t num_sets;   // of kMostBetween contacts at most, and behind them two of more
   uint32_t num_more;
   LinearSet* sets;

@@ -48,6 +48,27 @@ class LinearBlends : public ::testing::Test {
     return hold;
   }
 
+  // Three tools that hold the same places, without a budget and with a small one, and where they have gone.
+  struct Grasped {
+    ToolSession at_once;
+    ToolSession tools;
+    std::vector<pal_pose> poses;
+  };
+  Grasped grasp_between_sites() {
+    constexpr double kSecondsPerOperation = 1e-9;
+    const pal_session_config config = session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 4);
+    pal_session_config bounded = config;
+    bounded.budget_seconds = 5000 * kSecondsPerOperation;
+    bounded.seconds_per_operation = kSecondsPerOperation;
+    Grasped grasped = {{pack_.get(), config}, {pack_.get(), bounded}, {}};
+    for (uint32_t tool = 0; tool < 3; ++tool) {
+      const pal_hold hold = any_hold();
+      for (ToolSession* session : {&grasped.tools, &grasped.at_once}) session->hold(tool, hold);
+      grasped.poses.push_back(at(any_displacement()));
+    }
+    return grasped;
+  }
+
   pal_contact any_contact() {
     const pal_geometry geometry = pack_.face().geometry();
     const Eigen::Map<const Eigen::Matrix3Xd> nodes(geometry.positions, 3, geometry.num_nodes);
@@ -290,18 +311,8 @@ TEST_F(LinearBlends, ArePartsOfATool) {
 
 // A blend that is half made when contacts of others, or other fixed nodes, come between.
 TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
-  constexpr double kSecondsPerOperation = 1e-9;
-  pal_session_config config = session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 4);
-  ToolSession at_once(pack_.get(), config);
-  config.budget_seconds = 5000 * kSecondsPerOperation;
-  config.seconds_per_operation = kSecondsPerOperation;
-  ToolSession tools(pack_.get(), config);
-  std::vector<pal_pose> poses;
-  for (uint32_t tool = 0; tool < 3; ++tool) {
-    const pal_hold hold = any_hold();
-    for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold);
-    poses.push_back(at(any_displacement()));
-  }
+  Grasped grasped = grasp_between_sites();
+  auto& [at_once, tools, poses] = grasped;
   const Contacts others = {any_contact(), any_contact()};
   for (int frame = 0; frame < 60; ++frame) {
     EXPECT_TRUE(force_of(tools.frame(poses)[0]).allFinite());
@@ -321,18 +332,8 @@ TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
 
 // Tools that hold places between sites, whose blend takes many frames to make ready.
 TEST_F(LinearBlends, AreMadeReadyWithinABudget) {
-  constexpr double kSecondsPerOperation = 1e-9;
-  pal_session_config config = session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 0);
-  ToolSession at_once(pack_.get(), config);
-  config.budget_seconds = 5000 * kSecondsPerOperation;
-  config.seconds_per_operation = kSecondsPerOperation;
-  ToolSession tools(pack_.get(), config);
-  std::vector<pal_pose> poses;
-  for (uint32_t tool = 0; tool < 3; ++tool) {
-    const pal_hold hold = any_hold();
-    for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold);
-    poses.push_back(at(any_displacement()));
-  }
+  Grasped grasped = grasp_between_sites();
+  auto& [at_once, tools, poses] = grasped;
   int frames = 0;
   while ((tools.frame(poses)[0].flags & PAL_FLAG_PREPARING) != 0) ASSERT_LT(++frames, 10000);
   EXPECT_GT(frames, 27);
