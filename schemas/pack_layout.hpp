@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 10;
+inline constexpr uint32_t kFormatVersion = 11;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -150,8 +150,9 @@ inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
 
 inline constexpr uint32_t kMostMutualSites =
     128;  // what pairs of them add grows with their square; more have none
-inline constexpr uint32_t kPairColumns = 9 + 2 * num_monomials(2);
-inline constexpr uint32_t kMostMutual = 32;  // fields of a site beyond kZoneColumns, for pairs with others
+inline constexpr uint32_t kPairMonomials = 9 + 2 * num_monomials(2);  // of two loads: what is of second order
+inline constexpr uint32_t kMostPairFields = 16;                       // of a pair's own; a multiple of 4
+inline constexpr int kPairUnit = 127;  // in an int8 of theirs: the scene's largest displacement
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones

@@ -124,7 +124,7 @@ ZoneTables zones_of(const Block& block, int rings, int jobs) {
   compute_zone_exterior(block.assembly, block.sites, {}, block.scene.max_displacement, jobs, {}, zone);
   if (num_zone_pairs(block.sites, block.scene.max_contacts) > 0)
     compute_zone_mutual(
-        block.assembly, block.sites, {}, block.scene.max_contacts, jobs, [](double) {}, zone);
+        block.assembly, block.scene, block.sites, {}, jobs, [](double) {}, zone);
   return zone;
 }
 

@@ -84,7 +84,8 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
     ZoneTables zone = find_zones(model, sites, rings);
-    const bool is_small = zone_bytes(zone, sites, scene.max_contacts) <= kMostZoneBytes;
+    const bool is_small =
+        zone_bytes(zone, sites, scene.max_contacts, scene.accuracy_target) <= kMostZoneBytes;
     const bool is_asked_for = scene.zone.value_or(false);
     if (is_asked_for ? is_small || rings == 1
                      : is_small && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
@@ -224,7 +225,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double of_zones = zone_bytes(*zone, sites, scene.max_contacts);
+    const double of_zones = zone_bytes(*zone, sites, scene.max_contacts, scene.accuracy_target);
     bytes += of_zones;
     // Of derivatives, back-solves and the assembly of zones.
     constexpr double kFactorsPerSite = 3;

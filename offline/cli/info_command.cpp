@@ -44,7 +44,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
            zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
            zone.force_scale()->bytes() + zone.exterior()->bytes() +
-           (zone.num_mutual() > 0 ? zone.mutual()->bytes() : 0);
+           (zone.num_pair_fields() > 0 ? zone.pair_fields()->bytes() + zone.pair_weights()->bytes() : 0);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +

@@ -46,8 +46,8 @@ void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSit
     constexpr int kSteps = 1000;
     ProgressBar pairs("pairs of contacts", kSteps);
     compute_zone_mutual(
-        assembly, sites, rest, scene.max_contacts, jobs,
-        [&](double part) { pairs.show(static_cast<int>(part * kSteps)); }, zone);
+        assembly, scene, sites, rest, jobs, [&](double part) { pairs.show(static_cast<int>(part * kSteps)); },
+        zone);
   }
 }
 

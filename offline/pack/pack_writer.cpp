@@ -69,7 +69,7 @@ struct SurfaceSegments {
 
 struct ZoneSegments {
   pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
-      exterior, mutual;
+      exterior, pair_fields, pair_weights;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -81,12 +81,12 @@ size_t num_panels(const ContactSites& sites) {
 }
 
 // The rows of one panel, column after column; zeros where the matrix has ended.
-template <typename Columns>
-void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<pack::Real>& out) {
+template <typename Columns, typename Number>
+void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<Number>& out) {
   for (Eigen::Index column = 0; column < columns.cols(); ++column) {
     for (size_t i = 0; i < pack::kPanelRows; ++i) {
       const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
-      out.push_back(row < columns.rows() ? static_cast<pack::Real>(columns(row, column)) : pack::Real{0});
+      out.push_back(row < columns.rows() ? static_cast<Number>(columns(row, column)) : Number{0});
     }
   }
 }
@@ -271,12 +271,13 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
 }
 
 // Panels of packed nodes, then of inner ones, of one matrix after the other.
-std::vector<pack::Real> exterior_panels(
+template <typename Number>
+std::vector<Number> exterior_panels(
     const PackContent& content,
-    const std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>>& all) {
+    const std::vector<Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic>>& all) {
   const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
   const auto num_inner = static_cast<Eigen::Index>(content.zone->inner_nodes.size());
-  std::vector<pack::Real> numbers;
+  std::vector<Number> numbers;
   for (const auto& fields : all) {
     for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
       for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
@@ -311,11 +312,12 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
   segments.force_scale = store.add(zone.force_scale);
   segments.exterior = store.add(exterior_panels(content, zone.exterior));
-  if (!zone.mutual.empty()) {
+  if (!zone.pair_fields.empty()) {
+    segments.pair_fields = store.add(exterior_panels(content, zone.pair_fields));
     std::vector<float> weights;
-    for (const Eigen::MatrixXf& of_pair : zone.mutual)
+    for (const Eigen::MatrixXf& of_pair : zone.pair_weights)
       weights.insert(weights.end(), of_pair.data(), of_pair.data() + of_pair.size());
-    segments.mutual = store.add(weights);
+    segments.pair_weights = store.add(weights);
   }
   return segments;
 }
@@ -558,8 +560,11 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment field_compliance = at(zone.field_compliance);
       const pack::Segment force_scale = at(zone.force_scale);
       const pack::Segment exterior = at(zone.exterior);
-      const uint32_t num_mutual = content.zone->mutual.empty() ? 0 : pack::kMostMutual;
-      const pack::Segment mutual = num_mutual > 0 ? at(zone.mutual) : pack::Segment();
+      const bool has_pairs = !content.zone->pair_fields.empty();
+      const uint32_t num_pair_fields =
+          has_pairs ? static_cast<uint32_t>(content.zone->pair_fields.front().cols()) : 0;
+      const pack::Segment pair_fields = has_pairs ? at(zone.pair_fields) : pack::Segment();
+      const pack::Segment pair_weights = has_pairs ? at(zone.pair_weights) : pack::Segment();
       zone_table = pack::CreateNonlinearZone(
           builder, static_cast<uint32_t>(content.zone->rings),
           static_cast<uint32_t>(content.zone->nodes.size()), static_cast<uint32_t>(content.zone->num_free),
@@ -567,8 +572,8 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
           static_cast<uint32_t>(content.zone->most_nodes),
           static_cast<uint32_t>(content.zone->most_boundary_nodes),
-          static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_mutual,
-          num_mutual > 0 ? &mutual : nullptr);
+          static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_pair_fields,
+          has_pairs ? &pair_fields : nullptr, has_pairs ? &pair_weights : nullptr);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

@@ -154,18 +154,23 @@ std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts) {
   return max_contacts > 1 && count <= pack::kMostMutualSites ? count * (count - 1) / 2 : 0;
 }
 
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts) {
+int num_pair_fields(int rings, double accuracy_target) {
+  return accuracy_target < (rings > 1 ? 0.01 : 0.002) ? static_cast<int>(pack::kMostPairFields) : 8;
+}
+
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts,
+                  double accuracy_target) {
   const auto pairs = static_cast<double>(num_zone_pairs(sites, max_contacts));
   const auto contacts = static_cast<double>(sites.contact_nodes.size());
   const double free = zone.num_free;
   const double panels = pack::num_panels(static_cast<std::uint32_t>(sites.packed_nodes.size()));
   const double all_panels = panels + pack::num_panels(static_cast<std::uint32_t>(zone.inner_nodes.size()));
-  const double of_site = pack::kZoneColumns + (pairs > 0 ? pack::kMostMutual : 0);
-  const double columns = (free - contacts) * panels * 3 +
-                         zone.rings * static_cast<double>(sites.sites.size()) * all_panels * of_site;
+  const double of_site = zone.rings * all_panels * pack::kZoneColumns;
+  const double columns = (free - contacts) * panels * 3 + static_cast<double>(sites.sites.size()) * of_site;
+  const int of_pair = num_pair_fields(zone.rings, accuracy_target);
   return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) +
-         columns * pack::kPanelRows * sizeof(pack::Real) +
-         zone.rings * pairs * pack::kPairColumns * 2 * of_site * sizeof(float);
+         columns * pack::kPanelRows * sizeof(pack::Real) + pairs * of_pair * all_panels * pack::kPanelRows +
+         zone.rings * pairs * pack::kPairMonomials * (2 * pack::kZoneColumns + of_pair) * sizeof(float);
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -36,12 +37,15 @@ struct ZoneTables {
   // in a linear organ.
   std::vector<double> force_scale;
   // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each monomial
-  // of degrees 2 and 3 of x = f / force_scale; then pack::kMostMutual more where pairs were asked for.
+  // of degrees 2 and 3 of x = f / force_scale.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
-  // What pairs of sites add to that (zone_mutual.hpp), empty where none was asked for. For each ring, pairs i > j at
-  // lower_block(i - 1, j): weights of the columns of i, then of those of j, x pack::kPairColumns: of x_a of i times x_b of
-  // j at 3 a + b, then of the quadratic monomials of x of i, then of j.
-  std::vector<Eigen::MatrixXf> mutual;
+  // What pairs of sites i > j, at lower_block(i - 1, j), add to that (zone_mutual.hpp); empty where none was asked for. Columns of
+  // their own, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
+  using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
+  std::vector<PairFields> pair_fields;
+  // and for each ring, and in it each pair, weights of the exterior's columns of i, of those of j, and of these, x
+  // pack::kPairMonomials: of x_a of i times x_b of j at 3 a + b, then of the quadratic monomials of x of i, then of j.
+  std::vector<Eigen::MatrixXf> pair_weights;
 };
 
 // The dofs that rows of `exterior` are.
@@ -71,7 +75,12 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
 // Pairs of sites whose exterior a pack carries: none where one contact at a time is all there is, or of too many sites.
 std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts);
 
+// Columns of its own that each of them has (zone_mutual.hpp): what eight leave is little beside what one ring does, and goes with a
+// target of one percent.
+int num_pair_fields(int rings, double accuracy_target);
+
 // Bytes of a pack that the compliance and the exterior take, at most.
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts);
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts,
+                  double accuracy_target);
 
 }  // namespace palpate

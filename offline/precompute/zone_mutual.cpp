@@ -15,18 +15,17 @@
 namespace palpate {
 namespace {
 
-constexpr Eigen::Index kPairColumns = pack::kPairColumns;
+constexpr Eigen::Index kMonomials = pack::kPairMonomials;
 constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
-constexpr size_t kBasisPairs = 40;  // of a site, that its fields for pairs are made of
-constexpr double kReach = 6;        // mean surface edges about a site, in which its fields tell of pairs
-constexpr double kBasisTolerance = 1e-4;  // of the largest singular value
-constexpr double kRidge = 1e-6;           // of the largest square: fields that nearly cancel stay small
+constexpr size_t kPairsAtOnce = 8;   // share the passes over a factor; more gain nothing and take memory
+constexpr double kTolerance = 1e-4;  // of the largest singular value
+constexpr double kRidge = 1e-6;      // of the largest square: fields that nearly cancel stay small
 
 // The fields of pairs of sites.
-class PairFields {
+class PairResponses {
  public:
-  PairFields(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-             const ZoneTables& zone, int threads)
+  PairResponses(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
+                const ZoneTables& zone, int threads)
       : assembly_(&assembly),
         sites_(&sites),
         zone_(&zone),
@@ -55,42 +54,53 @@ class PairFields {
     });
   }
 
-  // Calls use(ring, k, fields, inside) for each ring and each of `others`: rows of the exterior by kPairColumns; of which
-  // zones hide the rows `inside`.
+  // What a pair adds outside of each ring.
+  struct OfRing {
+    Eigen::MatrixXd fields;            // rows of the exterior x kMonomials, zero in `inside`
+    std::vector<Eigen::Index> inside;  // rows that zones hide
+  };
+
+  // Calls use(k, rings) for each of `others`.
   template <typename Use>
   void for_each_pair(size_t site, const std::vector<size_t>& others, StaticSolver& solver, Use&& use) const {
-    const Eigen::MatrixXd all = products(*assembly_, site, others);
-    for (int ring = 1; ring <= zone_->rings; ++ring) {
-      std::vector<std::vector<Eigen::Index>> inside(others.size());
-      const Eigen::MatrixXd fields = outside_of(ring, site, others, all, solver, inside);
-      for (size_t k = 0; k < others.size(); ++k)
-        use(ring, k, fields.middleCols<kPairColumns>(kPairColumns * static_cast<Eigen::Index>(k)), inside[k]);
+    for (size_t first = 0; first < others.size(); first += kPairsAtOnce) {
+      const auto from = others.begin() + static_cast<std::ptrdiff_t>(first);
+      const std::vector<size_t> some(from,
+                                     from + std::min<std::ptrdiff_t>(kPairsAtOnce, others.end() - from));
+      const Eigen::MatrixXd all = products(*assembly_, site, some);
+      std::vector<std::vector<OfRing>> pairs(some.size());
+      for (int ring = 1; ring <= zone_->rings; ++ring) add_ring(ring, site, some, all, solver, pairs);
+      for (size_t k = 0; k < some.size(); ++k) use(first + k, pairs[k]);
     }
   }
 
  private:
   // `all`: products() of all elements.
-  Eigen::MatrixXd outside_of(int rings, size_t site, const std::vector<size_t>& others,
-                             const Eigen::MatrixXd& all, StaticSolver& solver,
-                             std::vector<std::vector<Eigen::Index>>& inside) const {
-    Eigen::MatrixXd fields(all.rows(), kPairColumns * static_cast<Eigen::Index>(others.size()));
+  void add_ring(int rings, size_t site, const std::vector<size_t>& others, const Eigen::MatrixXd& all,
+                StaticSolver& solver, std::vector<std::vector<OfRing>>& pairs) const {
+    Eigen::MatrixXd fields(all.rows(), kMonomials * static_cast<Eigen::Index>(others.size()));
     const std::vector<int> about_site = finder_.elements_about(sites_->sites[site], rings);
     for (size_t k = 0; k < others.size(); ++k) {
       const std::vector<int> about_other = finder_.elements_about(sites_->sites[others[k]], rings);
-      auto of_pair = fields.middleCols<kPairColumns>(kPairColumns * static_cast<Eigen::Index>(k));
+      auto of_pair = fields.middleCols<kMonomials>(kMonomials * static_cast<Eigen::Index>(k));
       // Outside of both zones.
       std::vector<int> both;
       std::set_union(about_site.begin(), about_site.end(), about_other.begin(), about_other.end(),
                      std::back_inserter(both));
       of_pair.leftCols<9>() =
           products_by(both, site, others[k]) - all.middleCols<9>(9 * static_cast<Eigen::Index>(k));
-      inside[k] = rows_inside(both);
+      pairs[k].push_back({{}, rows_inside(both)});
       // What each by itself counts inside of the other's.
       of_pair.middleCols<kQuadratic>(9) = own_products(site, about_site, about_other);
       of_pair.rightCols<kQuadratic>() = own_products(others[k], about_other, about_site);
     }
     solve_at_rest(solver, fields);
-    return fields(shown_, Eigen::all);
+    for (size_t k = 0; k < others.size(); ++k) {
+      OfRing& of_ring = pairs[k].back();
+      of_ring.fields =
+          fields(shown_, Eigen::seqN(kMonomials * static_cast<Eigen::Index>(k), Eigen::fix<kMonomials>));
+      of_ring.fields(of_ring.inside, Eigen::all).setZero();
+    }
   }
 
   // Rows of nodes that have no element but these.
@@ -175,120 +185,68 @@ Eigen::MatrixXd side_by_side(const Fields& first, const Fields& second,
   return columns;
 }
 
-// kMostMutual columns, as large as `scale`, of which the given ones are made, the largest part first; zero where they are not.
-Fields largest_parts(const Eigen::MatrixXd& fields, double scale) {
+// So many fields of which the given ones are made, the largest part first, each as large as an int8 is; zero where there are
+// fewer.
+ZoneTables::PairFields largest_parts(const Eigen::MatrixXd& fields, Eigen::Index most) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(fields.transpose() * fields);
   const Eigen::VectorXd& squares = eigen.eigenvalues();  // ascending
-  Fields parts = Fields::Zero(fields.rows(), pack::kMostMutual);
-  const Eigen::Index count = std::min<Eigen::Index>(squares.size(), pack::kMostMutual);
+  ZoneTables::PairFields parts = ZoneTables::PairFields::Zero(fields.rows(), most);
+  const Eigen::Index count = std::min(squares.size(), most);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index from = squares.size() - 1 - i;
-    if (!(squares[from] > kBasisTolerance * kBasisTolerance * squares[squares.size() - 1])) break;
-    parts.col(i) =
-        (scale / std::sqrt(squares[from]) * (fields * eigen.eigenvectors().col(from))).cast<pack::Real>();
+    if (!(squares[from] > kTolerance * kTolerance * squares[squares.size() - 1])) break;
+    const Eigen::VectorXd part = fields * eigen.eigenvectors().col(from);
+    parts.col(i) = (pack::kPairUnit / part.cwiseAbs().maxCoeff() * part).array().round().cast<std::int8_t>();
   }
   return parts;
 }
 
-// Sites by their distance from this one, as many as its fields are made of, near and far alike.
-std::vector<size_t> sites_about(const Model& model, const ContactSites& sites, size_t site) {
-  const auto distance = [&](size_t other) {
-    return (model.positions[static_cast<size_t>(sites.sites[other].node)] -
-            model.positions[static_cast<size_t>(sites.sites[site].node)])
-        .norm();
-  };
-  std::vector<std::pair<double, size_t>> by_distance;
-  for (size_t other = 0; other < sites.sites.size(); ++other) {
-    if (other != site) by_distance.emplace_back(distance(other), other);
-  }
-  std::sort(by_distance.begin(), by_distance.end());
-  const size_t count = std::min(kBasisPairs, by_distance.size());
-  std::vector<size_t> others;
-  for (size_t i = 0; i < count; ++i) others.push_back(by_distance[i * by_distance.size() / count].second);
-  return others;
-}
-
-// What remains of pairs with this site once both sites' own fields are fitted, near it: for each ring.
-std::vector<Fields> mutual_fields(const Assembly& assembly, const ContactSites& sites,
-                                  const PairFields& pairs, const ZoneTables& zone, size_t site,
-                                  StaticSolver& solver) {
-  const Model& model = assembly.model();
-  const std::vector<Eigen::Index> dofs = exterior_dofs(sites, zone);
-  Eigen::VectorXd nearness(static_cast<Eigen::Index>(dofs.size()));
-  const Eigen::Vector3d centre = model.positions[static_cast<size_t>(sites.sites[site].node)];
-  for (Eigen::Index row = 0; row < nearness.size(); ++row) {
-    const double distance =
-        (model.positions[static_cast<size_t>(dofs[static_cast<size_t>(row)] / 3)] - centre).norm() /
-        (kReach * sites.mean_surface_edge);
-    nearness[row] = std::max(0.0, 1 - distance * distance);
-  }
-  const std::vector<size_t> others = sites_about(model, sites, site);
-  const auto own = [&](int ring, size_t of) -> const Fields& {
-    return zone.exterior[static_cast<size_t>(ring - 1) * sites.sites.size() + of];
-  };
-  std::vector<Fields> fields;
-  Eigen::MatrixXd remainders(nearness.size(), kPairColumns * static_cast<Eigen::Index>(others.size()));
-  pairs.for_each_pair(
-      site, others, solver,
-      [&](int ring, size_t k, Eigen::MatrixXd of_pair, const std::vector<Eigen::Index>& inside) {
-        const Eigen::MatrixXd columns = side_by_side(own(ring, site), own(ring, others[k]), inside);
-        of_pair(inside, Eigen::all).setZero();
-        of_pair -= columns * fit(columns, of_pair);
-        remainders.middleCols<kPairColumns>(kPairColumns * static_cast<Eigen::Index>(k)) =
-            nearness.asDiagonal() * of_pair;
-        if (k + 1 == others.size()) {
-          const double largest = own(ring, site).cast<double>().colwise().norm().maxCoeff();
-          fields.push_back(largest_parts(remainders, largest));
-        }
-      });
-  return fields;
-}
-
 }  // namespace
 
-void compute_zone_mutual(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                         int max_contacts, int threads, const std::function<void(double)>& progress,
+void compute_zone_mutual(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                         const RestState& rest, int threads, const std::function<void(double)>& progress,
                          ZoneTables& zone) {
   const size_t num_sites = sites.sites.size();
-  const size_t num_pairs = num_zone_pairs(sites, max_contacts);
+  const size_t num_pairs = num_zone_pairs(sites, scene.max_contacts);
   const bool is_linear = std::all_of(zone.exterior.begin(), zone.exterior.end(),
                                      [](const Fields& fields) { return fields.isZero(0); });
   if (num_pairs == 0 || is_linear) return;
-  PairFields pairs(assembly, sites, rest, zone, threads);
+  PairResponses pairs(assembly, sites, rest, zone, threads);
   std::mutex mutex;
   size_t done = 0;
-  const size_t all_work = num_pairs + num_sites * std::min(kBasisPairs, num_sites - 1);
   const auto advance = [&](size_t fields) {
     const std::lock_guard lock(mutex);
     done += fields;
-    if (progress) progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(all_work)));
+    if (progress) progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(num_pairs)));
   };
 
-  std::vector<std::vector<Fields>> by_site(num_sites);
-  pairs.for_each_site([&](size_t site, StaticSolver& solver) {
-    by_site[site] = mutual_fields(assembly, sites, pairs, zone, site, solver);
-    advance(std::min(kBasisPairs, num_sites - 1));
-  });
-  for (size_t i = 0; i < zone.exterior.size(); ++i) {
-    Fields& fields = zone.exterior[i];
-    fields.conservativeResize(Eigen::NoChange, pack::kZoneColumns + pack::kMostMutual);
-    fields.rightCols(pack::kMostMutual) = by_site[i % num_sites][i / num_sites];
-  }
-  zone.mutual.assign(static_cast<size_t>(zone.rings) * num_pairs, {});
+  const Eigen::Index most = num_pair_fields(zone.rings, scene.accuracy_target);
+  zone.pair_fields.assign(num_pairs, {});
+  zone.pair_weights.assign(static_cast<size_t>(zone.rings) * num_pairs, {});
   pairs.for_each_site([&](size_t site, StaticSolver& solver) {
     std::vector<size_t> others;
     for (size_t other = 0; other < site; ++other) others.push_back(other);
-    if (others.empty()) return;
-    pairs.for_each_pair(
-        site, others, solver,
-        [&](int ring, size_t k, Eigen::MatrixXd of_pair, const std::vector<Eigen::Index>& inside) {
-          const size_t first = static_cast<size_t>(ring - 1) * num_sites;
-          const Eigen::MatrixXd columns =
-              side_by_side(zone.exterior[first + site], zone.exterior[first + others[k]], inside);
-          of_pair(inside, Eigen::all).setZero();
-          zone.mutual[static_cast<size_t>(ring - 1) * num_pairs + pack::lower_block(site - 1, others[k])] =
-              fit(columns, of_pair).cast<float>();
-        });
+    pairs.for_each_pair(site, others, solver, [&](size_t k, std::vector<PairResponses::OfRing>& rings) {
+      const size_t pair = pack::lower_block(site - 1, others[k]);
+      std::vector<Eigen::MatrixXd> weights;
+      for (size_t ring = 0; ring < rings.size(); ++ring) {
+        const size_t first = ring * num_sites;
+        const Eigen::MatrixXd columns =
+            side_by_side(zone.exterior[first + site], zone.exterior[first + others[k]], rings[ring].inside);
+        weights.push_back(fit(columns, rings[ring].fields));
+        rings[ring].fields -= columns * weights.back();
+      }
+      zone.pair_fields[pair] = largest_parts(rings.back().fields, most);
+      const Eigen::MatrixXd own =
+          scene.max_displacement / pack::kPairUnit * zone.pair_fields[pair].cast<double>();
+      for (size_t ring = 0; ring < rings.size(); ++ring) {
+        Eigen::MatrixXd outside = own;
+        outside(rings[ring].inside, Eigen::all).setZero();
+        Eigen::MatrixXf& of_ring = zone.pair_weights[ring * num_pairs + pair];
+        of_ring.resize(2 * pack::kZoneColumns + most, kMonomials);
+        of_ring << weights[ring].cast<float>(), fit(outside, rings[ring].fields).cast<float>();
+      }
+    });
     advance(others.size());
   });
 }

@@ -94,10 +94,10 @@ struct pal_pack {
   const pal_real* zone_field_compliance;
   uint32_t num_row_panels;         // of zone_exterior: of packed nodes, then of inner ones
   const double* zone_force_scale;  // [num_sites]
-  uint32_t num_mutual;             // 0 without what pairs of contacts add
-  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][kZoneColumns + num_mutual][96]
-  const float*
-      mutual;  // [zone_rings][num_sites (num_sites - 1) / 2][kPairColumns][2][kZoneColumns + num_mutual]
+  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][kZoneColumns][96]
+  uint32_t num_pair_fields;        // 0 without what pairs of contacts add
+  const int8_t* pair_fields;       // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
+  const float* pair_weights;       // [zone_rings][pairs][kPairMonomials][2 kZoneColumns + num_pair_fields]
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;

@@ -194,7 +194,7 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
     onto = true;
   }
   if (field.model == PAL_MODEL_ZONE) {
-    add_exterior_field(pack, field, first, count, add_columns, sum);
+    add_exterior_field(pack, field, first, count, session.kernel, sum);
     write_own_nodes(field, first, count, sum);
     fill_compliance_field(pack, field.moving_forces(), first, count, add_columns, true, sum);
   }

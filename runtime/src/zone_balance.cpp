@@ -5,6 +5,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_overlap.hpp"
 
 namespace palpate {
 namespace {
@@ -77,6 +78,7 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
   frame.state.kernel.add_product(group.exterior_pulls, stride, stride,
                                  num_exterior_columns(frame.pack, set.num_contacts), set.weights,
                                  frame.state.pull);
+  add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.pull);
 }
 
 void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
@@ -141,6 +143,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
   double* t = state.vector;
   for (uint32_t i = 0; i < stride; ++i) t[i] = -state.pull[i];
   state.kernel.add_product(group.whole, stride, stride, stride, state.boundary, t);
+  add_overlaps(frame.pack, state, frame.set, group, kNoAxis, t);
   bool sound = true;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
     const double own = group.whole[size_t{i} * stride + i];

@@ -22,7 +22,8 @@ bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group);
 // ZoneGroup::coupled, at the tractions of the other groups.
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights).
+// ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and what zone_overlap.hpp
+// takes out.
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three each. Of

@@ -573,7 +573,28 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const Zo
   }
 }
 
+template <int kNodes>
+void scale_volumes_of(ZoneBatch<kNodes>* batches, uint32_t count, ZonePatch* patches) {
+  for (uint32_t n = 0; n < count; ++n) {
+    ZoneBatch<kNodes>& batch = batches[n];
+    for (size_t p = 0; p < batch.volumes.size(); ++p) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double volume = batch.stiffness[lane] * batch.volumes[p][lane];
+        batch.elements.points[p].volume.set(lane, volume);
+        if (lane < batch.count && batch.patches[lane] != pack::kNoPatch)
+          patches[batch.patches[lane]].volume += volume;
+      }
+    }
+  }
+}
+
 }  // namespace
+
+void scale_volumes(const ZoneBatches& batches) {
+  for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;
+  scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
+  scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
+}
 
 template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],

@@ -36,7 +36,8 @@ struct ZonePatch {
 struct ZoneLanes {
   const pack::ZoneMaterial* materials[kLanes];
   uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
-  double stiffness[kLanes];  // that zone_inclusion.hpp gives a lane
+  uint8_t zones[kLanes];     // a bit for each contact whose zone holds it
+  double stiffness[kLanes];  // times that of the material
   int count;                 // the lanes after them repeat the last one
 };
 
@@ -55,6 +56,18 @@ struct ZoneBatches {
   uint32_t num_patches;
   ZonePatch* patches;
 };
+
+// Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
+template <typename Work>
+void for_each_lanes(const ZoneBatches& batches, Work&& work) {
+  for (uint32_t n = 0; n < batches.num_linear; ++n)
+    work(batches.linear[n], batches.linear[n].elements.nodes.data());
+  for (uint32_t n = 0; n < batches.num_quadratic; ++n)
+    work(batches.quadratic[n], batches.quadratic[n].elements.nodes.data());
+}
+
+// Makes of all points and patches what they are in the mesh, times ZoneLanes::stiffness.
+void scale_volumes(const ZoneBatches& batches);
 
 // Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
 // `patch`: of ZoneBatch::patches.

@@ -12,19 +12,28 @@ namespace {
 
 constexpr uint32_t kFirst = pack::monomial_start(2);
 
-// Columns that a site carries; of a contact alone only the first kZoneColumns take part.
-uint32_t columns_of_site(const pal_pack& pack) {
-  return pack::kZoneColumns + pack.num_mutual;
-}
-
-uint32_t columns_of_contact(const pal_pack& pack, uint32_t num_contacts) {
-  return num_contacts > 1 ? columns_of_site(pack) : pack::kZoneColumns;
-}
-
 // A panel of these columns, of a site outside of so many rings.
 const pal_real* panel_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t panel) {
   const uint64_t index = (uint64_t{rings - 1} * pack.num_sites + site) * pack.num_row_panels + panel;
-  return pack.zone_exterior + index * columns_of_site(pack) * pack::kPanelRows;
+  return pack.zone_exterior + index * pack::kZoneColumns * pack::kPanelRows;
+}
+
+// Of two sites that are not the same.
+uint64_t pair_of_sites(uint32_t site, uint32_t other) {
+  return site > other ? pack::lower_block(site - 1, other) : pack::lower_block(other - 1, site);
+}
+
+// A panel of the pair's own columns.
+const int8_t* panel_of_pair(const pal_pack& pack, uint32_t site, uint32_t other, uint32_t panel) {
+  const uint64_t index = pair_of_sites(site, other) * pack.num_row_panels + panel;
+  return pack.pair_fields + index * pack.num_pair_fields * pack::kPanelRows;
+}
+
+// Of the pair's columns, in the order of num_exterior_columns().
+uint32_t first_column_of_pair(const pal_pack& pack, uint32_t num_contacts, uint32_t contact, uint32_t other) {
+  const auto pair = static_cast<uint32_t>(contact > other ? pack::lower_block(contact - 1, other)
+                                                          : pack::lower_block(other - 1, contact));
+  return num_contacts * pack::kZoneColumns + pair * pack.num_pair_fields;
 }
 
 double square_of(const double v[3]) {
@@ -104,14 +113,14 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
   if (site == site_of_other) return;
   const bool is_first = site > site_of_other;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint64_t pair =
-      is_first ? pack::lower_block(site - 1, site_of_other) : pack::lower_block(site_of_other - 1, site);
-  const uint32_t columns = columns_of_site(pack);
+  const uint32_t of_monomial = 2 * pack::kZoneColumns + pack.num_pair_fields;
   const float* of_pair =
-      pack.mutual + (uint64_t{rings - 1} * pairs + pair) * pack::kPairColumns * 2 * columns;
-  double* of_first = weights + size_t{is_first ? contact : other} * columns;
-  double* of_second = weights + size_t{is_first ? other : contact} * columns;
-  for (uint32_t i = 0; i < pack::kPairColumns; ++i, of_pair += 2 * columns) {
+      pack.pair_weights +
+      (uint64_t{rings - 1} * pairs + pair_of_sites(site, site_of_other)) * pack::kPairMonomials * of_monomial;
+  double* of_first = weights + size_t{is_first ? contact : other} * pack::kZoneColumns;
+  double* of_second = weights + size_t{is_first ? other : contact} * pack::kZoneColumns;
+  double* of_both = weights + first_column_of_pair(pack, set.num_contacts, contact, other);
+  for (uint32_t i = 0; i < pack::kPairMonomials; ++i, of_pair += of_monomial) {
     double product = 0;
     if (i < 9) {
       product = products.of_both[is_first ? i : 3 * (i % 3) + i / 3];
@@ -120,40 +129,29 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
       product = (i < 9 + pack::num_monomials(2)) == is_first ? products.of_x[j] : products.of_y[j];
     }
     if (product == 0) continue;  // as most of a derivative are
-    for (uint32_t k = 0; k < columns; ++k) {
+    for (uint32_t k = 0; k < pack::kZoneColumns; ++k) {
       of_first[k] += product * static_cast<double>(of_pair[k]);
-      of_second[k] += product * static_cast<double>(of_pair[columns + k]);
+      of_second[k] += product * static_cast<double>(of_pair[pack::kZoneColumns + k]);
     }
+    for (uint32_t k = 0; k < pack.num_pair_fields; ++k)
+      of_both[k] += product * static_cast<double>(of_pair[2 * pack::kZoneColumns + k]);
   }
 }
 
-// V: how the linear organ moves the boundary as it moves each patch alone; a row for each load.
-void find_moves_of_patches(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, double* rows) {
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot, rows += size_t{3} * group.boundary_stride) {
-    const uint32_t site = set.sites[group.contacts[slot]];
-    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      const double* force = pack.site_forces + size_t{9} * p;
-      for (uint32_t b = 0; b < group.num_boundary; ++b) {
-        double block[9];
-        zone_compliance(pack, set.nodes[first_boundary(group) + b], pack.patch_nodes[p], block);
-        for (uint32_t i = 0; i < 9; ++i) {
-          double& moved = rows[size_t{i % 3} * group.boundary_stride + 3 * b + i / 3];
-          for (uint32_t k = 0; k < 3; ++k) moved += block[i / 3 * 3 + k] * force[3 * k + i % 3];
-        }
-      }
-    }
+// K_P / force_scale, row-major: the load that moves the patch by 1 along each axis.
+void stiffness_of_patch(const pal_pack& pack, uint32_t site, double stiffness[9]) {
+  for (uint32_t i = 0; i < 9; ++i) {
+    stiffness[i] = 0;
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p)
+      stiffness[i] += pack.site_forces[size_t{9} * p + i] / pack.zone_force_scale[site];
   }
 }
 
 using Gram = double[3 * kMostZoneContacts][3 * kMostZoneContacts];
 
-// Of what loads differ by, which the boundary hardly tells apart. Of three contacts and more it holds that back: what two of
-// them add to each other by the elements of a third one's zone is counted outside, too, as pairs know of no third. Found on the
-// brain: the ridge of two makes errors of three half as large again; the ridge of three those of two larger by a fifth.
+// Of what loads differ by, which the boundary hardly tells apart.
 void add_ridge(uint32_t num_contacts, Gram gram) {
-  constexpr double kOfTwo = 5e-4;
-  constexpr double kOfMore = 0.04;
-  const double share = num_contacts > 2 ? kOfMore : kOfTwo;
+  constexpr double kShare = 5e-4;  // of the smaller load's own
   constexpr double kLeast = 1e-9;  // where the boundary does not tell of a load at all
   double own[kMostZoneContacts];
   double largest = 0;
@@ -163,7 +161,7 @@ void add_ridge(uint32_t num_contacts, Gram gram) {
   }
   for (uint32_t i = 0; i < 3 * num_contacts; ++i) {
     for (uint32_t j = i % 3; j < 3 * num_contacts; j += 3) {
-      const double ridge = share * std::min(own[i / 3], own[j / 3]);
+      const double ridge = kShare * std::min(own[i / 3], own[j / 3]);
       gram[i][i] += ridge;
       gram[i][j] -= ridge;
     }
@@ -173,8 +171,24 @@ void add_ridge(uint32_t num_contacts, Gram gram) {
 
 }  // namespace
 
+void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
+               double* rows) {
+  for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+    const double* force = pack.site_forces + size_t{9} * p;
+    for (uint32_t n = 0; n < count; ++n) {
+      if (nodes[n] >= pack.num_zone_free) continue;
+      double block[9];
+      zone_compliance(pack, nodes[n], pack.patch_nodes[p], block);
+      for (uint32_t i = 0; i < 9; ++i) {
+        double& moved = rows[size_t{i % 3} * stride + 3 * n + i / 3];
+        for (uint32_t k = 0; k < 3; ++k) moved += block[i / 3 * 3 + k] * force[3 * k + i % 3];
+      }
+    }
+  }
+}
+
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
-  return num_contacts * columns_of_contact(pack, num_contacts);
+  return num_contacts * pack::kZoneColumns + num_contacts * (num_contacts - 1) / 2 * pack.num_pair_fields;
 }
 
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
@@ -185,7 +199,9 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
   double* moves = group.loads_of_moves;
   memset(tractions, 0, 2 * count * stride * sizeof *tractions);
   if (moving == 0) return;
-  find_moves_of_patches(pack, set, group, tractions);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)  // V
+    add_moves(pack, set.sites[group.contacts[slot]], set.nodes + first_boundary(group), group.num_boundary,
+              stride, tractions + 3 * slot * stride);
   Gram gram;
   for (uint32_t i = 0; i < count; ++i) {
     state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
@@ -213,11 +229,8 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
   // From displacements of the patches to loads.
   for (uint32_t row = 0; row < count; row += 3) {
     const uint32_t site = set.sites[group.contacts[row / 3]];
-    double stiffness[9] = {};
-    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      for (uint32_t i = 0; i < 9; ++i)
-        stiffness[i] += pack.site_forces[size_t{9} * p + i] / pack.zone_force_scale[site];
-    }
+    double stiffness[9];
+    stiffness_of_patch(pack, site, stiffness);
     for (double* rows : {tractions + row * stride, moves + row * stride}) {
       for (uint32_t k = 0; k < moving; ++k) {
         const double d[3] = {rows[k], rows[stride + k], rows[2 * stride + k]};
@@ -230,8 +243,7 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
 }
 
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
-  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
-  memset(set.weights, 0, size_t{set.num_contacts} * columns * sizeof *set.weights);
+  memset(set.weights, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *set.weights);
   Load loads[kMostZoneContacts];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     loads[c] = load_of(set, c);
@@ -239,23 +251,45 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
     const uint32_t degree = own_degree(set, c);
     pack::evaluate_monomials(loads[c].x, degree, monomials);
     for (uint32_t j = 0; j < pack::num_monomials(2, degree); ++j)
-      set.weights[size_t{c} * columns + j] += monomials[kFirst + j];
-    for (uint32_t other = 0; other < c && pack.num_mutual > 0; ++other)
+      set.weights[size_t{c} * pack::kZoneColumns + j] += monomials[kFirst + j];
+    for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other)
       add_pair(pack, set, rings, c, other, products_of(loads[c].x, loads[other].x), set.weights);
   }
 }
 
 void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts) {
   const auto part = [](double degree) { return degree / (degree + 1) - 0.5; };
-  const uint32_t columns = columns_of_contact(pack, set.num_contacts);
-  for (uint32_t j = 0; j < set.num_contacts * columns; ++j) parts[j] = part(2) * set.weights[j];
+  const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
+  for (uint32_t j = 0; j < columns; ++j) parts[j] = part(2) * set.weights[j];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     if (own_degree(set, c) < 3) continue;
     double monomials[kFirst + pack::kZoneColumns];
     pack::evaluate_monomials(load_of(set, c).x, 3, monomials);
     for (uint32_t j = pack::num_monomials(2); j < pack::kZoneColumns; ++j)
-      parts[c * columns + j] += (part(3) - part(2)) * monomials[kFirst + j];
+      parts[c * pack::kZoneColumns + j] += (part(3) - part(2)) * monomials[kFirst + j];
   }
+}
+
+bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]) {
+  const Load load = load_of(set, contact);
+  memcpy(x, load.x, sizeof load.x);
+  return load.is_shortened;
+}
+
+void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]) {
+  double k[9];
+  stiffness_of_patch(pack, site, k);
+  double determinant = 0;
+  for (uint32_t i = 0; i < 3; ++i) {
+    for (uint32_t j = 0; j < 3; ++j) {
+      const uint32_t row[2] = {3 * ((j + 1) % 3), 3 * ((j + 2) % 3)};
+      const uint32_t column[2] = {(i + 1) % 3, (i + 2) % 3};
+      per_load[3 * i + j] =
+          k[row[0] + column[0]] * k[row[1] + column[1]] - k[row[0] + column[1]] * k[row[1] + column[0]];
+    }
+    determinant += k[i] * per_load[3 * i];
+  }
+  for (uint32_t i = 0; i < 9; ++i) per_load[i] /= determinant;
 }
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
@@ -273,14 +307,14 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
     double* by_axis = derivatives[axis];
     memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
     if (load.is_shortened) continue;
-    double* own = by_axis + size_t{contact} * columns_of_contact(pack, set.num_contacts);
+    double* own = by_axis + size_t{contact} * pack::kZoneColumns;
     pack::for_each_monomial(degree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
       uint32_t powers[3] = {a, b, c};
       if (index < kFirst || powers[axis] == 0) return;
       const double power = powers[axis]--;
       own[index - kFirst] = power * monomials[pack::monomial_index(powers[0], powers[1], powers[2])];
     });
-    for (uint32_t other = 0; other < set.num_contacts && pack.num_mutual > 0; ++other) {
+    for (uint32_t other = 0; other < set.num_contacts && pack.num_pair_fields > 0; ++other) {
       if (other == contact) continue;
       const Load of_other = load_of(set, other);
       add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis), by_axis);
@@ -291,18 +325,32 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
 void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
                             ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  const uint32_t of_contact = columns_of_contact(pack, set.num_contacts);
-  const uint32_t site = set.sites[column / of_contact];
+  const uint32_t of_contacts = set.num_contacts * pack::kZoneColumns;
+  const bool is_own = column < of_contacts;
+  uint32_t contact = column / pack::kZoneColumns;
+  uint32_t other = 0;
+  if (!is_own) {
+    uint32_t pair = (column - of_contacts) / pack.num_pair_fields;
+    for (contact = 1; pair >= contact; ++contact) pair -= contact;
+    other = pair;
+  }
+  const uint32_t place = is_own ? column % pack::kZoneColumns : (column - of_contacts) % pack.num_pair_fields;
   double* field = group.exterior_fields + column * stride;
   double* pull = group.exterior_pulls + column * stride;
   memset(field, 0, stride * sizeof *field);
   memset(pull, 0, stride * sizeof *pull);
+  if (!is_own && set.sites[contact] == set.sites[other]) return;
   for (uint32_t b = 0; b < group.num_boundary; ++b) {
     const uint32_t row = pack.zone_nodes[set.nodes[first_boundary(group) + b]].row;
-    const pal_real* from = panel_of_site(pack, state.rings, site, row / pack::kPanelNodes) +
-                           size_t{column % of_contact} * pack::kPanelRows +
-                           size_t{3} * (row % pack::kPanelNodes);
-    for (uint32_t axis = 0; axis < 3; ++axis) field[3 * b + axis] = static_cast<double>(from[axis]);
+    const uint32_t panel = row / pack::kPanelNodes;
+    const size_t first = size_t{place} * pack::kPanelRows + size_t{3} * (row % pack::kPanelNodes);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      field[3 * b + axis] =
+          is_own
+              ? static_cast<double>(panel_of_site(pack, state.rings, set.sites[contact], panel)[first + axis])
+              : pack.max_displacement / pack::kPairUnit *
+                    panel_of_pair(pack, set.sites[contact], set.sites[other], panel)[first + axis];
+    }
   }
   state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
                            field, pull);
@@ -314,18 +362,27 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
   field.exterior_rings = state.rings;
   if (field.num_exterior == 0) return;
   for (uint32_t c = 0; c < set.num_contacts; ++c) field.exterior_sites[c] = set.sites[c];
+  const double unit = pack.metres * pack.max_displacement / pack::kPairUnit;
   for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j)
-    field.exterior_weights[j] = static_cast<pal_real>(set.weights[j] * pack.metres);
+    field.exterior_weights[j] = static_cast<pal_real>(
+        set.weights[j] * (j < set.num_contacts * pack::kZoneColumns ? pack.metres : unit));
 }
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                        AddColumns add_columns, pal_real* sum) {
-  const uint32_t columns = columns_of_contact(pack, field.num_exterior);
+                        const FieldKernel& kernel, pal_real* sum) {
   for (uint32_t c = 0; c < field.num_exterior; ++c) {
-    for (uint32_t panel = 0; panel < count; ++panel) {
-      add_columns(panel_of_site(pack, field.exterior_rings, field.exterior_sites[c], first + panel),
-                  pack::kPanelRows, field.exterior_weights + size_t{c} * columns, columns, true,
-                  sum + size_t{panel} * pack::kPanelRows);
+    const uint32_t site = field.exterior_sites[c];
+    for (uint32_t panel = 0; panel < count; ++panel)
+      kernel.add_columns(panel_of_site(pack, field.exterior_rings, site, first + panel), pack::kPanelRows,
+                         field.exterior_weights + size_t{c} * pack::kZoneColumns, pack::kZoneColumns, true,
+                         sum + size_t{panel} * pack::kPanelRows);
+    for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other) {
+      const pal_real* weights =
+          field.exterior_weights + first_column_of_pair(pack, field.num_exterior, c, other);
+      if (site == field.exterior_sites[other]) continue;
+      for (uint32_t panel = 0; panel < count; ++panel)
+        kernel.add_bytes(panel_of_pair(pack, site, field.exterior_sites[other], first + panel), weights,
+                         pack.num_pair_fields, sum + size_t{panel} * pack::kPanelRows);
     }
   }
 }

@@ -2,10 +2,11 @@
 // the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have the equations).
 //
 //   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
-//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of  m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk)
+//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of
+//         m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk + v_cdjk q_cdk)
 //
-// which is a sum of columns q_ck of each contact, 16 and a few more that only pairs need, times weights that the loads
-// give. Left out is what contacts add to each other in the third order. Units of the model.
+// which is a sum of columns q_ck of each contact and q_cdk of each pair, times weights that the loads give. Left out is what
+// contacts add to each other in the third order; zone_overlap.hpp takes out what it counts twice. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series are
 // made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it never
@@ -26,9 +27,11 @@
 
 namespace palpate {
 
-inline constexpr uint32_t kMostExteriorColumns = kMostZoneContacts * (pack::kZoneColumns + pack::kMostMutual);
+inline constexpr uint32_t kMostExteriorColumns =
+    kMostZoneContacts * pack::kZoneColumns +
+    pack::kMostPairFields * kMostZoneContacts * (kMostZoneContacts - 1) / 2;
 
-// Of so many contacts; the columns of each follow one another.
+// Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
 // ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2 multiply-adds a
@@ -38,6 +41,17 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second order
 // among contacts that share a zone, and not at all with nodes fixed while running.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
+
+// The load of a contact as it counts: no longer than 2, and zero with nodes fixed. Whether it is shortened.
+bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
+
+// Adds to rows[3][stride] how the linear organ moves these nodes, [count][3], as it moves a patch alone by 1 along each axis. Cost:
+// as many blocks of the compliance as the patch has nodes, times count.
+void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
+               double* rows);
+
+// How far, and where to, a load of 1 along each axis moves the patch in the linear organ: row-major, length unit.
+void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]);
 
 // Whether the load of a contact is more than the series was made for. What is of second order, as part of a push, goes as
 // x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most 1, has
@@ -64,6 +78,6 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
 
 // Adds it to the panels first .. first + count - 1 of the field.
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
-                        AddColumns add_columns, pal_real* sum);
+                        const FieldKernel& kernel, pal_real* sum);
 
 }  // namespace palpate

@@ -32,12 +32,12 @@ double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const doub
 }
 
 // Of a lane's element.
-template <int kNodes>
-double stiffness_of(const pal_pack& pack, const ZoneState& state, const ZoneBatch<kNodes>& batch, int lane) {
+double stiffness_of(const pal_pack& pack, const ZoneState& state, const std::array<int, kLanes>* corners,
+                    int lane) {
   if (!state.inclusion.is_present) return 1;
   double centre[3] = {};
   for (size_t corner = 0; corner < 4; ++corner) {
-    const uint32_t place = static_cast<uint32_t>(batch.elements.nodes[corner][static_cast<size_t>(lane)]);
+    const uint32_t place = static_cast<uint32_t>(corners[corner][static_cast<size_t>(lane)]);
     const pack::ZoneNode& node = pack.zone_nodes[state.answering.nodes[place]];
     for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
   }
@@ -45,37 +45,23 @@ double stiffness_of(const pal_pack& pack, const ZoneState& state, const ZoneBatc
 }
 
 // The largest change of a stiffness, of the larger.
-template <int kNodes>
-double change_of(const pal_pack& pack, const ZoneState& state, uint32_t count,
-                 const ZoneBatch<kNodes>* batches) {
+double change_of(const pal_pack& pack, const ZoneState& state, const ZoneBatches& batches) {
   double largest = 0;
-  for (uint32_t n = 0; n < count; ++n) {
-    for (int lane = 0; lane < batches[n].count; ++lane) {
-      const double from = batches[n].stiffness[lane];
-      const double to = stiffness_of(pack, state, batches[n], lane);
-      largest = std::max(largest, fabs(to - from) / std::max(to, from));
+  for_each_lanes(batches, [&](const ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
+    for (int lane = 0; lane < lanes.count; ++lane) {
+      const double to = stiffness_of(pack, state, corners, lane);
+      largest = std::max(largest, fabs(to - lanes.stiffness[lane]) / std::max(to, lanes.stiffness[lane]));
     }
-  }
+  });
   return largest;
 }
 
-// The volumes of a kind of elements, and of the patches that share them.
-template <int kNodes>
-void scale(const pal_pack& pack, const ZoneState& state, uint32_t count, ZoneBatch<kNodes>* batches,
-           ZonePatch* patches) {
-  for (uint32_t n = 0; n < count; ++n) {
-    ZoneBatch<kNodes>& batch = batches[n];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double stiffness = stiffness_of(pack, state, batch, lane);
-      batch.stiffness[lane] = stiffness;
-      for (size_t p = 0; p < batch.elements.points.size(); ++p) {
-        const double volume = stiffness * batch.volumes[p][lane];
-        batch.elements.points[p].volume.set(lane, volume);
-        if (lane < batch.count && batch.patches[lane] != pack::kNoPatch)
-          patches[batch.patches[lane]].volume += volume;
-      }
-    }
-  }
+void set_stiffness(const pal_pack& pack, const ZoneState& state, const ZoneBatches& batches) {
+  for_each_lanes(batches, [&](ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
+    for (int lane = 0; lane < kLanes; ++lane)
+      lanes.stiffness[lane] = stiffness_of(pack, state, corners, lane);
+  });
+  scale_volumes(batches);
 }
 
 // What a group's elements store beyond the work of their forces at rest.
@@ -134,13 +120,10 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     ZoneBatches& batches = group.batches;
-    const double change = std::max(change_of(pack, state, batches.num_linear, batches.linear),
-                                   change_of(pack, state, batches.num_quadratic, batches.quadratic));
+    const double change = change_of(pack, state, batches);
     if (change == 0) continue;
     const double before = is_new ? 0 : element_energy(set, group, pack, state.forces);
-    for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;
-    scale(pack, state, batches.num_linear, batches.linear, batches.patches);
-    scale(pack, state, batches.num_quadratic, batches.quadratic, batches.patches);
+    set_stiffness(pack, state, batches);
     find_rest_force(pack, state, group);
     for (uint32_t p = 0; p < batches.num_patches; ++p)
       batches.patches[p].at_rest = batches.patches[p].pressure;

@@ -136,12 +136,9 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
   pack.zone_field_compliance =
       array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
-  pack.num_mutual = zone.num_mutual();
-  if (pack.num_mutual > pack::kMostMutual || (pack.num_mutual > 0 && pack.num_sites > pack::kMostMutualSites))
-    return false;
   // As many panels of inner nodes as the array has.
-  const uint64_t columns = pack::kZoneColumns + pack.num_mutual;
-  const uint64_t of_panel = pack.zone_rings * columns * pack.num_sites * pack::kPanelRows;
+  const uint64_t of_panel =
+      uint64_t{pack.zone_rings} * pack.num_sites * pack::kZoneColumns * pack::kPanelRows;
   const uint64_t num_numbers = zone.exterior() != nullptr ? zone.exterior()->bytes() / sizeof(pal_real) : 0;
   if (of_panel == 0 || num_numbers % of_panel != 0 ||
       num_numbers / of_panel > kMostNodes / pack::kPanelNodes ||
@@ -155,11 +152,17 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
       pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
     return false;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint64_t num_weights =
-      pack.num_mutual > 0 ? pack.zone_rings * pairs * pack::kPairColumns * 2 * columns : 0;
-  if (pack.num_mutual > 0) {
-    pack.mutual = array_of<float>(pack, zone.mutual(), first_offset, num_weights);
-    if (pack.mutual == nullptr) return false;
+  const uint64_t of_monomial = 2 * pack::kZoneColumns + zone.num_pair_fields();
+  const uint64_t num_weights = pairs * pack.zone_rings * pack::kPairMonomials * of_monomial;
+  pack.num_pair_fields = zone.num_pair_fields();
+  if (pack.num_pair_fields > 0) {
+    if (pack.num_sites > pack::kMostMutualSites || pack.num_pair_fields > pack::kMostPairFields ||
+        pack.num_pair_fields % 4 != 0)
+      return false;
+    const uint64_t of_pair = uint64_t{pack.num_row_panels} * pack.num_pair_fields * pack::kPanelRows;
+    pack.pair_fields = array_of<int8_t>(pack, zone.pair_fields(), first_offset, pairs * of_pair);
+    pack.pair_weights = array_of<float>(pack, zone.pair_weights(), first_offset, num_weights);
+    if (pack.pair_fields == nullptr || pack.pair_weights == nullptr) return false;
   }
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
     const double scale = pack.zone_force_scale[site];
@@ -191,7 +194,8 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   if (!is_compliance(pack) ||
       !all_within(pack.zone_exterior, num_numbers,
                   static_cast<pal_real>(kLargestAmplification * pack.max_displacement)) ||
-      !all_within(pack.mutual, num_weights, static_cast<float>(kLargestAmplification)))
+      (pack.pair_weights != nullptr &&
+       !all_within(pack.pair_weights, num_weights, static_cast<float>(kLargestAmplification))))
     return false;
   for (uint64_t node = 0; node < others; ++node) {
     const uint64_t at = node + pack.num_contact_nodes;

@@ -6,6 +6,7 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_members.hpp"
+#include "runtime/src/zone_overlap.hpp"
 
 namespace palpate {
 namespace {
@@ -17,7 +18,8 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
   const size_t rows = size_t{group.num_axes + group.num_fitted + 1} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
-  const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
+  const size_t columns = num_overlaps(pack, set.num_contacts);
+  const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order + columns;
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
@@ -25,7 +27,9 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t loads = size_t{group.num_fitted} * group.boundary_stride;
   const uint32_t of_contacts = 3 * group.num_contacts;
   const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
-  const size_t matrices = 2 * (square + fields + loads) + couplings + changes + group.boundary_stride;
+  const size_t overlaps = columns * group.boundary_stride;
+  const size_t matrices =
+      2 * (square + fields + loads) + overlaps + couplings + changes + group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
@@ -34,7 +38,8 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.whole = group.exterior + square;
   group.exterior_fields = group.whole + square;
   group.exterior_pulls = group.exterior_fields + fields;
-  group.loads_of_tractions = group.exterior_pulls + fields;
+  group.overlaps = group.exterior_pulls + fields;
+  group.loads_of_tractions = group.overlaps + overlaps;
   group.loads_of_moves = group.loads_of_tractions + loads;
   group.couplings = group.loads_of_moves + loads;
   group.coupled = group.couplings + couplings;
@@ -121,11 +126,16 @@ void list_own_unknowns(const ZoneGroup& group, uint32_t eliminated, uint32_t* ba
   }
 }
 
+// Rows of the zone's own stiffness that elimination leaves: of the boundary, then those of fill_overlaps().
+uint32_t rows_left(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group) {
+  return 3 * group.num_boundary + num_overlaps(pack, set.num_contacts);
+}
+
 // K_V at rest, and the nodal forces there.
 void fill_own_stiffness(const pal_pack& pack, ZoneState& state, const ZoneGroup& group) {
   ZoneSet& set = state.next;
   const uint32_t eliminated = round_to_columns(3 * (group.num_interior + group.num_held));
-  const uint32_t size = eliminated + 3 * group.num_boundary;
+  const uint32_t size = eliminated + rows_left(pack, set, group);
   const uint32_t stride = elimination_stride(size);
   double* matrix = state.preparation;
   memset(matrix, 0, size_t{round_to_columns(size)} * stride * sizeof *matrix);
@@ -151,10 +161,10 @@ void fill_own_stiffness(const pal_pack& pack, ZoneState& state, const ZoneGroup&
   }
 }
 
-// S from T and what elimination has left of K_V.
-void take_exterior(const double* matrix, ZoneGroup& group) {
+// S from T and what elimination has left of K_V; g of what it has left of n2_V.
+void take_exterior(const pal_pack& pack, const ZoneSet& set, const double* matrix, ZoneGroup& group) {
   const uint32_t eliminated = round_to_columns(3 * (group.num_interior + group.num_held));
-  const uint32_t stride = elimination_stride(eliminated + 3 * group.num_boundary);
+  const uint32_t stride = elimination_stride(eliminated + rows_left(pack, set, group));
   const size_t boundary_stride = group.boundary_stride;
   memcpy(group.exterior, group.whole, boundary_stride * boundary_stride * sizeof *group.exterior);
   for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
@@ -163,6 +173,9 @@ void take_exterior(const double* matrix, ZoneGroup& group) {
       entry -= matrix[size_t{eliminated + j} * stride + eliminated + i];
       group.exterior[i * boundary_stride + j] = entry;
     }
+    for (uint32_t column = 0; column < num_overlaps(pack, set.num_contacts); ++column)
+      group.overlaps[column * boundary_stride + j] =
+          matrix[size_t{eliminated + j} * stride + eliminated + 3 * group.num_boundary + column];
   }
 }
 
@@ -360,14 +373,15 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const uint32_t fitted = state.max_contacts > 1 ? loads : 0;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
-  state.max_matrices = squares * (2 * squares + couplings +
+  const uint32_t overlaps = num_overlaps(pack, state.max_contacts);
+  state.max_matrices = squares * (2 * squares + couplings + overlaps +
                                   2 * (num_exterior_columns(pack, state.max_contacts) + fitted) + 1) +
                        size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows = size_t{axes + fitted + 1} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
-  const uint32_t own = unknowns + kEliminationColumns;
+  const uint32_t own = unknowns + kEliminationColumns + overlaps;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
   const uint32_t largest = own > twice ? own : twice;
   state.max_preparation =
@@ -415,6 +429,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
+  state.moves = arena.take<double>(overlaps > 0 ? size_t{9} * state.max_contacts * state.max_nodes : 0);
   state.tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
@@ -597,12 +612,18 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         fit_loads(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
         spent += assembled(group) + group.num_fitted * square_of_boundary(group);
+        state.phase = Phase::overlap;
+        state.column = 0;
+        break;
+      case Phase::overlap:
+        if (!fill_overlaps(pack, operations, inner + 3 * group.num_boundary, state, group, spent))
+          return false;
         state.phase = Phase::own;
         state.column = 0;
         break;
       case Phase::own:
-        if (!go_on(inner, inner + 3 * group.num_boundary)) return false;
-        take_exterior(state.preparation, group);
+        if (!go_on(inner, inner + rows_left(pack, set, group))) return false;
+        take_exterior(pack, set, state.preparation, group);
         state.phase = Phase::couple;
         state.column = 0;
         break;

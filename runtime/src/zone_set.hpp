@@ -56,6 +56,7 @@ struct ZoneGroup {
   // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
   double* exterior_fields;
   double* exterior_pulls;
+  double* overlaps;  // [num_overlaps][boundary_stride] g (zone_overlap.hpp)
   // [num_fitted][boundary_stride] loads by the tractions on this boundary, and by how the linear organ moves it: Gamma,
   // Gamma T (zone_exterior.hpp)
   double* loads_of_tractions;
@@ -196,7 +197,7 @@ struct ZoneState {
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, exterior, own, couple, done } phase;
+  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, done } phase;
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
@@ -209,6 +210,7 @@ struct ZoneState {
   uint32_t* place_of;  // [num_zone_nodes] place in a set's list + 1; 0: not in it
   uint32_t* base;      // [max_nodes] unknowns of the stiffness at rest
   double* preparation;
+  double* moves;  // [contacts][3][nodes of a group][3] U (zone_overlap.hpp); none where nothing overlaps
   size_t matrices_used;
   size_t rows_used;
   size_t tangents_used;

@@ -7,6 +7,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_overlap.hpp"
 
 namespace palpate {
 namespace {
@@ -57,10 +58,11 @@ void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot
     frame.state.kernel.add_product(group.exterior_pulls, group.boundary_stride, group.boundary_stride,
                                    num_exterior_columns(frame.pack, frame.set.num_contacts),
                                    derivatives[axis], pulls);
-    for (uint32_t i = 0; i < moving; ++i) columns[size_t{i} * group.stride + given] = -pulls[i];
     for (uint32_t other = 0; other < group.num_fitted; ++other)
       matrix[size_t{fitted + other} * group.stride + given] =
           -product(group.loads_of_tractions + other * stride, pulls, moving);
+    add_overlaps(frame.pack, frame.state, frame.set, group, 3 * group.contacts[slot] + axis, pulls);
+    for (uint32_t i = 0; i < moving; ++i) columns[size_t{i} * group.stride + given] = -pulls[i];
   }
 }
 

@@ -203,7 +203,7 @@ TEST(MutatedPack, EachSegmentOfZones) {
   int accepted = 0;
   for (const pack::Segment* segment :
        {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
-        zone.field_compliance(), zone.force_scale(), zone.exterior(), zone.mutual(),
+        zone.field_compliance(), zone.force_scale(), zone.exterior(), zone.pair_fields(), zone.pair_weights(),
         tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
@@ -358,9 +358,9 @@ TEST_F(Contradiction, Zones) {
                 zone.field_compliance(), [](pal_real* c) { c[9] = 1e38f; }, original),
             PAL_STATUS_CORRUPT_CONTENT);
   // What the organ outside adds.
-  const auto num_rows = static_cast<uint32_t>(
-      zone.exterior()->bytes() / sizeof(pal_real) / 3 /
-      (zone.rings() * tables().sites()->num_sites() * (pack::kZoneColumns + zone.num_mutual())));
+  const auto num_rows =
+      static_cast<uint32_t>(zone.exterior()->bytes() / sizeof(pal_real) / 3 /
+                            (zone.rings() * tables().sites()->num_sites() * pack::kZoneColumns));
   EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[4].row = num_rows; }), PAL_STATUS_CORRUPT_CONTENT);
   for (const double wrong : {0.0, -1.0, 1e-300, 1e300, std::nan("")}) {
     EXPECT_EQ(status_with<double>(
@@ -375,7 +375,7 @@ TEST_F(Contradiction, Zones) {
         PAL_STATUS_CORRUPT_CONTENT)
         << wrong;
     EXPECT_EQ(status_with<float>(
-                  zone.mutual(), [&](float* weights) { weights[3] = wrong; }, original),
+                  zone.pair_weights(), [&](float* weights) { weights[3] = wrong; }, original),
               PAL_STATUS_CORRUPT_CONTENT)
         << wrong;
   }

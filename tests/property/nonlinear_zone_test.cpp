@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -411,6 +412,31 @@ TEST(NonlinearZone, PairsAddToEachOther) {
     const double error = error_of(true);
     EXPECT_LE(error, 4.5e-3);
     EXPECT_LE(error, left * error_of(false));
+  }
+}
+
+// Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second order, a part
+// of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a quarter, but for what the
+// columns of pairs leave of neighbours in a row.
+TEST(NonlinearZone, ThreeContactsCountNothingTwice) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {
+      {{0, 4, 22}, 1.2e-3, 14}, {{6, 7, 8}, 4.8e-3, 7}, {{6, 7, 23}, 3.6e-3, 14}};
+  for (const auto& [sites, most, falls] : cases) {
+    SCOPED_TRACE(sites[2]);
+    const auto error_at = [&organ, &sites = sites](double size) {
+      const std::vector<pal_contact> contacts = {{sites[0], {0.3 * size, 0, -size}, 0, {}, {}, {}},
+                                                 {sites[1], {0, 0.3 * size, -size}, 0, {}, {}, {}},
+                                                 {sites[2], {-0.2 * size, 0, size}, 0, {}, {}, {}}};
+      const ContactAnswer truth = organ.solve(contacts);
+      OwnedSession session(organ.pack->get(), organ.config(3));
+      settle(session, contacts);
+      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
+    };
+    const double size = 0.3 * organ.block.sites.mean_surface_edge;
+    const double error = error_at(size);
+    EXPECT_LE(error, most);
+    EXPECT_LE(error_at(size / 4), error / falls);
   }
 }
 

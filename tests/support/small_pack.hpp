@@ -45,7 +45,7 @@ class SmallPack {
     zone = find_zones(model, sites, 1);
     compute_zone_compliance(assembly, sites, {}, {}, zone);
     compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, zone);
-    compute_zone_mutual(assembly, sites, {}, scene.max_contacts, 2, {}, zone);
+    compute_zone_mutual(assembly, scene, sites, {}, 2, {}, zone);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;

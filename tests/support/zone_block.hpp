@@ -99,7 +99,9 @@ struct ZoneBlock {
     zone = find_zones(block.model, block.sites, rings);
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
-    compute_zone_mutual(assembly, block.sites, rest, pairs ? 2 : 1, 2, {}, zone);
+    block.scene.max_contacts = pairs ? 2 : 1;
+    block.scene.accuracy_target = 0.001;  // for as many fields of pairs as there may be
+    compute_zone_mutual(assembly, block.scene, block.sites, rest, 2, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));

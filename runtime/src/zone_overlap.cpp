@@ -1,0 +1,163 @@
+#include "runtime/src/zone_overlap.hpp"
+
+#include <string.h>
+
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_exterior.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kStep = 1e-3;  // of a mean edge, by a load of length 1: of differences that give n2
+
+// U: how a load of 1 along each axis at a site moves the group's nodes in the linear organ; three rows.
+void find_moves(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t site,
+                double* rows) {
+  const size_t stride = size_t{3} * group.num_nodes;
+  memset(rows, 0, 3 * stride * sizeof *rows);
+  add_moves(pack, site, set.nodes + group.first_node, group.num_nodes, stride, rows);
+  double per_load[9];
+  displacement_of_load(pack, site, per_load);
+  for (size_t i = 0; i < stride; ++i) {
+    const double moved[3] = {rows[i], rows[stride + i], rows[2 * stride + i]};
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      rows[axis * stride + i] =
+          moved[0] * per_load[axis] + moved[1] * per_load[3 + axis] + moved[2] * per_load[6 + axis];
+  }
+}
+
+// How often an element is to be taken out of the products of two contacts' loads.
+uint32_t times_counted(uint32_t zones, uint32_t contact, uint32_t other) {
+  if ((zones >> contact & 1) != 0 || (zones >> other & 1) != 0) return 0;
+  uint32_t count = 0;
+  for (uint32_t rest = zones; rest != 0; rest &= rest - 1) ++count;
+  return contact == other ? count - 1 : 1;
+}
+
+// Makes each element count as often as that; the linear ones from the first that does to the last, or all where patches share
+// volumes, for they may be anywhere.
+ZoneBatches count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other) {
+  constexpr double kNone = 1e-30;  // where a volume of zero would leave its patch without a mean
+  ZoneBatches some = {0, 0, batches.linear, batches.quadratic, batches.num_patches, batches.patches};
+  const auto count = [&](ZoneLanes& lanes) {
+    bool any = false;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const uint32_t times = times_counted(lanes.zones[lane], contact, other);
+      lanes.stiffness[lane] = times > 0 ? times : kNone;
+      any = any || times > 0;
+    }
+    return any;
+  };
+  for (uint32_t n = 0; n < batches.num_linear; ++n) {
+    if (!count(batches.linear[n])) continue;
+    if (some.num_linear == 0 && batches.num_patches == 0) some.linear = batches.linear + n;
+    some.num_linear = static_cast<uint32_t>(batches.linear + n + 1 - some.linear);
+  }
+  for (uint32_t n = 0; n < batches.num_quadratic; ++n) {
+    if (count(batches.quadratic[n])) some.num_quadratic = n + 1;
+  }
+  if (batches.num_patches > 0 && some.num_linear + some.num_quadratic > 0) some = batches;
+  scale_volumes(batches);
+  return some;
+}
+
+void count_as_in_mesh(const ZoneBatches& batches) {
+  for_each_lanes(batches, [](ZoneLanes& lanes, auto) {
+    for (double& stiffness : lanes.stiffness) stiffness = 1;
+  });
+  scale_volumes(batches);
+}
+
+// Forces of these elements about rest, of whose differences along a + b and a - b n2(a, b) is made:
+//
+//   4 h^2 n2(a, b) = P(h (a + b)) + P(-h (a + b)) - P(h (a - b)) - P(-h (a - b))
+//
+// Leaves one of those four terms in ZoneState::forces, without its sign, which it returns.
+double find_term(ZoneState& state, const ZoneGroup& group, const ZoneBatches& batches, uint32_t term,
+                 double step, const double* a, const double* b) {
+  const uint32_t first = 3 * group.first_node;
+  const uint32_t count = 3 * group.num_nodes;
+  double* u = state.next.displacement + first;
+  double* rest = state.saved + first;
+  const double along = term % 2 == 0 ? step : -step;
+  const double sign = term < 2 ? 1 : -1;
+  memcpy(rest, u, count * sizeof *u);
+  for (uint32_t i = 0; i < count; ++i) u[i] += along * (a[i] + sign * b[i]);
+  memset(state.forces + first, 0, count * sizeof *state.forces);
+  add_zone_forces(batches, state.next.displacement, state.forces);
+  memcpy(u, rest, count * sizeof *u);
+  return sign;
+}
+
+// Places of the axes u >= v of a column.
+void axes_of(uint32_t column, uint32_t& u, uint32_t& v) {
+  for (u = 0; column > u; ++u) column -= u + 1;
+  v = column;
+}
+
+}  // namespace
+
+bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row, ZoneState& state,
+                   ZoneGroup& group, uint64_t& spent) {
+  const ZoneSet& set = state.next;
+  const uint32_t columns = num_overlaps(pack, set.num_contacts);
+  const uint32_t stride = elimination_stride(first_row + columns);
+  const size_t of_axis = size_t{3} * group.num_nodes;
+  if (columns == 0) return true;
+  for (; state.column < set.num_contacts; ++state.column) {
+    if (spent >= operations) return false;
+    const uint32_t site = set.sites[state.column];
+    find_moves(pack, set, group, site, state.moves + 3 * of_axis * state.column);
+    spent += uint64_t{36} * group.num_nodes * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
+  }
+  const double step = kStep * pack.mean_surface_edge / pack.max_displacement;
+  for (; state.column < set.num_contacts + 4 * columns; ++state.column) {
+    if (spent >= operations) return false;
+    const uint32_t column = (state.column - set.num_contacts) / 4;
+    const uint32_t term = (state.column - set.num_contacts) % 4;
+    uint32_t u = 0;
+    uint32_t v = 0;
+    axes_of(column, u, v);
+    const ZoneBatches some = count_elements(group.batches, u / 3, v / 3);
+    const bool any = some.num_linear + some.num_quadratic > 0;
+    double factor = u / 3 != v / 3 ? 1 : u == v ? -0.5 : -1;
+    if (any)
+      factor *=
+          find_term(state, group, some, term, step, state.moves + of_axis * u, state.moves + of_axis * v) /
+          (4 * step * step);
+    spent += uint64_t{100} * (group.batches.num_linear + group.batches.num_quadratic) +
+             uint64_t{600} * kLanes * (some.num_linear + uint64_t{20} * some.num_quadratic);
+    count_as_in_mesh(group.batches);
+    for (uint32_t i = 0; i < of_axis && any; ++i) {
+      const uint32_t place = group.first_node + i / 3;
+      const uint32_t axes = pack.zone_nodes[set.nodes[place]].free_axes;
+      if (state.base[place] == kNoUnknown || (axes >> (i % 3) & 1) == 0) continue;
+      state.preparation[size_t{state.base[place] + i % 3} * stride + first_row + column] +=
+          factor * state.forces[3 * group.first_node + i];
+    }
+  }
+  return true;
+}
+
+void add_overlaps(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, const ZoneGroup& group,
+                  uint32_t by_axis, double* forces) {
+  const uint32_t columns = num_overlaps(pack, set.num_contacts);
+  if (columns == 0) return;
+  double loads[3 * kMostZoneContacts];
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    const bool is_shortened = load_that_counts(set, c, loads + size_t{3} * c);
+    if (is_shortened && c == by_axis / 3) return;
+  }
+  double products[kMostOverlaps];
+  double* product = products;
+  for (uint32_t u = 0; u < 3 * set.num_contacts; ++u) {
+    for (uint32_t v = 0; v <= u; ++v) {
+      *product++ = by_axis == kNoAxis ? loads[u] * loads[v]
+                                      : (u == by_axis ? loads[v] : 0) + (v == by_axis ? loads[u] : 0);
+    }
+  }
+  state.kernel.add_product(group.overlaps, group.boundary_stride, group.boundary_stride, columns, products,
+                           forces);
+}
+
+}  // namespace palpate
