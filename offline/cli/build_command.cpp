@@ -150,6 +150,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   write_finished_bytes(arguments.pack, bytes.bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;
+  const std::optional<Timing> new_places = time_new_places(opened, kTimedFrames / 10);
   const BuildResult result{content,
                            results,
                            plan,
@@ -160,7 +161,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
                            ranks.count(),
                            seconds,
                            sampling_seconds,
-                           time_scene(opened, kTimedFrames).at(0.5) / 1000};
+                           time_scene(opened, kTimedFrames).at(0.5) / 1000,
+                           new_places ? new_places->at(0.5) / 1000 : 0};
   if (arguments.json) {
     print_json(result);
   } else {

@@ -242,10 +242,14 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                           pack::kMostZoneContacts)
             : "");
   }
+  // Of small meshes assembly, tangents and fits outweigh the factors.
+  constexpr double kSecondsPerElement = 5e-6;
+  const double seconds =
+      std::max(factor_seconds, kSecondsPerElement * static_cast<double>(model.elements.size()));
   constexpr double kFactorsPerSet = 4;  // of contacts that may strain what is between them
   factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
-             solves, std::max(1.0, factors * factor_seconds / jobs), jobs, bytes / 1e6);
+             solves, std::max(1.0, factors * seconds / jobs), jobs, bytes / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
   std::fflush(stdout);  // also into a file: it is for before the wait

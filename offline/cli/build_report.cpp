@@ -108,6 +108,7 @@ void print_json(const BuildResult& result) {
                                 {"survey_pushes_without_equilibrium", totals.unsolved},
                                 {"target_met", is_measured(result) && is_on_target(result)},
                                 {"frame_us", result.frame_us},
+                                {"new_places_us", result.new_places_us},
                                 {"budget_met", result.frame_us <= scene.frame_budget_us},
                                 {"compliance", compliance_json(result.opened.tables())},
                                 {"errors", survey_json(surveys_of(result.opened.tables()))}}));
@@ -147,11 +148,16 @@ void print_text(const BuildResult& result) {
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
   const std::vector<ModelErrors> surveys = surveys_of(result.opened.tables());
   const size_t contacts = std::min<size_t>(scene.max_contacts, result.content.sites.sites.size());
-  fmt::print(
-      "frame      forces of {} {} {} in {:.2f} us (median) on this machine; the budget is {:g} us\n\n{}\n",
-      contacts, contacts == 1 ? "contact" : "contacts",
-      result.content.zone != nullptr && contacts > 1 ? "that move" : "at new sites", result.frame_us,
-      scene.frame_budget_us, survey_text(surveys));
+  fmt::print("frame      forces of {} {} {} in {:.2f} us (median) on this machine; the budget is {:g} us\n",
+             contacts, contacts == 1 ? "contact" : "contacts",
+             result.content.zone != nullptr && contacts > 1 ? "that move" : "at new sites", result.frame_us,
+             scene.frame_budget_us);
+  if (result.new_places_us > 0)
+    fmt::print(
+        "           in {:.0f} us where several are all at new places between sites; a session with a "
+        "budget spreads that over frames\n",
+        result.new_places_us);
+  fmt::print("\n{}\n", survey_text(surveys));
   if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("{}\n", sets);
 }
 

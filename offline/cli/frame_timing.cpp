@@ -95,35 +95,31 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
   return contacts;
 }
 
-// Of linear_dd, as many contacts as the scene may have and are not moved to sites: each at a place of its own, and all at new
-// ones in each frame.
-void time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, int frames,
-                          std::vector<Timing>& timings) {
+// Of linear_dd, as many contacts as the scene may have and are not moved to sites.
+std::uint32_t num_between(const OpenedPack& opened) {
   constexpr std::uint32_t kMostBetween = 3;
-  const std::uint32_t count = std::min({opened.info().max_contacts, opened.info().num_sites, kMostBetween});
-  if (count == 1) return;
+  return std::min({opened.info().max_contacts, opened.info().num_sites, kMostBetween});
+}
+
+// Each at a place of its own, or all at new ones in each frame.
+Timing time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, bool anew,
+                            int frames) {
+  const std::uint32_t count = num_between(opened);
   TimedSession session(opened, PAL_MODEL_LINEAR, count);
   std::vector<pal_contact> contacts(count);
   // Those of random_places() go round the sites.
   const size_t apart = opened.info().num_sites / count;
-  const auto place = [&](size_t first, int frame) {
-    for (std::uint32_t c = 0; c < count; ++c) {
-      contacts[c] = points[(first + c * apart) % points.size()];
-      std::copy_n(points[static_cast<size_t>(frame) % points.size()].displacement, 3,
-                  contacts[c].displacement);
-    }
-  };
-  timings.push_back(time_frames(model_name(PAL_MODEL_LINEAR), fmt::format("{} contacts between sites", count),
-                                frames, [&](int frame) {
-                                  place(0, frame);
-                                  session.haptic(contacts);
-                                }));
-  timings.push_back(time_frames(model_name(PAL_MODEL_LINEAR),
-                                fmt::format("{} contacts, new places each frame", count),
-                                std::max(100, frames / 100), [&](int frame) {
-                                  place(static_cast<size_t>(frame), frame);
-                                  session.haptic(contacts);
-                                }));
+  return time_frames(model_name(PAL_MODEL_LINEAR),
+                     fmt::format("{} contacts{}", count, anew ? ", new places each frame" : " between sites"),
+                     frames, [&](int frame) {
+                       const auto first = anew ? static_cast<size_t>(frame) : 0;
+                       for (std::uint32_t c = 0; c < count; ++c) {
+                         contacts[c] = points[(first + c * apart) % points.size()];
+                         std::copy_n(points[static_cast<size_t>(frame) % points.size()].displacement, 3,
+                                     contacts[c].displacement);
+                       }
+                       session.haptic(contacts);
+                     });
 }
 
 }  // namespace
@@ -199,7 +195,10 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
            contact.neighbour_weights[0] + contact.neighbour_weights[1] < 1;
   });
   if (inside != points.end()) show(*inside, "field, between sites");
-  if (model == PAL_MODEL_LINEAR) time_several_between(opened, points, frames, timings);
+  if (model == PAL_MODEL_LINEAR && num_between(opened) > 1) {
+    timings.push_back(time_several_between(opened, points, false, frames));
+    timings.push_back(time_several_between(opened, points, true, std::max(100, frames / 100)));
+  }
   return timings;
 }
 
@@ -274,6 +273,13 @@ std::vector<Timing> time_start(const std::filesystem::path& file) {
     require_ok(session.init(pack, config, arena.bytes()), file.string());
   }));
   return timings;
+}
+
+std::optional<Timing> time_new_places(const OpenedPack& opened, int frames) {
+  const pal_pack_info info = opened.info();
+  if (info.has_linear == 0 || info.zone_rings > 0 || !has_places(opened) || num_between(opened) == 1)
+    return {};
+  return time_several_between(opened, random_points(opened), true, frames);
 }
 
 Timing time_scene(const OpenedPack& opened, int frames) {

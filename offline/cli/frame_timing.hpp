@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,5 +79,9 @@ std::vector<Timing> time_start(const std::filesystem::path& file);
 // Contact frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each; with a
 // nonlinear zone, which is made over several frames, at the same sites.
 Timing time_scene(const OpenedPack& opened, int frames);
+
+// Contact frames of two or three, all at new places between sites in each, where linear_dd answers them: what a grasp costs in one frame
+// where no budget spreads it.
+std::optional<Timing> time_new_places(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

@@ -45,7 +45,9 @@ Replayed replay(const OpenedPack& opened, std::span<const char> recording, const
   config.struct_size = sizeof config;
   require_ok(pal_recording_get_config(recording.data(), recording.size(), &config), name);
   std::size_t bytes = 0;
-  require_ok(Session::required_bytes(opened.pack(), config, bytes), name);
+  if (Session::required_bytes(opened.pack(), config, bytes) != PAL_STATUS_OK)
+    throw std::runtime_error(fmt::format(
+        "{}: the pack cannot have the session that was recorded; name the pack that it ran on", name));
   AlignedBytes arena(bytes);
   Session session;
   require_ok(session.init(opened.pack(), config, arena.bytes()), name);

@@ -131,10 +131,11 @@ const std::vector<int>& node_set(const SceneTable& table, std::string_view key, 
   auto found = model.node_sets.find(name);
   if (found == model.node_sets.end()) found = model.node_sets.find(normalised_name(name));
   if (found == model.node_sets.end()) {
-    std::vector<std::string> names;
+    std::vector<std::string> names = {"surface"};
     for (const auto& [known, nodes] : model.node_sets) names.push_back(known);
-    table.fail(key, table.path(key) + ": node set " + printable(name) + " is not in " + model.file +
-                        did_you_mean(name, names));
+    std::string remedy = did_you_mean(name, names);
+    if (remedy.empty()) remedy = "; name one of its node sets, or \"surface\"";
+    table.fail(key, table.path(key) + ": node set " + printable(name) + " is not in " + model.file + remedy);
   }
   if (found->second.empty()) {
     table.fail(key, table.path(key) + ": node set " + printable(name) + " is empty; add nodes to it");

@@ -85,7 +85,7 @@ extern "C" pal_status pal_pack_find_surface_point(const pal_pack* pack, const do
   const palpate::FloatingPointMode mode;
   double place[3];
   for (int i = 0; i < 3; ++i) {
-    if (!isfinite(position[i])) return PAL_STATUS_NOT_FINITE;
+    if (!(fabs(position[i]) <= 1e100)) return PAL_STATUS_NOT_FINITE;
     place[i] = position[i] / pack->metres;
   }
   if (pack->bvh_nodes == nullptr) return PAL_STATUS_NO_SUCH_MODEL;

@@ -19,8 +19,8 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
     case PAL_STATUS_NO_SUCH_MODEL:
       return "the pack does not carry this response model";
     case PAL_STATUS_MODEL_CANNOT_ANSWER:
-      return "several contacts or fixed nodes need linear_dd or zones, which this pack or session does not "
-             "use";
+      return "several contacts, fixed nodes or given forces need linear_dd or zones, which this pack or "
+             "session does not use";
     case PAL_STATUS_NO_SUCH_TOOL:
       return "the session has no such tool";
     case PAL_STATUS_ALREADY_USED:

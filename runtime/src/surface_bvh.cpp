@@ -9,6 +9,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kLeastWeight = DBL_EPSILON;  // less is rounding, and no corner at which to act
+
 using pack::BvhNode;
 
 // By how much a computed distance may be off, of the distance plus the size of the surface: a few roundings.
@@ -265,7 +267,7 @@ void fill(const pal_pack& pack, const Nearest& nearest, SurfaceHit& hit) {
   const double* corners[3];
   for (uint32_t k = 0; k < 3; ++k) {
     hit.sites[k] = pack.primitives[size_t{3} * nearest.primitive + k];
-    hit.weights[k] = nearest.weights[k];
+    hit.weights[k] = nearest.weights[k] > kLeastWeight ? nearest.weights[k] : 0;
     corners[k] = site_position(pack, hit.sites[k]);
   }
   const float* stored = normal_of(pack, nearest);

@@ -287,7 +287,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"[units]\nlength = \"m\"\nforce = \"lbf\"\n",
                  "scene.toml:7: units.force must be N, kN, mN or uN, not \"lbf\"; correct it"},
         BadScene{"[output]\nnodes = \"SKIN\"\n",
-                 "scene.toml:6: output.nodes: node set SKIN is not in organ.inp"},
+                 "scene.toml:6: output.nodes: node set SKIN is not in organ.inp; name one of its "
+                 "node sets, or \"surface\""},
         BadScene{"[output]\nprecision = \"i8\"\n",
                  "scene.toml:6: output.precision must be auto, f32 or i16, not \"i8\"; correct it"},
         BadScene{"[models]\npolynomial_method = \"spline\"\n",
