@@ -159,8 +159,7 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
     x[k] = frame.given_forces[axis] - frame.forces[axis];
   }
   gather_given(pack, state.given_axes, count, state);
-  // Of the stiffness of an axis: next to a node that both hold, two contacts have less than that against each other.
-  constexpr double kLeastPart = 1e-3;
+  constexpr double kLeastPart = 1e-12;
   if (!factor_given(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
   solve_given(state.given_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];

@@ -330,9 +330,8 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
   uint32_t contact = column / pack::kZoneColumns;
   uint32_t other = 0;
   if (!is_own) {
-    uint32_t pair = (column - of_contacts) / pack.num_pair_fields;
-    for (contact = 1; pair >= contact; ++contact) pair -= contact;
-    other = pair;
+    find_entry((column - of_contacts) / pack.num_pair_fields, contact, other);
+    ++contact;
   }
   const uint32_t place = is_own ? column % pack::kZoneColumns : (column - of_contacts) % pack.num_pair_fields;
   double* field = group.exterior_fields + column * stride;

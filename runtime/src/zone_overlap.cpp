@@ -34,31 +34,41 @@ uint32_t times_counted(uint32_t zones, uint32_t contact, uint32_t other) {
   return contact == other ? count - 1 : 1;
 }
 
-// Makes each element count as often as that; the linear ones from the first that does to the last, or all where patches share
-// volumes, for they may be anywhere.
-ZoneBatches count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other) {
+bool is_counted(const ZoneLanes& lanes, uint32_t contact, uint32_t other) {
+  for (int lane = 0; lane < lanes.count; ++lane) {
+    if (times_counted(lanes.zones[lane], contact, other) > 0) return true;
+  }
+  return false;
+}
+
+// Of these batches the first that holds an element which counts, to the last; how many.
+template <int kNodes>
+uint32_t trim(uint32_t contact, uint32_t other, ZoneBatch<kNodes>*& batches, uint32_t count) {
+  while (count > 0 && !is_counted(batches[count - 1], contact, other)) --count;
+  while (count > 0 && !is_counted(*batches, contact, other)) {
+    ++batches;
+    --count;
+  }
+  return count;
+}
+
+// The elements that count, and some between them; all or none where patches share volumes, for theirs may be anywhere.
+ZoneBatches those_that_count(const ZoneBatches& batches, uint32_t contact, uint32_t other) {
+  ZoneBatches some = batches;
+  some.num_linear = trim(contact, other, some.linear, some.num_linear);
+  some.num_quadratic = trim(contact, other, some.quadratic, some.num_quadratic);
+  return batches.num_patches > 0 && some.num_linear + some.num_quadratic > 0 ? batches : some;
+}
+
+void count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other) {
   constexpr double kNone = 1e-30;  // where a volume of zero would leave its patch without a mean
-  ZoneBatches some = {0, 0, batches.linear, batches.quadratic, batches.num_patches, batches.patches};
-  const auto count = [&](ZoneLanes& lanes) {
-    bool any = false;
+  for_each_lanes(batches, [&](ZoneLanes& lanes, auto) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const uint32_t times = times_counted(lanes.zones[lane], contact, other);
       lanes.stiffness[lane] = times > 0 ? times : kNone;
-      any = any || times > 0;
     }
-    return any;
-  };
-  for (uint32_t n = 0; n < batches.num_linear; ++n) {
-    if (!count(batches.linear[n])) continue;
-    if (some.num_linear == 0 && batches.num_patches == 0) some.linear = batches.linear + n;
-    some.num_linear = static_cast<uint32_t>(batches.linear + n + 1 - some.linear);
-  }
-  for (uint32_t n = 0; n < batches.num_quadratic; ++n) {
-    if (count(batches.quadratic[n])) some.num_quadratic = n + 1;
-  }
-  if (batches.num_patches > 0 && some.num_linear + some.num_quadratic > 0) some = batches;
+  });
   scale_volumes(batches);
-  return some;
 }
 
 void count_as_in_mesh(const ZoneBatches& batches) {
@@ -89,12 +99,6 @@ double find_term(ZoneState& state, const ZoneGroup& group, const ZoneBatches& ba
   return sign;
 }
 
-// Places of the axes u >= v of a column.
-void axes_of(uint32_t column, uint32_t& u, uint32_t& v) {
-  for (u = 0; column > u; ++u) column -= u + 1;
-  v = column;
-}
-
 }  // namespace
 
 bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row, ZoneState& state,
@@ -117,18 +121,21 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     const uint32_t term = (state.column - set.num_contacts) % 4;
     uint32_t u = 0;
     uint32_t v = 0;
-    axes_of(column, u, v);
-    const ZoneBatches some = count_elements(group.batches, u / 3, v / 3);
-    const bool any = some.num_linear + some.num_quadratic > 0;
-    double factor = u / 3 != v / 3 ? 1 : u == v ? -0.5 : -1;
-    if (any)
-      factor *=
-          find_term(state, group, some, term, step, state.moves + of_axis * u, state.moves + of_axis * v) /
-          (4 * step * step);
-    spent += uint64_t{100} * (group.batches.num_linear + group.batches.num_quadratic) +
-             uint64_t{600} * kLanes * (some.num_linear + uint64_t{20} * some.num_quadratic);
-    count_as_in_mesh(group.batches);
-    for (uint32_t i = 0; i < of_axis && any; ++i) {
+    find_entry(column, u, v);
+    const ZoneBatches some = those_that_count(group.batches, u / 3, v / 3);
+    spent += uint64_t{20} * (group.batches.num_linear + group.batches.num_quadratic);
+    if (some.num_linear + some.num_quadratic == 0) {
+      state.column += 3;  // the other terms
+      continue;
+    }
+    count_elements(some, u / 3, v / 3);
+    const double sign =
+        find_term(state, group, some, term, step, state.moves + of_axis * u, state.moves + of_axis * v);
+    double factor = sign / (4 * step * step);
+    if (u / 3 == v / 3) factor *= u == v ? -0.5 : -1;
+    count_as_in_mesh(some);
+    spent += uint64_t{600} * kLanes * (some.num_linear + uint64_t{20} * some.num_quadratic);
+    for (uint32_t i = 0; i < of_axis; ++i) {
       const uint32_t place = group.first_node + i / 3;
       const uint32_t axes = pack.zone_nodes[set.nodes[place]].free_axes;
       if (state.base[place] == kNoUnknown || (axes >> (i % 3) & 1) == 0) continue;

@@ -84,7 +84,7 @@ typedef enum pal_status {
   PAL_STATUS_NO_SUCH_NODE = 15,
   PAL_STATUS_NO_SUCH_MODEL = 16, /* the pack does not carry the response model asked for */
   PAL_STATUS_MODEL_CANNOT_ANSWER =
-      17,                       /* several contacts or fixed nodes, and no linear_dd or zone to answer them */
+      17, /* several contacts, fixed nodes or given forces, and no linear_dd or zone to answer them */
   PAL_STATUS_NO_SUCH_TOOL = 18, /* at or beyond the session's max_tools */
   PAL_STATUS_ALREADY_USED = 19, /* recording starts with a session to which nothing has happened yet */
   /* memory */
