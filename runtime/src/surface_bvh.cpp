@@ -140,13 +140,35 @@ const double* site_position(const pal_pack& pack, uint32_t site) {
   return pack.rest_positions + size_t{3} * pack.site_nodes[site];
 }
 
-Nearest nearest_on_primitive(const pal_pack& pack, const double position[3], uint32_t primitive) {
-  double corners[3][3];
-  for (uint32_t k = 0; k < 3; ++k)
-    subtract(site_position(pack, pack.primitives[size_t{3} * primitive + k]), position, corners[k]);
+// Corners of a triangle, from the position.
+struct Corners {
+  double from[3][3];
+
+  Corners(const pal_pack& pack, const double position[3], uint32_t primitive) {
+    for (uint32_t k = 0; k < 3; ++k)
+      subtract(site_position(pack, pack.primitives[size_t{3} * primitive + k]), position, from[k]);
+  }
+
+  // Of the distance from the box around the triangle: no more than that from the triangle, but for a few roundings.
+  double square_from_box() const {
+    double square = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double a = from[0][i];
+      const double b = from[1][i];
+      const double c = from[2][i];
+      const double least = a < b ? (a < c ? a : c) : (b < c ? b : c);
+      const double most = a > b ? (a > c ? a : c) : (b > c ? b : c);
+      const double beyond = least > -most ? least : -most;
+      if (beyond > 0) square += beyond * beyond;
+    }
+    return square;
+  }
+};
+
+Nearest nearest_on_primitive(const Corners& corners, uint32_t primitive) {
   Nearest nearest;
   nearest.primitive = primitive;
-  find_nearest_on(corners, nearest);
+  find_nearest_on(corners.from, nearest);
   return nearest;
 }
 
@@ -205,7 +227,10 @@ struct Search {
   }
 
   void visit(uint32_t primitive) {
-    const Nearest found = nearest_on_primitive(pack, position, primitive);
+    if (primitive == nearest.primitive) return;
+    const Corners corners(pack, position, primitive);
+    if (corners.square_from_box() > static_cast<double>(limit)) return;
+    const Nearest found = nearest_on_primitive(corners, primitive);
     if (found.square < nearest.square ||
         (found.square == nearest.square && found.primitive < nearest.primitive)) {
       accept(found);
@@ -315,8 +340,8 @@ bool find_nearest_surface_point(const pal_pack& pack, const double position[3], 
     if (!(fabs(position[i]) <= kLargestPosition)) return false;
   }
   Search search = {pack, position, size_of(pack.bvh_nodes[0]), {position, pack.bvh_nodes[0]}, {}, 0};
-  search.accept(
-      nearest_on_primitive(pack, position, start_primitive < pack.num_primitives ? start_primitive : 0));
+  const uint32_t start = start_primitive < pack.num_primitives ? start_primitive : 0;
+  search.accept(nearest_on_primitive(Corners(pack, position, start), start));
   const SurfaceVisits visited = search_tree(search);
   if (visits != nullptr) *visits = visited;
   fill(pack, search.nearest, hit);
