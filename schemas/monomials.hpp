@@ -43,6 +43,35 @@ void evaluate_monomials(const Real x[3], uint32_t degree, Real* values) {
   }
 }
 
+// of[n] = 1 / n for n = 1 .. kMost.
+template <uint32_t kMost>
+struct Inverses {
+  double of[kMost + 1] = {};
+
+  constexpr Inverses() {
+    for (uint32_t n = 1; n <= kMost; ++n) of[n] = 1.0 / n;
+  }
+};
+
+// Writes x^a/a! y^b/b! z^c/c! of degrees 0 .. degree <= kMost, like evaluate_monomials. As the x-derivative of x^a/a! is
+// x^(a-1)/(a-1)!, a polynomial in these has derivatives whose coefficients are its own, from other places.
+template <uint32_t kMost>
+void evaluate_divided_monomials(const double x[3], uint32_t degree, const Inverses<kMost>& inverses,
+                                double* values) {
+  values[0] = 1;
+  for (uint32_t n = 1; n <= degree; ++n) {
+    const double* before = values + monomial_start(n - 1);
+    double* now = values + monomial_start(n);
+    for (uint32_t a = n; a > 0; --a) {
+      const double factor = x[0] * inverses.of[a];
+      for (uint32_t i = 0; i <= n - a; ++i) *now++ = factor * *before++;
+    }
+    before -= n;
+    for (uint32_t b = n; b > 0; --b) *now++ = x[1] * inverses.of[b] * *before++;
+    *now = x[2] * inverses.of[n] * before[-1];
+  }
+}
+
 // Calls visit(index, a, b, c) for every monomial of degrees 0 .. degree in order.
 template <typename Visitor>
 void for_each_monomial(uint32_t degree, Visitor&& visit) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
 #include <stdexcept>
@@ -341,6 +342,17 @@ void append_rounded(const Eigen::MatrixXd& basis, size_t panel, std::vector<unsi
   }
 }
 
+// Of divided monomials x^a/a! y^b/b! z^c/c!.
+void append_energy(const SitePolynomial& polynomial, std::vector<double>& energy) {
+  const auto factorial = [](uint32_t n) { return std::tgamma(n + 1.0); };
+  const Eigen::Index skipped = pack::monomial_start(2);
+  pack::for_each_monomial(static_cast<uint32_t>(polynomial.degree) + 1, [&](Eigen::Index index, uint32_t a,
+                                                                            uint32_t b, uint32_t c) {
+    if (index < skipped) return;
+    energy.push_back(factorial(a) * factorial(b) * factorial(c) * polynomial.energy[index - skipped]);
+  });
+}
+
 PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const ContactSites& contact_sites,
                                    bool rounded, SegmentStore& store) {
   std::vector<pack::PolynomialSite> sites;
@@ -362,7 +374,7 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
     site.rank = static_cast<std::uint32_t>(polynomial.basis.cols());
     site.samples = static_cast<std::uint32_t>(result.samples);
     sites.push_back(site);
-    energy.insert(energy.end(), polynomial.energy.begin(), polynomial.energy.end());
+    append_energy(polynomial, energy);
     const std::vector<double> rows = by_rows(polynomial.coefficients);
     for (const double number : rows) coefficients.push_back(static_cast<pack::Real>(number));
     for (size_t panel = 0; panel < panels; ++panel) {

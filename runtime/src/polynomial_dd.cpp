@@ -1,6 +1,7 @@
 #include "runtime/src/polynomial_dd.hpp"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/src/pack_view.hpp"
 #include "schemas/monomials.hpp"
@@ -22,39 +23,49 @@ struct Part {
   double hessian[6];
 };
 
+constexpr pack::Inverses<pack::kMaxDegree + 1> kInverses;
+
+using Pair = double __attribute__((vector_size(16)));
+
+Pair load_pair(const double* from) {
+  Pair values;
+  memcpy(&values, from, sizeof values);
+  return values;
+}
+
 // Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions:
-// grad E = Hess E x / (n - 1), E = grad E . x / n. What is left is the Hessian, whose entries have the monomials
-// x^a y^b z^c of degree n - 2. Behind the j-th of them, with b + c = rest, stand x^(a+2) y^b z^c at place j of
-// degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each with one y
-// less and one z more next to it (monomials.hpp). Cost: some 30
+// grad E = Hess E x / (n - 1), E = grad E . x / n. What is left is the Hessian, whose entries have the divided monomials
+// x^a/a! y^b/b! z^c/c! of degree n - 2 and no other factors. Behind the j-th of them, with b + c = rest, stand the coefficients of
+// x^(a+2) y^b z^c at place j of degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each with
+// one y less and one z more next to it (monomials.hpp): xy with xz and yy with yz are summed as pairs. Cost: some 12
 // operations for each of n (n - 1) / 2 monomials.
 Part differentiate(const double x[3], const double* monomials, const double* coefficients, uint32_t degree) {
-  Part part = {};
-  double* H = part.hessian;
-  const double* lower = monomials + monomial_start(degree - 2);
+  const double* m = monomials + monomial_start(degree - 2);
   const double* xx = coefficients;
-  double a = degree - 2;
-  for (uint32_t rest = 0; rest + 2 <= degree; ++rest, a -= 1) {
+  double sum_xx = 0;
+  Pair sum_xy_xz = {};
+  Pair sum_yy_yz = {};
+  double sum_zz = 0;
+  for (uint32_t rest = 0; rest + 2 <= degree; ++rest) {
     const double* xy = xx + rest + 1;
     const double* yy = xy + rest + 2;
-    double b = rest;
-    double c = 0;
-    for (uint32_t i = 0; i <= rest; ++i, b -= 1, c += 1) {
-      const double m = *lower++;
-      H[0] += (a + 2) * (a + 1) * xx[i] * m;
-      H[1] += (a + 1) * (b + 1) * xy[i] * m;
-      H[2] += (a + 1) * (c + 1) * xy[i + 1] * m;
-      H[3] += (b + 2) * (b + 1) * yy[i] * m;
-      H[4] += (b + 1) * (c + 1) * yy[i + 1] * m;
-      H[5] += (c + 2) * (c + 1) * yy[i + 2] * m;
+    for (uint32_t i = 0; i <= rest; ++i) {
+      sum_xx += xx[i] * m[i];
+      sum_xy_xz += load_pair(xy + i) * m[i];
+      sum_yy_yz += load_pair(yy + i) * m[i];
+      sum_zz += yy[i + 2] * m[i];
     }
+    m += rest + 1;
     xx = xy;
   }
-  const double to_gradient = 1.0 / (degree - 1);
+  Part part = {0, {}, {sum_xx, sum_xy_xz[0], sum_xy_xz[1], sum_yy_yz[0], sum_yy_yz[1], sum_zz}};
+  const double* H = part.hessian;
+  const double to_gradient = kInverses.of[degree - 1];
   part.gradient[0] = (H[0] * x[0] + H[1] * x[1] + H[2] * x[2]) * to_gradient;
   part.gradient[1] = (H[1] * x[0] + H[3] * x[1] + H[4] * x[2]) * to_gradient;
   part.gradient[2] = (H[2] * x[0] + H[4] * x[1] + H[5] * x[2]) * to_gradient;
-  part.value = (part.gradient[0] * x[0] + part.gradient[1] * x[1] + part.gradient[2] * x[2]) / degree;
+  part.value =
+      (part.gradient[0] * x[0] + part.gradient[1] * x[1] + part.gradient[2] * x[2]) * kInverses.of[degree];
   return part;
 }
 
@@ -170,23 +181,24 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
   }
 
   double monomials[kMostMonomials];
-  pack::evaluate_monomials(x, polynomial.degree - 1, monomials);  // of second derivatives
+  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // of second derivatives
 
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + polynomial.energy_start;
+  const bool is_faded = pack.inward_normals != nullptr;
   Part quadratic = {};
   Part rest = {};
   for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
     const Part part = differentiate(x, monomials, coefficients, degree);
     coefficients += num_monomials(degree);
-    add_continued(part, degree, s, t, degree == 2 ? quadratic : rest);
+    add_continued(part, degree, s, t, is_faded && degree > 2 ? rest : quadratic);
   }
   pull_back(A, quadratic);
-  pull_back(A, rest);
 
   double n[3] = {};
   Fade fade = {1.0, 0.0, 0.0};
-  if (pack.inward_normals != nullptr) {
+  if (is_faded) {
+    pull_back(A, rest);
     const double* normal = pack.inward_normals + size_t{3} * site;
     double scaled[3];
     to_unit_ball(A, normal, scaled);

@@ -72,6 +72,21 @@ TEST(Monomials, ValuesInSinglePrecision) {
   expect_values<float>(8 * 1.2e-7F);
 }
 
+TEST(Monomials, DividedAreThoseOverTheirFactorials) {
+  constexpr pack::Inverses<kDegree> kInverses;
+  const double x[3] = {0.7, -1.3, 0.4};
+  std::vector<double> plain(pack::num_monomials(0, kDegree));
+  std::vector<double> divided(plain.size() + 1, -99.0);
+  pack::evaluate_monomials(x, kDegree, plain.data());
+  pack::evaluate_divided_monomials(x, kDegree, kInverses, divided.data());
+  pack::for_each_monomial(
+      kDegree, [&](std::uint32_t index, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        const double factorials = std::tgamma(a + 1.0) * std::tgamma(b + 1.0) * std::tgamma(c + 1.0);
+        EXPECT_NEAR(divided[index] * factorials, plain[index], 1e-14 * std::abs(plain[index])) << a << b << c;
+      });
+  EXPECT_EQ(divided.back(), -99.0);
+}
+
 TEST(Monomials, WritesNoMoreThanItSays) {
   const double x[3] = {2, 3, 5};
   for (std::uint32_t degree = 0; degree <= kDegree; ++degree) {

@@ -563,7 +563,9 @@ TEST_F(InwardFittedPolynomialDd, InsideItIsThePlainPolynomial) {
     EXPECT_EQ(result.flags, 0U);
     EXPECT_EQ(result.displacement_error, small_.surveys[1].table.bins.back().displacement.bound);
     const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
-    EXPECT_EQ(Eigen::Vector3d(result.force), Eigen::Vector3d(expected.force));
+    const Eigen::Vector3d force(expected.force);
+    EXPECT_LE((Eigen::Vector3d(result.force) - force).norm(),
+              1e-14 * force.norm());  // summed in another order
     EXPECT_EQ(session_.field(), session.field());
   }
 }
