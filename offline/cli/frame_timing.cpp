@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numeric>
 #include <random>
+#include <set>
 
 #include "offline/cli/timed_session.hpp"
 
@@ -57,14 +58,23 @@ pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame
   return on_path(site, 0.5 * opened.info().max_displacement, frame);
 }
 
-// As many contacts as the scene may have and zones answer, each on that path, at sites far from one another in the scene's
-// list.
-std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
+// Contacts that the scene may have and zones answer.
+std::uint32_t num_in_zones(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
-  const std::uint32_t count = std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
+  return std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
+}
+
+// The c-th of `count` sites far from one another in the scene's list.
+std::uint32_t site_apart(const OpenedPack& opened, std::uint32_t c, std::uint32_t count) {
+  return c * (opened.info().num_sites / count);
+}
+
+// So many, each on that path.
+std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
+  const std::uint32_t count = num_in_zones(opened);
   std::vector<pal_contact> contacts;
   for (std::uint32_t c = 0; c < count; ++c)
-    contacts.push_back(half_way_out(opened, c * (info.num_sites / count), frame));
+    contacts.push_back(half_way_out(opened, site_apart(opened, c, count), frame));
   return contacts;
 }
 
@@ -217,20 +227,26 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
     timings.push_back(time_frames(model,
                                   fmt::format("field of shown nodes, {} ring{}", rings, rings > 1 ? "s" : ""),
                                   frames, [&](int) { session.visual(field.data()); }));
-    const auto count = static_cast<std::uint32_t>(all_on_paths(opened, 0).size());
+    const std::uint32_t count = num_in_zones(opened);
     if (count == 1) continue;
     TimedSession several(opened, PAL_MODEL_ZONE, count, rings);
     timings.push_back(time_frames(model,
                                   fmt::format("{} contacts, {} ring{}", count, rings, rings > 1 ? "s" : ""),
                                   frames, [&](int frame) { several.haptic(all_on_paths(opened, frame)); }));
   }
-  TimedSession session(opened, PAL_MODEL_ZONE, 1);
+  if (opened.info().num_sites == 1) return timings;
   const int few = std::max(100, frames / 100);
-  if (opened.info().num_sites > 1) {
-    timings.push_back(time_frames(model, "force, new zone each frame", few, [&](int frame) {
-      const pal_contact contact = {
-          static_cast<std::uint32_t>(frame) % opened.info().num_sites, {}, 0, {}, {}, {}};
-      session.haptic({&contact, 1});
+  for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
+    TimedSession session(opened, PAL_MODEL_ZONE, count);
+    std::vector<pal_contact> contacts(count);
+    const std::string stage =
+        count == 1 ? "force, new zone each frame" : fmt::format("{} contacts, new zones each frame", count);
+    timings.push_back(time_frames(model, stage, few, [&](int frame) {
+      for (std::uint32_t c = 0; c < count; ++c) {
+        contacts[c].site =
+            (site_apart(opened, c, count) + static_cast<std::uint32_t>(frame)) % opened.info().num_sites;
+      }
+      session.haptic(contacts);
     }));
   }
   return timings;

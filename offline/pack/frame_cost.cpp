@@ -94,7 +94,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {
-    // Six entries of the Hessian, three products each, for every monomial two degrees below a term of the energy
+    // Six entries of the Hessian, a product each, and its own for every monomial two degrees below a term of the energy
     // (runtime/src/polynomial_dd.cpp).
     FrameCost cost;
     cost.model = SurveyedModel::polynomial_dd;
@@ -103,7 +103,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
       const auto rank = static_cast<uint32_t>(result.polynomial.basis.cols());
       const std::uint64_t field_terms = std::uint64_t{rank} * pack::num_monomials(2, degree);
       cost.force_operations = std::max<std::uint64_t>(cost.force_operations,
-                                                      std::uint64_t{18} * pack::num_monomials(0, degree - 1));
+                                                      std::uint64_t{7} * pack::num_monomials(0, degree - 1));
       cost.force_bytes =
           std::max<std::uint64_t>(cost.force_bytes, pack::num_monomials(2, degree + 1) * sizeof(double));
       cost.field_operations = std::max(cost.field_operations, rows * (3 + rank) + field_terms);

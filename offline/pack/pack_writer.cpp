@@ -344,7 +344,11 @@ void append_rounded(const Eigen::MatrixXd& basis, size_t panel, std::vector<unsi
 
 // Of divided monomials x^a/a! y^b/b! z^c/c!.
 void append_energy(const SitePolynomial& polynomial, std::vector<double>& energy) {
-  const auto factorial = [](uint32_t n) { return std::tgamma(n + 1.0); };
+  const auto factorial = [](uint32_t n) {
+    double product = 1;
+    for (uint32_t i = 2; i <= n; ++i) product *= i;
+    return product;
+  };
   const Eigen::Index skipped = pack::monomial_start(2);
   pack::for_each_monomial(static_cast<uint32_t>(polynomial.degree) + 1, [&](Eigen::Index index, uint32_t a,
                                                                             uint32_t b, uint32_t c) {

@@ -186,19 +186,19 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + polynomial.energy_start;
   const bool is_faded = pack.inward_normals != nullptr;
-  Part quadratic = {};
-  Part rest = {};
+  Part lasting = {};
+  Part fading = {};
   for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
     const Part part = differentiate(x, monomials, coefficients, degree);
     coefficients += num_monomials(degree);
-    add_continued(part, degree, s, t, is_faded && degree > 2 ? rest : quadratic);
+    add_continued(part, degree, s, t, is_faded && degree > 2 ? fading : lasting);
   }
-  pull_back(A, quadratic);
+  pull_back(A, lasting);
 
   double n[3] = {};
   Fade fade = {1.0, 0.0, 0.0};
   if (is_faded) {
-    pull_back(A, rest);
+    pull_back(A, fading);
     const double* normal = pack.inward_normals + size_t{3} * site;
     double scaled[3];
     to_unit_ball(A, normal, scaled);
@@ -206,14 +206,14 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
     for (int i = 0; i < 3; ++i) n[i] = scale * normal[i];
     fade = fade_behind_surface(shortened * dot(d, n));
   }
-  answer.energy = quadratic.value + fade.phi * rest.value;
+  answer.energy = lasting.value + fade.phi * fading.value;
   for (int i = 0, ij = 0; i < 3; ++i) {
-    answer.force[i] = quadratic.gradient[i] + fade.phi * rest.gradient[i] + fade.first * rest.value * n[i];
+    answer.force[i] = lasting.gradient[i] + fade.phi * fading.gradient[i] + fade.first * fading.value * n[i];
     for (int j = i; j < 3; ++j, ++ij) {
-      const double faded = fade.phi * rest.hessian[ij] +
-                           fade.first * (n[i] * rest.gradient[j] + rest.gradient[i] * n[j]) +
-                           fade.second * rest.value * n[i] * n[j];
-      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = quadratic.hessian[ij] + faded;
+      const double faded = fade.phi * fading.hessian[ij] +
+                           fade.first * (n[i] * fading.gradient[j] + fading.gradient[i] * n[j]) +
+                           fade.second * fading.value * n[i] * n[j];
+      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = lasting.hessian[ij] + faded;
     }
     field.x[i] = static_cast<pal_real>(x[i]);
   }

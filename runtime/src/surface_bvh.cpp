@@ -140,6 +140,13 @@ const double* site_position(const pal_pack& pack, uint32_t site) {
   return pack.rest_positions + size_t{3} * pack.site_nodes[site];
 }
 
+double smaller(double a, double b) {
+  return a < b ? a : b;
+}
+double larger(double a, double b) {
+  return a > b ? a : b;
+}
+
 // Corners of a triangle, from the position.
 struct Corners {
   double from[3][3];
@@ -153,13 +160,10 @@ struct Corners {
   double square_from_box() const {
     double square = 0;
     for (int i = 0; i < 3; ++i) {
-      const double a = from[0][i];
-      const double b = from[1][i];
-      const double c = from[2][i];
-      const double least = a < b ? (a < c ? a : c) : (b < c ? b : c);
-      const double most = a > b ? (a > c ? a : c) : (b > c ? b : c);
-      const double beyond = least > -most ? least : -most;
-      if (beyond > 0) square += beyond * beyond;
+      const double least = smaller(smaller(from[0][i], from[1][i]), from[2][i]);
+      const double most = larger(larger(from[0][i], from[1][i]), from[2][i]);
+      const double beyond = larger(larger(least, -most), 0);
+      square += beyond * beyond;
     }
     return square;
   }
@@ -176,18 +180,21 @@ using Float4 = float __attribute__((vector_size(16)));
 
 // A position to find boxes near, in float32: four lanes at once, of which the last says nothing.
 struct BoxQuery {
-  Float4 position;
-  // Above the roundings of the position and of its difference from a box, of either's size.
-  float slack;
+  // The position and more to either side than the roundings of it and of its difference from a box, of either's size.
+  Float4 above;
+  Float4 below;
 
-  BoxQuery(const double at[3], const BvhNode& root) : position(), slack(0) {
+  BoxQuery(const double at[3], const BvhNode& root) : above(), below() {
+    float size = 0;
     for (int i = 0; i < 3; ++i) {
-      position[i] = static_cast<float>(at[i]);
-      for (const float coordinate : {position[i], root.min[i], root.max[i]}) {
-        if (fabsf(coordinate) > slack) slack = fabsf(coordinate);
+      above[i] = static_cast<float>(at[i]);
+      for (const float coordinate : {above[i], root.min[i], root.max[i]}) {
+        if (fabsf(coordinate) > size) size = fabsf(coordinate);
       }
     }
-    slack *= 4 * FLT_EPSILON;
+    const float slack = size * 4 * FLT_EPSILON;
+    below = above - slack;
+    above += slack;
   }
 
   // Of the distance from a box; never more than that, but for a few roundings of itself. Zero inside.
@@ -196,9 +203,9 @@ struct BoxQuery {
     Float4 max;
     memcpy(&min, node.min, sizeof min);
     memcpy(&max, node.max, sizeof max);
-    const Float4 below = min - position;
-    const Float4 above = position - max;
-    Float4 beyond = (below > above ? below : above) - slack;
+    min -= above;
+    max = below - max;
+    Float4 beyond = min > max ? min : max;
     beyond = beyond > 0 ? beyond : Float4{};
     beyond *= beyond;
     return beyond[0] + beyond[1] + beyond[2];

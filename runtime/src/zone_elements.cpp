@@ -634,6 +634,19 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
   return strain;
 }
 
+uint64_t force_operations(const ZoneBatches& batches) {
+  constexpr uint64_t kDyadic = 600;      // an element of four nodes
+  constexpr uint64_t kQuadratic = 20;    // as many of those
+  constexpr uint64_t kPrincipal = 5000;  // more, of any other law
+  uint64_t operations = kDyadic * kLanes * (batches.num_linear + kQuadratic * batches.num_quadratic);
+  for_each_lanes(batches, [&](const ZoneLanes& lanes, auto) {
+    for (int lane = 0; lane < lanes.count; ++lane) {
+      if (!is_dyadic(*lanes.materials[lane])) operations += kPrincipal;
+    }
+  });
+  return batches.num_patches > 0 ? 2 * operations : operations;
+}
+
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
   if (batches.num_patches == 0) return;
   share_volumes(batches, from);

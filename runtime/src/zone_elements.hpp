@@ -37,6 +37,7 @@ struct ZoneLanes {
   const pack::ZoneMaterial* materials[kLanes];
   uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
   uint8_t zones[kLanes];     // a bit for each contact whose zone holds it
+  static_assert(pack::kMostZoneContacts <= 8);
   double stiffness[kLanes];  // times that of the material
   int count;                 // the lanes after them repeat the last one
 };
@@ -101,6 +102,9 @@ struct ZoneStrain {
 
 // Adds the nodal forces of all elements to forces[nodes][3], at these displacements from the mesh, [nodes][3].
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces);
+
+// Multiply-adds that take about as long.
+uint64_t force_operations(const ZoneBatches& batches);
 
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it is, 0 where
 // it only follows what moves the zone. The patches' other numbers are then those of `from`.

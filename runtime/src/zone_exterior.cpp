@@ -187,6 +187,15 @@ void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint3
   }
 }
 
+void combine_rows(const double factors[9], uint32_t count, size_t stride, double* rows) {
+  for (uint32_t k = 0; k < count; ++k) {
+    const double from[3] = {rows[k], rows[stride + k], rows[2 * stride + k]};
+    for (uint32_t i = 0; i < 3; ++i)
+      rows[i * stride + k] =
+          factors[3 * i] * from[0] + factors[3 * i + 1] * from[1] + factors[3 * i + 2] * from[2];
+  }
+}
+
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
   return num_contacts * pack::kZoneColumns + num_contacts * (num_contacts - 1) / 2 * pack.num_pair_fields;
 }
@@ -231,14 +240,8 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
     const uint32_t site = set.sites[group.contacts[row / 3]];
     double stiffness[9];
     stiffness_of_patch(pack, site, stiffness);
-    for (double* rows : {tractions + row * stride, moves + row * stride}) {
-      for (uint32_t k = 0; k < moving; ++k) {
-        const double d[3] = {rows[k], rows[stride + k], rows[2 * stride + k]};
-        for (uint32_t i = 0; i < 3; ++i)
-          rows[i * stride + k] =
-              stiffness[3 * i] * d[0] + stiffness[3 * i + 1] * d[1] + stiffness[3 * i + 2] * d[2];
-      }
-    }
+    for (double* rows : {tractions + row * stride, moves + row * stride})
+      combine_rows(stiffness, moving, stride, rows);
   }
 }
 

@@ -56,6 +56,9 @@ bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
 void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
                double* rows);
 
+// Makes of rows[3][stride], count of each, their products with factors[3][3].
+void combine_rows(const double factors[9], uint32_t count, size_t stride, double* rows);
+
 // How far, and where to, a load of 1 along each axis moves the patch in the linear organ: row-major, length unit.
 void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]);
 

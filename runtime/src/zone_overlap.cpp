@@ -1,5 +1,6 @@
 #include "runtime/src/zone_overlap.hpp"
 
+#include <math.h>
 #include <string.h>
 
 #include "runtime/src/pack_view.hpp"
@@ -8,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kStep = 1e-3;  // of a mean edge, by a load of length 1: of differences that give n2
+constexpr double kStep = 1e-3;  // of a mean edge, the farthest node: of differences that give n2
 
 // U: how a load of 1 along each axis at a site moves the group's nodes in the linear organ; three rows.
 void find_moves(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t site,
@@ -18,12 +19,7 @@ void find_moves(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group
   add_moves(pack, site, set.nodes + group.first_node, group.num_nodes, stride, rows);
   double per_load[9];
   displacement_of_load(pack, site, per_load);
-  for (size_t i = 0; i < stride; ++i) {
-    const double moved[3] = {rows[i], rows[stride + i], rows[2 * stride + i]};
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      rows[axis * stride + i] =
-          moved[0] * per_load[axis] + moved[1] * per_load[3 + axis] + moved[2] * per_load[6 + axis];
-  }
+  combine_rows(per_load, 3 * group.num_nodes, stride, rows);  // symmetric
 }
 
 // How often an element is to be taken out of the products of two contacts' loads.
@@ -60,39 +56,46 @@ ZoneBatches those_that_count(const ZoneBatches& batches, uint32_t contact, uint3
   return batches.num_patches > 0 && some.num_linear + some.num_quadratic > 0 ? batches : some;
 }
 
-void count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other) {
+// Makes each element count that often, or once as in the mesh.
+void count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other, bool as_in_mesh) {
   constexpr double kNone = 1e-30;  // where a volume of zero would leave its patch without a mean
   for_each_lanes(batches, [&](ZoneLanes& lanes, auto) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const uint32_t times = times_counted(lanes.zones[lane], contact, other);
+      const uint32_t times = as_in_mesh ? 1 : times_counted(lanes.zones[lane], contact, other);
       lanes.stiffness[lane] = times > 0 ? times : kNone;
     }
   });
   scale_volumes(batches);
 }
 
-void count_as_in_mesh(const ZoneBatches& batches) {
-  for_each_lanes(batches, [](ZoneLanes& lanes, auto) {
-    for (double& stiffness : lanes.stiffness) stiffness = 1;
-  });
-  scale_volumes(batches);
+// A direction to go in from rest, and how much of it is a step: zero where it leads nowhere.
+struct Direction {
+  const double* moves;
+  double step;
+};
+
+Direction direction_of(const pal_pack& pack, const double* moves, size_t count) {
+  double farthest = 0;
+  for (size_t i = 0; i < count; ++i) farthest = fabs(moves[i]) > farthest ? fabs(moves[i]) : farthest;
+  return {moves, farthest > 0 ? kStep * pack.mean_surface_edge / farthest : 0};
 }
 
 // Forces of these elements about rest, of whose differences along a + b and a - b n2(a, b) is made:
 //
-//   4 h^2 n2(a, b) = P(h (a + b)) + P(-h (a + b)) - P(h (a - b)) - P(-h (a - b))
+//   4 n2(a, b) = P(a + b) + P(-(a + b)) - P(a - b) - P(-(a - b))
 //
-// Leaves one of those four terms in ZoneState::forces, without its sign, which it returns.
+// Leaves one of those four terms, of a step along each, in ZoneState::forces, without its sign, which it returns.
 double find_term(ZoneState& state, const ZoneGroup& group, const ZoneBatches& batches, uint32_t term,
-                 double step, const double* a, const double* b) {
+                 const Direction& a, const Direction& b) {
   const uint32_t first = 3 * group.first_node;
   const uint32_t count = 3 * group.num_nodes;
   double* u = state.next.displacement + first;
   double* rest = state.saved + first;
-  const double along = term % 2 == 0 ? step : -step;
   const double sign = term < 2 ? 1 : -1;
+  const double along_a = term % 2 == 0 ? a.step : -a.step;
+  const double along_b = term % 2 == 0 ? sign * b.step : -sign * b.step;
   memcpy(rest, u, count * sizeof *u);
-  for (uint32_t i = 0; i < count; ++i) u[i] += along * (a[i] + sign * b[i]);
+  for (uint32_t i = 0; i < count; ++i) u[i] += along_a * a.moves[i] + along_b * b.moves[i];
   memset(state.forces + first, 0, count * sizeof *state.forces);
   add_zone_forces(batches, state.next.displacement, state.forces);
   memcpy(u, rest, count * sizeof *u);
@@ -104,7 +107,7 @@ double find_term(ZoneState& state, const ZoneGroup& group, const ZoneBatches& ba
 bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row, ZoneState& state,
                    ZoneGroup& group, uint64_t& spent) {
   const ZoneSet& set = state.next;
-  const uint32_t columns = num_overlaps(pack, set.num_contacts);
+  const uint32_t columns = num_overlaps(pack, set);
   const uint32_t stride = elimination_stride(first_row + columns);
   const size_t of_axis = size_t{3} * group.num_nodes;
   if (columns == 0) return true;
@@ -114,7 +117,6 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     find_moves(pack, set, group, site, state.moves + 3 * of_axis * state.column);
     spent += uint64_t{36} * group.num_nodes * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
   }
-  const double step = kStep * pack.mean_surface_edge / pack.max_displacement;
   for (; state.column < set.num_contacts + 4 * columns; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t column = (state.column - set.num_contacts) / 4;
@@ -122,19 +124,25 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     uint32_t u = 0;
     uint32_t v = 0;
     find_entry(column, u, v);
-    const ZoneBatches some = those_that_count(group.batches, u / 3, v / 3);
-    spent += uint64_t{20} * (group.batches.num_linear + group.batches.num_quadratic);
+    const uint32_t contact = u / 3;
+    const uint32_t other = v / 3;
+    const Direction a = direction_of(pack, state.moves + of_axis * u, of_axis);
+    const Direction b = direction_of(pack, state.moves + of_axis * v, of_axis);
+    // What two contacts of one site add to each other has no column, and is counted nowhere.
+    const bool is_nothing =
+        a.step == 0 || b.step == 0 || (contact != other && set.sites[contact] == set.sites[other]);
+    const ZoneBatches some = is_nothing ? ZoneBatches() : those_that_count(group.batches, contact, other);
+    spent += 2 * of_axis + uint64_t{20} * (group.batches.num_linear + group.batches.num_quadratic);
     if (some.num_linear + some.num_quadratic == 0) {
       state.column += 3;  // the other terms
       continue;
     }
-    count_elements(some, u / 3, v / 3);
-    const double sign =
-        find_term(state, group, some, term, step, state.moves + of_axis * u, state.moves + of_axis * v);
-    double factor = sign / (4 * step * step);
-    if (u / 3 == v / 3) factor *= u == v ? -0.5 : -1;
-    count_as_in_mesh(some);
-    spent += uint64_t{600} * kLanes * (some.num_linear + uint64_t{20} * some.num_quadratic);
+    count_elements(some, contact, other, false);
+    const double sign = find_term(state, group, some, term, a, b);
+    double factor = sign / (4 * a.step * b.step);
+    if (contact == other) factor *= u == v ? -0.5 : -1;
+    count_elements(some, contact, other, true);
+    spent += force_operations(some);
     for (uint32_t i = 0; i < of_axis; ++i) {
       const uint32_t place = group.first_node + i / 3;
       const uint32_t axes = pack.zone_nodes[set.nodes[place]].free_axes;
@@ -148,23 +156,30 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
 
 void add_overlaps(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, const ZoneGroup& group,
                   uint32_t by_axis, double* forces) {
-  const uint32_t columns = num_overlaps(pack, set.num_contacts);
+  const uint32_t columns = num_overlaps(pack, set);
   if (columns == 0) return;
   double loads[3 * kMostZoneContacts];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     const bool is_shortened = load_that_counts(set, c, loads + size_t{3} * c);
     if (is_shortened && c == by_axis / 3) return;
   }
+  const auto add = [&](uint64_t column, uint32_t count, const double* products) {
+    state.kernel.add_product(group.overlaps + column * group.boundary_stride, group.boundary_stride,
+                             group.boundary_stride, count, products, forces);
+  };
+  if (by_axis != kNoAxis) {
+    for (uint32_t u = 0; u < 3 * set.num_contacts; ++u) {
+      const double factor = u == by_axis ? 2 * loads[u] : loads[u];
+      add(u > by_axis ? pack::lower_block(u, by_axis) : pack::lower_block(by_axis, u), 1, &factor);
+    }
+    return;
+  }
   double products[kMostOverlaps];
   double* product = products;
   for (uint32_t u = 0; u < 3 * set.num_contacts; ++u) {
-    for (uint32_t v = 0; v <= u; ++v) {
-      *product++ = by_axis == kNoAxis ? loads[u] * loads[v]
-                                      : (u == by_axis ? loads[v] : 0) + (v == by_axis ? loads[u] : 0);
-    }
+    for (uint32_t v = 0; v <= u; ++v) *product++ = loads[u] * loads[v];
   }
-  state.kernel.add_product(group.overlaps, group.boundary_stride, group.boundary_stride, columns, products,
-                           forces);
+  add(0, columns, products);
 }
 
 }  // namespace palpate

@@ -15,8 +15,8 @@
 //
 // So g moves the zone as forces from outside would, and what the zone does to the rest of the organ (ZoneSet::traction) is
 // that much more. Columns of g, for each product of two loads, are made ready with a set. On the brain, three contacts far
-// from each other were wrong by up to 1.1 % of |d| without them, in proportion to their loads. Energies leave g out. Units of the
-// model.
+// from each other were wrong by up to 1.1 % of |d| without them, in proportion to their loads. Energies have w . g / 2 of them,
+// where the elements counted twice store a third of u . s: what that leaves is of third order in the loads. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -25,9 +25,14 @@
 
 namespace palpate {
 
-// Columns of g of so many contacts: for products of the axes u >= v of all loads, at u (u + 1) / 2 + v.
+// Columns of g of so many contacts: for products of the axes u >= v of all loads, at lower_block(u, v).
 inline uint32_t num_overlaps(const pal_pack& pack, uint32_t num_contacts) {
   return pack.num_pair_fields > 0 && num_contacts > 2 ? 3 * num_contacts * (3 * num_contacts + 1) / 2 : 0;
+}
+
+// Of a set: none where nodes are fixed while running, as its loads then count as zero.
+inline uint32_t num_overlaps(const pal_pack& pack, const ZoneSet& set) {
+  return set.num_fixed > 0 ? 0 : num_overlaps(pack, set.num_contacts);
 }
 
 inline constexpr uint32_t kMostOverlaps = 3 * kMostZoneContacts * (3 * kMostZoneContacts + 1) / 2;

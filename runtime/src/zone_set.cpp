@@ -18,7 +18,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
   const size_t rows = size_t{group.num_axes + group.num_fitted + 1} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
-  const size_t columns = num_overlaps(pack, set.num_contacts);
+  const size_t columns = num_overlaps(pack, set);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order + columns;
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
@@ -128,7 +128,7 @@ void list_own_unknowns(const ZoneGroup& group, uint32_t eliminated, uint32_t* ba
 
 // Rows of the zone's own stiffness that elimination leaves: of the boundary, then those of fill_overlaps().
 uint32_t rows_left(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group) {
-  return 3 * group.num_boundary + num_overlaps(pack, set.num_contacts);
+  return 3 * group.num_boundary + num_overlaps(pack, set);
 }
 
 // K_V at rest, and the nodal forces there.
@@ -161,11 +161,12 @@ void fill_own_stiffness(const pal_pack& pack, ZoneState& state, const ZoneGroup&
   }
 }
 
-// S from T and what elimination has left of K_V; g of what it has left of n2_V.
-void take_exterior(const pal_pack& pack, const ZoneSet& set, const double* matrix, ZoneGroup& group) {
+// S from T and what elimination has left of K_V; g of what it has left of n2_V. Not sound where that is not finite.
+void take_exterior(const pal_pack& pack, ZoneSet& set, const double* matrix, ZoneGroup& group) {
   const uint32_t eliminated = round_to_columns(3 * (group.num_interior + group.num_held));
   const uint32_t stride = elimination_stride(eliminated + rows_left(pack, set, group));
   const size_t boundary_stride = group.boundary_stride;
+  const uint32_t overlaps = num_overlaps(pack, set);
   memcpy(group.exterior, group.whole, boundary_stride * boundary_stride * sizeof *group.exterior);
   for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
     for (uint32_t i = j; i < 3 * group.num_boundary; ++i) {
@@ -173,9 +174,12 @@ void take_exterior(const pal_pack& pack, const ZoneSet& set, const double* matri
       entry -= matrix[size_t{eliminated + j} * stride + eliminated + i];
       group.exterior[i * boundary_stride + j] = entry;
     }
-    for (uint32_t column = 0; column < num_overlaps(pack, set.num_contacts); ++column)
-      group.overlaps[column * boundary_stride + j] =
+    for (uint32_t column = 0; column < overlaps; ++column) {
+      const double entry =
           matrix[size_t{eliminated + j} * stride + eliminated + 3 * group.num_boundary + column];
+      group.overlaps[column * boundary_stride + j] = entry;
+      set.sound = set.sound && isfinite(entry);
+    }
   }
 }
 

@@ -263,7 +263,8 @@ Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
 
 // Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
-// true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.
+// true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6; of three contacts
+// and more fill_overlaps(), and its columns in what is eliminated.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
 // ZoneSet::balanced := where the group is, in balance.
