@@ -25,8 +25,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kStep = 0.01;      // of the mean edge of the surface
-constexpr double kLongest = 0.015;  // a longer step is one of the surface
+constexpr double kStep = 0.01;    // of the mean edge of the surface
+constexpr double kLongest = 1.5;  // steps; a longer one is one of the surface
 constexpr int kPaths = 200;
 constexpr double kPush = 0.6;  // of the scene's largest displacement
 
@@ -65,12 +65,12 @@ class Slider {
     require(session_.init(pack, config, {arena_.get(), bytes}));
   }
 
-  // Until two contacts are nearer to each other than so many edges.
-  void slide(const std::vector<Path>& paths, double nearest, Slides& slides) {
+  // In steps of so much of an edge, until two contacts are nearer to each other than so many edges.
+  void slide(const std::vector<Path>& paths, double step, double nearest, Slides& slides) {
     const double edge = pack_.info().mean_surface_edge;
     double longest = 0;
     for (const Path& path : paths) longest = std::max(longest, (path.to - path.from).norm());
-    const int steps = static_cast<int>(longest / (kStep * edge));
+    const int steps = static_cast<int>(longest / (step * edge));
     Frame before(paths.size());
     Frame now(paths.size());
     double peak = 0;
@@ -91,8 +91,8 @@ class Slider {
         jump = std::max(jump, (force_of(now, c) - force_of(before, c)).norm());
         peak = std::max(peak, force_of(now, c).norm());
       }
-      if (i > 0 && moved <= kLongest) {
-        largest = std::max(largest, jump * kStep / std::max(moved, kStep));
+      if (i > 0 && moved <= kLongest * step) {
+        largest = std::max(largest, jump * step / std::max(moved, step));
         for (size_t c = 0; c < paths.size(); ++c)
           slides.triangles +=
               !std::equal(now.points[c].sites, now.points[c].sites + 3, before.points[c].sites);
@@ -132,7 +132,8 @@ class Slider {
   Session session_;
 };
 
-Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_contacts, double nearest) {
+Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_contacts, double step,
+                      double nearest) {
   Slider slider(pack, model, num_contacts);
   std::mt19937 random(1);
   const auto site = [&] {
@@ -152,7 +153,7 @@ Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_conta
   for (int i = 0; i < kPaths; ++i) {
     std::vector<Path> paths;
     while (paths.size() < num_contacts) paths.push_back(path());
-    slider.slide(paths, nearest, slides);
+    slider.slide(paths, step, nearest, slides);
   }
   std::sort(slides.jumps.begin(), slides.jumps.end());
   return slides;
@@ -162,20 +163,24 @@ void run_study(const std::filesystem::path& file, const std::filesystem::path& f
   Pack pack;
   require(pack.open(file.c_str()));
   study::StudyTable table(
-      "slides", "Largest jump of the force between frames 0.01 h apart, in percent of the path's peak force.",
-      {"model", "contacts", "edges apart", "paths", "frames", "triangles entered", "median", "p95", "max"});
+      "slides",
+      "Largest jump of the force between one frame and the next, in percent of the path's peak force.",
+      {"model", "contacts", "edges apart", "step, h", "paths", "frames", "triangles entered", "median", "p95",
+       "max"});
   struct Row {
     const char* name;
     pal_model model;
     std::uint32_t num_contacts;
     double nearest;  // edges between contacts
+    double step = kStep;
   };
-  for (const auto& [name, model, num_contacts, nearest] :
+  for (const auto& [name, model, num_contacts, nearest, step] :
        {Row{"linear_dd", PAL_MODEL_LINEAR, 1, 0},
         Row{"polynomial_dd, affine_site", PAL_MODEL_POLYNOMIAL, 1, 0},
         Row{"linear_dd", PAL_MODEL_LINEAR, 2, 2}, Row{"linear_dd", PAL_MODEL_LINEAR, 3, 2},
-        Row{"linear_dd", PAL_MODEL_LINEAR, 2, 0}, Row{"linear_dd", PAL_MODEL_LINEAR, 3, 0}}) {
-    const Slides slides = slide_all_over(pack, model, num_contacts, nearest);
+        Row{"linear_dd", PAL_MODEL_LINEAR, 2, 0}, Row{"linear_dd", PAL_MODEL_LINEAR, 2, 0, kStep / 4},
+        Row{"linear_dd", PAL_MODEL_LINEAR, 3, 0}, Row{"linear_dd", PAL_MODEL_LINEAR, 3, 0, kStep / 4}}) {
+    const Slides slides = slide_all_over(pack, model, num_contacts, step, nearest);
     if (slides.jumps.empty()) continue;
     const auto at = [&](double q) {
       return fmt::format(
@@ -183,8 +188,9 @@ void run_study(const std::filesystem::path& file, const std::filesystem::path& f
           100 * slides.jumps[static_cast<size_t>(q * static_cast<double>(slides.jumps.size() - 1))]);
     };
     table.add({name, fmt::format("{}", num_contacts), num_contacts > 1 ? fmt::format("{:g}", nearest) : "",
-               fmt::format("{}", slides.jumps.size()), fmt::format("{}", slides.frames),
-               fmt::format("{}", slides.triangles), at(0.5), at(0.95), at(1)});
+               fmt::format("{:g}", step), fmt::format("{}", slides.jumps.size()),
+               fmt::format("{}", slides.frames), fmt::format("{}", slides.triangles), at(0.5), at(0.95),
+               at(1)});
   }
   study::write_text(folder / (table.name() + ".md"), table.markdown());
   study::write_text(folder / (table.name() + ".csv"), table.csv());
