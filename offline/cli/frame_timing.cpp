@@ -78,19 +78,54 @@ std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
   return contacts;
 }
 
-// Places an edge and less around sites, one after the other: metres, organ frame.
-std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
+// Metres, organ frame.
+std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
   const pal_geometry geometry = opened.pack().geometry();
+  std::vector<Eigen::Vector3d> positions;
+  for (std::uint32_t site = 0; site < info.num_sites; ++site) {
+    std::uint32_t node = 0;
+    require_ok(pal_pack_get_site_node(opened.pack().get(), site, &node), "site");
+    positions.emplace_back(info.metres_per_length_unit *
+                           Eigen::Vector3d(geometry.rest_positions + size_t{3} * node));
+  }
+  return positions;
+}
+
+// Places an edge and less around sites, one after the other: metres, organ frame.
+std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
+  const std::vector<Eigen::Vector3d> sites = site_positions(opened);
   RandomBall random;
   std::vector<Eigen::Vector3d> places;
-  for (std::uint32_t i = 0; i < kContacts; ++i) {
-    std::uint32_t node = 0;
-    require_ok(pal_pack_get_site_node(opened.pack().get(), i % info.num_sites, &node), "site");
-    const Eigen::Vector3d site(geometry.rest_positions + size_t{3} * node);
-    places.emplace_back(info.metres_per_length_unit * site + info.mean_surface_edge * random());
-  }
+  for (size_t i = 0; i < kContacts; ++i)
+    places.emplace_back(sites[i % sites.size()] + opened.info().mean_surface_edge * random());
   return places;
+}
+
+pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d& place) {
+  pal_surface_point point;
+  require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
+  return point;
+}
+
+// Half an edge above the surface from the first site to the one farthest from it and back, in steps of a hundredth of an
+// edge or so: metres, organ frame.
+std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
+  const double edge = opened.info().mean_surface_edge;
+  const std::vector<Eigen::Vector3d> sites = site_positions(opened);
+  const Eigen::Vector3d& start = sites.front();
+  const Eigen::Vector3d& end = *std::max_element(
+      sites.begin(), sites.end(),
+      [&](const auto& a, const auto& b) { return (a - start).squaredNorm() < (b - start).squaredNorm(); });
+  constexpr double kStep = 0.01;  // edges
+  const int steps = 1 + static_cast<int>((end - start).norm() / (kStep * edge));
+  std::vector<Eigen::Vector3d> path;
+  for (int i = 0; i <= steps; ++i) {
+    const pal_surface_point point = surface_point(opened, start + (end - start) * i / steps);
+    path.emplace_back(Eigen::Vector3d(point.position) + 0.5 * edge * Eigen::Vector3d(point.normal));
+  }
+  for (int i = steps; i-- > 0;) path.push_back(path[static_cast<size_t>(i)]);
+  return path;
 }
 
 // The contacts of random_contacts at those places.
@@ -98,8 +133,7 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
   std::vector<pal_contact> contacts;
   const std::vector<pal_contact> pushes = random_contacts(opened, true);
   for (const Eigen::Vector3d& place : random_places(opened)) {
-    pal_surface_point point;
-    require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
+    const pal_surface_point point = surface_point(opened, place);
     contacts.push_back(pal_contact_at(&point, pushes[contacts.size()].displacement));
   }
   return contacts;
@@ -255,17 +289,22 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
 std::vector<Timing> time_search(const OpenedPack& opened, int frames) {
   const std::vector<Eigen::Vector3d> places = random_places(opened);
   std::vector<Eigen::Vector3d> on_surface;
-  const auto find = [&](const Eigen::Vector3d& place) {
-    pal_surface_point point;
-    require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
-    return point;
-  };
+  const auto find = [&](const Eigen::Vector3d& place) { return surface_point(opened, place); };
   for (const Eigen::Vector3d& place : places) on_surface.emplace_back(find(place).position);
   const auto time = [&](const char* stage, const std::vector<Eigen::Vector3d>& from) {
     return time_frames("", stage, frames,
                        [&](int frame) { find(from[static_cast<size_t>(frame) % from.size()]); });
   };
-  return {time("find the surface point", places), time("the same, of a point on it", on_surface)};
+  std::vector<Timing> timings = {time("find the surface point", places),
+                                 time("the same, of a point on it", on_surface)};
+  const std::vector<Eigen::Vector3d> above = path_above_surface(opened);
+  TimedSession session(opened, PAL_MODEL_AUTO, 1);
+  session.look_for_surface();
+  timings.push_back(time_frames("", "a tool above the surface", frames, [&](int frame) {
+    const Eigen::Vector3d& tip = above[static_cast<size_t>(frame) % above.size()];
+    session.tool({{tip[0], tip[1], tip[2]}, {1, 0, 0, 0}});
+  }));
+  return timings;
 }
 
 std::vector<Timing> time_start(const std::filesystem::path& file) {

@@ -70,7 +70,8 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 bool has_places(const OpenedPack& opened);
 
 // pal_pack_find_surface_point at places about an edge from the surface, another in each frame, and at places on it, as those of
-// a tool that slides: the pack has places.
+// a tool that slides; and whole frames of a tool that goes half an edge above it, whose search starts where its last one
+// ended: the pack has places.
 std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 
 // Opening the pack's file, which is in the system's cache by then, and making a session.

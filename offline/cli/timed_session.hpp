@@ -20,6 +20,13 @@ class TimedSession {
   }
   // Tool 0 holds a site; a haptic frame of its pose, with the same answer as the contact frame.
   void hold(std::uint32_t site) { require_ok(session_.hold(0, pal_default_hold(site)), "hold"); }
+  // Tool 0 looks for the surface as long as it holds nothing.
+  void look_for_surface() {
+    pal_touch touch = {};
+    touch.struct_size = sizeof touch;
+    touch.law = PAL_LAW_TOUCH;
+    require_ok(session_.set_touch(0, touch), "touch");
+  }
   void tool(const pal_pose& pose) {
     pal_tool_result result = {};
     require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
