@@ -17,12 +17,12 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 12;
+inline constexpr uint32_t kFormatVersion = 13;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
-inline constexpr uint32_t kMaxDegree = 10;     // of a displacement polynomial
-inline constexpr uint32_t kMostRank = 64;      // of a site's basis
+inline constexpr uint32_t kMaxDegree = 14;     // of a displacement polynomial
+inline constexpr uint32_t kMostRank = 96;      // of a site's basis
 inline constexpr int kBasisUnit = 32767;       // 1 in a basis of int16
 inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement
 inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
@@ -167,6 +167,12 @@ constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {
 // rows.
 constexpr uint64_t lower_block(uint64_t i, uint64_t j) {
   return i * (i + 1) / 2 + j;
+}
+
+// i and j of that place.
+constexpr void find_lower_block(uint32_t place, uint32_t& i, uint32_t& j) {
+  for (i = 0; place > i; ++i) place -= i + 1;
+  j = place;
 }
 
 // Of a panel of a polynomial's field.

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""What polynomials are worth on the brain at other Poisson's ratios: builds its scene anew with other lambdas, to one and to
-two mean surface edges h, and writes the tables of the packs' surveys to DIR/ratios.md.
+"""What polynomials are worth on the brain at other Poisson's ratios: builds its scene anew with other lambdas and a tip of one
+mean surface edge h, to one and to two of them, and writes the tables of the packs' surveys to DIR/ratios.md.
 
     bench/polynomials/poisson_ratios.py PALPATE SCENE DIR [--quadratic]
 
@@ -16,16 +16,20 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 from model_variants import quadratic, with_ratio  # noqa: E402
 
 # Survey targets that make the builder spend what the bars ask for.
-REACHES = {1: 0.001, 2: 0.005}
-SITES_OF_QUADRATIC = [711, 774, 777]
+TARGETS = {1: 0.001, 2: 0.005}
+# Elements of ten nodes: at node 711 0.1 % is kept with 60 solves, and one push in sixty is wrong by 0.5.
+QUADRATIC_TARGET = 0.0005
+QUADRATIC_SITES = [711, 774, 777]
 
 
-def survey(program, scene, folder, name, model, reach, sites=None):
+def survey(program, scene, folder, name, model, reach, target, sites=None):
     """Builds the scene with this model, d to `reach` h; a row of the table."""
     edge = float(re.search(r"max_displacement = ([\d.]+)", scene)[1])
     scene = re.sub(r'model = "[^"]*"', f'model = "{name}.inp"', scene)
     scene = re.sub(r"max_displacement = [\d.]+", f"max_displacement = {reach * edge:.6g}", scene)
-    scene = re.sub(r"target = [\d.]+", f"target = {REACHES[reach]}", scene)
+    scene = re.sub(r"tip_radius = [\d.]+", f"tip_radius = {edge:.6g}", scene)
+    scene = re.sub(r"max_contacts = \d+", "max_contacts = 1", scene)  # polynomials alone, without zones
+    scene = re.sub(r"target = [\d.]+", f"target = {target}", scene)
     if sites:
         scene = scene.replace('sites = "PROBE"', f"sites = {sites}")
     files = [folder / f"{name}_{reach}h{suffix}" for suffix in (".toml", ".pack")]
@@ -46,9 +50,10 @@ def main():
     model = (scene_file.parent / re.search(r'model = "([^"]*)"', scene)[1]).read_text()
     if "--quadratic" in sys.argv:
         rows = [("0.49, ten nodes", 1, survey(program, scene, folder, "quadratic", quadratic(with_ratio(model, 0.49)), 1,
-                                              SITES_OF_QUADRATIC))]
+                                              QUADRATIC_TARGET, QUADRATIC_SITES))]
     else:
-        rows = [(f"{ratio}", reach, survey(program, scene, folder, f"brain{ratio}", with_ratio(model, ratio), reach))
+        rows = [(f"{ratio}", reach, survey(program, scene, folder, f"brain{ratio}", with_ratio(model, ratio), reach,
+                                         TARGETS[reach]))
                 for reach, ratios in ((1, (0.147, 0.4, 0.45, 0.49)), (2, (0.147, 0.4, 0.45))) for ratio in ratios]
     table = ["Errors at held-out random displacements, percent: of any shown node as part of |d|, and of the force.", "",
              "| nu | to | solves a site | median | p95 | max | force, median | p95 | max |", "|" + "---|" * 9]

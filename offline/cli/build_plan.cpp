@@ -101,6 +101,10 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
       60;  // as many as it takes to tell 95 % of their errors with a confidence of 95 %
   plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
+  // Where slivers turn under a small tip, 60 solves leave half a percent (bench/polynomials/POLYNOMIALS.md).
+  constexpr double kFineTarget = 1e-3;
+  constexpr size_t kSolvesForFineTargets = 150;
+  if (plan.target <= kFineTarget) plan.most_samples = kSolvesForFineTargets;
   // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
   constexpr double kRoundedFrom = 2e-4;
   plan.rounded = scene.precision == FieldPrecision::rounded ||

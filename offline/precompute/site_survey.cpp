@@ -44,6 +44,8 @@ struct DegreeChoice {
   bool keeps(double target) const { return std::max(error, force_error) <= target; }
 };
 
+// From so many solves on, degrees are raised that they do not suffice for: a frame rather takes longer than a build.
+constexpr size_t kUsualSamples = 60;
 constexpr int kUsualDegree = 7;
 
 // Whether there are equations to spare for each term.
@@ -151,7 +153,8 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
     while (result.samples < wanted) domain.sample(points[next++]);
     DegreeChoice choice = choose_degree(samples);
     const bool is_last = wanted == plan.most_samples;
-    if (is_last && !choice.keeps(plan.target)) choice = raise_degree(samples, choice);
+    if ((is_last || wanted >= kUsualSamples) && !choice.keeps(plan.target))
+      choice = raise_degree(samples, choice);
     result.held_out_error = choice.error;
     result.held_out_force_error = choice.force_error;
     if (is_last || choice.keeps(plan.target)) return fit_polynomial(samples, choice.degree);

@@ -15,7 +15,7 @@ constexpr uint32_t kTogether = 8;
 // z as integers times one scale: as large as leaves every sum of products in 32 bits.
 void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
   constexpr pal_real kMostSum =
-      65000;  // 32767 of it, and of half a unit for each of 64 roundings, is below 2^31
+      65000;  // 32767 of it, and of half a unit for each of 96 roundings, is below 2^31
   pal_real largest = 0;
   pal_real sum = 0;
   for (uint32_t k = 0; k < rank; ++k) {

@@ -333,7 +333,7 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
   uint32_t contact = column / pack::kZoneColumns;
   uint32_t other = 0;
   if (!is_own) {
-    find_entry((column - of_contacts) / pack.num_pair_fields, contact, other);
+    pack::find_lower_block((column - of_contacts) / pack.num_pair_fields, contact, other);
     ++contact;
   }
   const uint32_t place = is_own ? column % pack::kZoneColumns : (column - of_contacts) % pack.num_pair_fields;

@@ -31,12 +31,6 @@ inline constexpr uint32_t kMostExteriorColumns =
     kMostZoneContacts * pack::kZoneColumns +
     pack::kMostPairFields * kMostZoneContacts * (kMostZoneContacts - 1) / 2;
 
-// The entry of a lower triangle that is listed row by row.
-inline void find_entry(uint32_t index, uint32_t& row, uint32_t& column) {
-  for (row = 0; index > row; ++row) index -= row + 1;
-  column = index;
-}
-
 // Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 

@@ -123,7 +123,7 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     const uint32_t term = (state.column - set.num_contacts) % 4;
     uint32_t u = 0;
     uint32_t v = 0;
-    find_entry(column, u, v);
+    pack::find_lower_block(column, u, v);
     const uint32_t contact = u / 3;
     const uint32_t other = v / 3;
     const Direction a = direction_of(pack, state.moves + of_axis * u, of_axis);

@@ -307,6 +307,64 @@ TEST_F(Contradiction, LinearCompliance) {
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
+// Where a field of a table of the pack lies. Scalars that are not the default lie in the table, to be overwritten.
+unsigned char* field_of_table(AlignedBytes& copy, flatbuffers::voffset_t table,
+                              flatbuffers::voffset_t field) {
+  unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
+  unsigned char* place = flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)
+                             ->GetPointer<flatbuffers::Table*>(table)
+                             ->GetAddressOf(field);
+  if (place == nullptr) throw std::runtime_error("not in the tables");
+  return place;
+}
+
+// With this scalar in a table, checksum repaired.
+template <typename T>
+pal_status status_with_scalar(flatbuffers::voffset_t table, flatbuffers::voffset_t field, T value,
+                              const AlignedBytes& original) {
+  AlignedBytes copy = copy_of(original.bytes());
+  memcpy(field_of_table(copy, table, field), &value, sizeof value);
+  repair_checksum(copy.bytes());
+  return open_status(copy.bytes());
+}
+
+// With so many bytes of an array in place of all of them.
+pal_status status_with_bytes(flatbuffers::voffset_t table, flatbuffers::voffset_t field, uint64_t num_bytes,
+                             const AlignedBytes& original) {
+  AlignedBytes copy = copy_of(original.bytes());
+  auto* segment = reinterpret_cast<pack::Segment*>(field_of_table(copy, table, field));
+  *segment = pack::Segment(segment->offset(), num_bytes);
+  repair_checksum(copy.bytes());
+  return open_status(copy.bytes());
+}
+
+TEST_F(Contradiction, PairsOfZones) {
+  const AlignedBytes& original = zone_pack_bytes();
+  const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
+  const pack::NonlinearZone& zone = *tables.nonlinear_zone();
+  const uint32_t count = zone.num_pair_fields();
+  ASSERT_GT(count, 0u);
+  const auto with_count = [&](uint32_t value) {
+    return status_with_scalar(pack::Pack::VT_NONLINEAR_ZONE, pack::NonlinearZone::VT_NUM_PAIR_FIELDS, value,
+                              original);
+  };
+  EXPECT_EQ(with_count(count), PAL_STATUS_OK);
+  EXPECT_EQ(with_count(0), PAL_STATUS_OK) << "what pairs add is left out";
+  for (const uint32_t wrong :
+       {1u, count - 1, count + 1, count + 4, pack::kMostPairFields + 4, 0x80000000u, 0xfffffffcu})
+    EXPECT_EQ(with_count(wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+  for (const auto field : {pack::NonlinearZone::VT_PAIR_FIELDS, pack::NonlinearZone::VT_PAIR_WEIGHTS}) {
+    const uint64_t bytes =
+        (field == pack::NonlinearZone::VT_PAIR_FIELDS ? zone.pair_fields() : zone.pair_weights())->bytes();
+    const auto with_bytes = [&](uint64_t value) {
+      return status_with_bytes(pack::Pack::VT_NONLINEAR_ZONE, field, value, original);
+    };
+    EXPECT_EQ(with_bytes(bytes), PAL_STATUS_OK);
+    for (const uint64_t wrong : {uint64_t{0}, bytes - 64, bytes + 64})
+      EXPECT_EQ(with_bytes(wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+  }
+}
+
 TEST_F(Contradiction, Zones) {
   const AlignedBytes& original = zone_pack_bytes();
   const pack::NonlinearZone& zone =
@@ -406,7 +464,7 @@ TEST_F(Contradiction, PolynomialSites) {
       EXPECT_EQ(changed([&](Site& site) { site.degree = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
     // Other ranks and degrees need other arrays than there are.
     EXPECT_EQ(changed([](Site& site) { --site.degree; }), PAL_STATUS_CORRUPT_CONTENT);
-    for (const uint32_t wrong : {65u, 66u, 0x80000000u, 0xffffffffu})
+    for (const uint32_t wrong : {pack::kMostRank + 1, pack::kMostRank + 2, 0x80000000u, 0xffffffffu})
       EXPECT_EQ(changed([&](Site& site) { site.rank = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
     EXPECT_EQ(changed([](Site& site) { site.rank += 2; }), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(changed([](Site& site) { --site.rank; }), PAL_STATUS_CORRUPT_CONTENT);
@@ -480,32 +538,17 @@ TEST_F(Contradiction, PolynomialNumbers) {
   }
 }
 
-// After `change` of the table of the polynomials, checksum repaired. Scalars of a table that are not the default lie in
-// it, to be overwritten.
-template <typename T>
-pal_status status_with_scalar(flatbuffers::voffset_t field, T value, const AlignedBytes& original) {
-  AlignedBytes copy = copy_of(original.bytes());
-  unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
-  auto* polynomial = flatbuffers::GetMutableRoot<flatbuffers::Table>(tables)->GetPointer<flatbuffers::Table*>(
-      pack::Pack::VT_POLYNOMIAL_DD);
-  unsigned char* place = polynomial->GetAddressOf(field);
-  if (place == nullptr) throw std::runtime_error("not in the tables");
-  memcpy(place, &value, sizeof value);
-  repair_checksum(copy.bytes());
-  return open_status(copy.bytes());
-}
-
 TEST_F(Contradiction, PolynomialTable) {
   const AlignedBytes& rounded = rounded_pack_bytes();
   const uint32_t degree = polynomials_of(rounded).degree();
   const auto with_degree = [&](uint32_t value) {
-    return status_with_scalar(pack::PolynomialDd::VT_DEGREE, value, rounded);
+    return status_with_scalar(pack::Pack::VT_POLYNOMIAL_DD, pack::PolynomialDd::VT_DEGREE, value, rounded);
   };
   EXPECT_EQ(with_degree(degree), PAL_STATUS_OK);
   for (const uint32_t wrong : {0u, degree - 1, pack::kMaxDegree + 1, 0xffffffffu})
     EXPECT_EQ(with_degree(wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
   const auto with_precision = [&](uint8_t value) {
-    return status_with_scalar(pack::PolynomialDd::VT_PRECISION, value, rounded);
+    return status_with_scalar(pack::Pack::VT_POLYNOMIAL_DD, pack::PolynomialDd::VT_PRECISION, value, rounded);
   };
   EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
   for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
@@ -536,9 +579,10 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     };
     EXPECT_EQ(status_of(1, 0), PAL_STATUS_OK);
     constexpr int kDegree = pack::kMaxDegree;
-    EXPECT_EQ(status_of(kDegree, 64), PAL_STATUS_OK);
-    EXPECT_EQ(status_of(kDegree, 66), PAL_STATUS_CORRUPT_CONTENT);
-    EXPECT_EQ(status_of(kDegree + 1, 64), PAL_STATUS_CORRUPT_CONTENT);
+    constexpr uint32_t kRank = pack::kMostRank;
+    EXPECT_EQ(status_of(kDegree, kRank), PAL_STATUS_OK);
+    EXPECT_EQ(status_of(kDegree, kRank + 2), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(status_of(kDegree + 1, kRank), PAL_STATUS_CORRUPT_CONTENT);
   }
   // Half a pair of columns: the last site without its last column, and the arrays as much shorter.
   const auto status_of_rank = [&](uint32_t fewer) {

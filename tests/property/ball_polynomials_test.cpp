@@ -45,24 +45,27 @@ std::vector<Node> gauss_points(int count, double from, double to) {
   return nodes;
 }
 
-// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last <= 11: in spherical
-// coordinates products of polynomials of r, of cos(theta) and of e^(i phi).
+// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last: in spherical coordinates
+// products of polynomials of r, of cos(theta) and of e^(i phi).
 Eigen::MatrixXd mean_products(int first, int last, bool half) {
-  constexpr int kPoints = 13;  // to degree 25; the most is 22 + 2 of r^2
-  constexpr int kAngles = 32;  // to order 31 of 22
+  const int points = last + 2;      // to degree 2 last + 3; the most is 2 last + 2 of r^2
+  const int angles = 2 * last + 2;  // to order 2 last + 1 of 2 last
   const auto terms = static_cast<Eigen::Index>(
       pack::num_monomials(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last)));
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(terms, terms);
-  for (const Node& r : gauss_points(kPoints, 0, 1)) {
-    for (const Node& z : gauss_points(kPoints, half ? 0 : -1, 1)) {
+  for (const Node& r : gauss_points(points, 0, 1)) {
+    Eigen::MatrixXd weighed(terms, points * angles);
+    Eigen::Index column = 0;
+    for (const Node& z : gauss_points(points, half ? 0 : -1, 1)) {
       const double ring = std::sqrt(1 - z.at * z.at);
-      for (int k = 0; k < kAngles; ++k) {
-        const double phi = 2 * std::numbers::pi * (k + 0.3) / kAngles;
+      const double weight = 3 * r.at * r.at * r.weight * z.weight / (half ? 1 : 2) / angles;
+      for (int k = 0; k < angles; ++k) {
+        const double phi = 2 * std::numbers::pi * (k + 0.3) / angles;
         const Eigen::Vector3d x = r.at * Eigen::Vector3d(ring * std::cos(phi), ring * std::sin(phi), z.at);
-        const Eigen::VectorXd m = hermite_rows(x, first, last, 0).transpose();
-        mean += 3 * r.at * r.at * r.weight * z.weight / (half ? 1 : 2) / kAngles * m * m.transpose();
+        weighed.col(column++) = std::sqrt(weight) * hermite_rows(x, first, last, 0).transpose();
       }
     }
+    mean.noalias() += weighed * weighed.transpose();
   }
   return mean;
 }

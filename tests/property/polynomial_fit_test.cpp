@@ -217,7 +217,7 @@ TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
   ASSERT_EQ(highest_fit_degree(false), kDegree);
   EXPECT_LT(highest_fit_degree(true), kDegree);
   const Synthetic truth(kDegree);
-  const SitePolynomial fit = fit_polynomial(truth.samples(60), kDegree);
+  const SitePolynomial fit = fit_polynomial(truth.samples(120), kDegree);
   TestRandom random(85);
   for (int i = 0; i < 50; ++i) {
     Eigen::Vector3d x(random(), random(), random());
