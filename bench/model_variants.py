@@ -1,4 +1,4 @@
-"""Variants of the brain's model that studies build."""
+"""Variants of the brain's model and scenes that studies build."""
 import re
 
 
@@ -10,6 +10,20 @@ def with_ratio(model, ratio):
         return f"{match[1]}{mu!r}, {2 * mu * ratio / (1 - 2 * ratio)!r}"
 
     return re.sub(r"(\*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n)([\d.]+), *[\d.]+", law, model)
+
+
+def with_settings(scene, settings):
+    """A scene's lines `key = value`, each key exactly once, with other values."""
+    for key, value in settings.items():
+        scene, count = re.subn(rf'^{key} = ("[^"]*"|[\d.]+)', f"{key} = {value}", scene, flags=re.M)
+        if count != 1:
+            raise ValueError(f"the scene has {count} lines of {key}; it should have one")
+    return scene
+
+
+def edge_of(scene):
+    """h: its largest displacement, in the scenes that are shipped."""
+    return float(re.search(r"^max_displacement = ([\d.]+)", scene, flags=re.M)[1])
 
 
 def quadratic(model):

@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
-from model_variants import quadratic, with_ratio  # noqa: E402
+from model_variants import edge_of, quadratic, with_ratio, with_settings  # noqa: E402
 
 # Survey targets that make the builder spend what the bars ask for.
 TARGETS = {1: 0.001, 2: 0.005}
@@ -24,17 +24,15 @@ QUADRATIC_SITES = [711, 774, 777]
 
 def survey(program, scene, folder, name, model, reach, target, sites=None):
     """Builds the scene with this model, d to `reach` h; a row of the table."""
-    edge = float(re.search(r"max_displacement = ([\d.]+)", scene)[1])
-    scene = re.sub(r'model = "[^"]*"', f'model = "{name}.inp"', scene)
-    scene = re.sub(r"max_displacement = [\d.]+", f"max_displacement = {reach * edge:.6g}", scene)
-    scene = re.sub(r"tip_radius = [\d.]+", f"tip_radius = {edge:.6g}", scene)
-    scene = re.sub(r"max_contacts = \d+", "max_contacts = 1", scene)  # polynomials alone, without zones
-    scene = re.sub(r"target = [\d.]+", f"target = {target}", scene)
+    edge = edge_of(scene)
+    settings = {"model": f'"{name}.inp"', "max_displacement": f"{reach * edge:.6g}", "tip_radius": f"{edge:.6g}",
+                "max_contacts": "1",  # polynomials alone, without zones
+                "target": target}
     if sites:
-        scene = scene.replace('sites = "PROBE"', f"sites = {sites}")
+        settings["sites"] = sites
     files = [folder / f"{name}_{reach}h{suffix}" for suffix in (".toml", ".pack")]
     (folder / f"{name}.inp").write_text(model)
-    files[0].write_text(scene)
+    files[0].write_text(with_settings(scene, settings))
     subprocess.run([program, "build", files[0], "-o", files[1]], check=True)
     about = json.loads(subprocess.run([program, "info", files[1], "--json"], check=True, capture_output=True).stdout)
     of_all = about["errors"]["polynomial_dd"]["overall"]

@@ -21,7 +21,8 @@ struct BuildResult {
   double seconds = 0;
   double sampling_seconds = 0;  // of them, of the sites' solves and fits
   double frame_us = 0;          // median of forces at new sites
-  double new_places_us = 0;     // of several contacts, all at new places between sites; 0 where that is no question
+  double new_places_us =
+      0;  // of several contacts, all at new places between sites; 0 where that is no question
 };
 
 void print_json(const BuildResult& result);

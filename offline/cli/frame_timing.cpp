@@ -108,8 +108,9 @@ pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d&
   return point;
 }
 
-// Half an edge above the surface from the first site to the one farthest from it and back, in steps of a hundredth of an
-// edge or so: metres, organ frame.
+// About half an edge above the surface from the first site to the one farthest from it and back, as what is nearest to a
+// point that goes along the chord in steps of a hundredth of an edge, without what is nearer to the wall across a fissure:
+// metres, organ frame.
 std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
   const double edge = opened.info().mean_surface_edge;
   const std::vector<Eigen::Vector3d> sites = site_positions(opened);
@@ -122,9 +123,12 @@ std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
   std::vector<Eigen::Vector3d> path;
   for (int i = 0; i <= steps; ++i) {
     const pal_surface_point point = surface_point(opened, start + (end - start) * i / steps);
-    path.emplace_back(Eigen::Vector3d(point.position) + 0.5 * edge * Eigen::Vector3d(point.normal));
+    const Eigen::Vector3d above =
+        Eigen::Vector3d(point.position) + 0.5 * edge * Eigen::Vector3d(point.normal);
+    constexpr double kLeastDistance = 0.25;  // edges
+    if (surface_point(opened, above).distance > kLeastDistance * edge) path.push_back(above);
   }
-  for (int i = steps; i-- > 0;) path.push_back(path[static_cast<size_t>(i)]);
+  for (size_t i = path.size(); i-- > 0;) path.push_back(path[i]);
   return path;
 }
 
@@ -298,11 +302,13 @@ std::vector<Timing> time_search(const OpenedPack& opened, int frames) {
   std::vector<Timing> timings = {time("find the surface point", places),
                                  time("the same, of a point on it", on_surface)};
   const std::vector<Eigen::Vector3d> above = path_above_surface(opened);
+  if (above.empty()) return timings;
   TimedSession session(opened, PAL_MODEL_AUTO, 1);
   session.look_for_surface();
   timings.push_back(time_frames("", "a tool above the surface", frames, [&](int frame) {
     const Eigen::Vector3d& tip = above[static_cast<size_t>(frame) % above.size()];
-    session.tool({{tip[0], tip[1], tip[2]}, {1, 0, 0, 0}});
+    if (session.tool({{tip[0], tip[1], tip[2]}, {1, 0, 0, 0}}) > 0)
+      throw std::runtime_error("a tool above the surface holds it");
   }));
   return timings;
 }

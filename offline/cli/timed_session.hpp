@@ -27,9 +27,11 @@ class TimedSession {
     touch.law = PAL_LAW_TOUCH;
     require_ok(session_.set_touch(0, touch), "touch");
   }
-  void tool(const pal_pose& pose) {
+  // How many contacts it holds.
+  std::uint32_t tool(const pal_pose& pose) {
     pal_tool_result result = {};
     require_ok(session_.haptic_frame(0.001, {&pose, 1}, {&result, 1}), "frame");
+    return result.num_contacts;
   }
   void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
 

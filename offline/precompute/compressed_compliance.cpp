@@ -16,7 +16,7 @@ namespace {
 // packs a fifth larger, 1 those of 4,000 nodes a fifth to a third, 0.5 changes them by 3 %.
 constexpr double kNearness = 0.4;
 // What needs more columns is kept as it is: two thirds of its size, and no product.
-constexpr Eigen::Index kMostRank = 64;
+constexpr Eigen::Index kMostColumns = 64;
 constexpr int kSlab = 96;  // right-hand sides that are solved at a time
 
 // Nodes next to one another in groups of 32: halves across the longest side, and halves of those.
@@ -233,7 +233,7 @@ class Compressor {
     product.selfadjointView<Eigen::Lower>().rankUpdate(scaled);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(product);
     const Eigen::Index step = pack::kRankStep;
-    const Eigen::Index count = std::min(kMostRank, rows) / step * step;
+    const Eigen::Index count = std::min(kMostColumns, rows) / step * step;
     return (eigen.eigenvectors().rightCols(count).rowwise().reverse().array().colwise() *
             (roots / roots.maxCoeff()).array())
         .cast<float>();

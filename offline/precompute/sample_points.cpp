@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include "offline/precompute/hermite_design.hpp"
@@ -68,9 +69,9 @@ Eigen::Vector3d SamplePoints::operator[](size_t index) {
 void SamplePoints::choose_next() {
   constexpr size_t kFirstInner = 12;
   constexpr size_t kEachInner = 3;
-  const Eigen::Vector3d next = chosen_.size() >= kFirstInner && chosen_.size() % kEachInner == 0
-                                   ? farthest_inner()
-                                   : most_informative();
+  std::optional<Eigen::Vector3d> informative;
+  if (chosen_.size() < kFirstInner || chosen_.size() % kEachInner != 0) informative = most_informative();
+  const Eigen::Vector3d next = informative ? *informative : farthest_inner();
   const Eigen::MatrixXd rows = weighed_rows(next, degree_);
   information_ += rows.transpose() * rows;
   chosen_.push_back(next);
@@ -83,17 +84,18 @@ Eigen::Vector3d SamplePoints::farthest_inner() const {
     return least;
   };
   double farthest = 0;
-  Eigen::Vector3d best;
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& candidate : inner_candidates_) {
     if (const double from_all = distance(candidate); from_all > farthest * (1.0 + 1e-9)) {
       farthest = from_all;
       best = candidate;
     }
   }
+  if (farthest == 0) throw std::logic_error("no sample points are left");
   return best;
 }
 
-Eigen::Vector3d SamplePoints::most_informative() {
+std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
   constexpr int kLeastDegree = 3;
   constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
   int degree = std::max(degree_, kLeastDegree);
@@ -131,7 +133,7 @@ Eigen::Vector3d SamplePoints::most_informative() {
       best = c;
     }
   }
-  if (best_gain < 0) throw std::logic_error("no sample points are left");
+  if (best_gain < 0) return std::nullopt;
   return candidates_[best];
 }
 

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 namespace palpate {
@@ -21,9 +22,8 @@ inline constexpr int kEquationsPerSample = 10;
 
 // Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
 // constant and linear part: each next one chosen for the lowest degree that it and those before it do not yet determine
-// twice over;
-// of the later ones every third instead inside, the farthest from all before. Always the same sequence, made as far as it
-// is asked for; thread-safe. Cost: some 20 ms a point, from the fortieth on 0.1 s, once.
+// twice over; of the later ones every third, and all once no other is left, instead inside, the farthest from all before.
+// Always the same sequence, made as far as it is asked for, up to some 300 (150 in a half); thread-safe. Cost: some 20 ms a point, from the fortieth on 0.1 s, once.
 class SamplePoints {
  public:
   explicit SamplePoints(bool half);
@@ -31,7 +31,7 @@ class SamplePoints {
 
  private:
   void choose_next();
-  Eigen::Vector3d most_informative();
+  std::optional<Eigen::Vector3d> most_informative();  // none where all candidates are near chosen points
   Eigen::Vector3d farthest_inner() const;
   std::mutex mutex_;
   std::vector<Eigen::Vector3d> candidates_;

@@ -44,7 +44,8 @@ struct DegreeChoice {
   bool keeps(double target) const { return std::max(error, force_error) <= target; }
 };
 
-// From so many solves on, degrees are raised that they do not suffice for: a frame rather takes longer than a build.
+// Where so many solves do not keep the target by polynomials of the usual degree, higher ones are tried: a frame rather
+// takes longer than a build.
 constexpr size_t kUsualSamples = 60;
 constexpr int kUsualDegree = 7;
 

@@ -365,6 +365,40 @@ TEST_F(Contradiction, PairsOfZones) {
   }
 }
 
+// So many fields of each pair, and arrays behind all others that are as long as that: nothing contradicts the number.
+pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original) {
+  const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
+  const pack::NonlinearZone& zone = *tables.nonlinear_zone();
+  const uint64_t of_field = zone.pair_fields()->bytes() / zone.num_pair_fields();
+  const uint64_t weights = 2 * pack::kZoneColumns;
+  const uint64_t of_weight = zone.pair_weights()->bytes() / (weights + zone.num_pair_fields());
+  const uint64_t end = original.bytes().size();
+  const pack::Segment fields(end, count * of_field);
+  AlignedBytes longer(
+      end + (count + weights) * std::max(of_field, of_weight) / pack::kAlignment * pack::kAlignment +
+      pack::kAlignment);
+  memcpy(longer.bytes().data(), original.bytes().data(), end);
+  pack::PackHeader header = header_of(longer.bytes());
+  header.file_bytes = longer.bytes().size();
+  set_header(longer.bytes(), header);
+  const auto field_of_zone = [&](flatbuffers::voffset_t field) {
+    return field_of_table(longer, pack::Pack::VT_NONLINEAR_ZONE, field);
+  };
+  memcpy(field_of_zone(pack::NonlinearZone::VT_NUM_PAIR_FIELDS), &count, sizeof count);
+  *reinterpret_cast<pack::Segment*>(field_of_zone(pack::NonlinearZone::VT_PAIR_FIELDS)) = fields;
+  *reinterpret_cast<pack::Segment*>(field_of_zone(pack::NonlinearZone::VT_PAIR_WEIGHTS)) =
+      pack::Segment(end, (count + weights) * of_weight);
+  repair_checksum(longer.bytes());
+  return open_status(longer.bytes());
+}
+
+TEST_F(Contradiction, PairFieldsBeyondWhatAFrameHolds) {
+  for (const uint32_t right : {4u, 8u, pack::kMostPairFields})
+    EXPECT_EQ(status_with_pair_fields(right, zone_pack_bytes()), PAL_STATUS_OK) << right;
+  for (const uint32_t wrong : {1u, 6u, pack::kMostPairFields - 1, pack::kMostPairFields + 4})
+    EXPECT_EQ(status_with_pair_fields(wrong, zone_pack_bytes()), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+}
+
 TEST_F(Contradiction, Zones) {
   const AlignedBytes& original = zone_pack_bytes();
   const pack::NonlinearZone& zone =

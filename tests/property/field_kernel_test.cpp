@@ -185,7 +185,7 @@ TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
   std::uniform_real_distribution<pal_real> value(-1, 1);
   std::uniform_int_distribution<int> exponent(-20, 20);
   const auto any = [&] { return std::ldexp(value(random), exponent(random)); };
-  for (const uint32_t num_pairs : {0u, 1u, 2u, 3u, 8u, 17u, 32u}) {
+  for (const uint32_t num_pairs : {0u, 1u, 2u, 3u, 8u, 17u, pack::kMostRank / 2}) {
     SCOPED_TRACE(num_pairs);
     for (int round = 0; round < 20; ++round) {
       RoundedPanel panel(num_pairs);
@@ -211,9 +211,13 @@ TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
 TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
   const std::vector<pal_real> start(pack::kPanelRows, 0);
   std::mt19937_64 random(9);
-  const std::vector<std::vector<int>> weight_sets = {{32767, 32767, 1, 0},       {-32767, -32767, -1, 0},
-                                                     {32767, -32767, 0, 1},      {0, 32767, 32767, 1},
-                                                     std::vector<int>(64, 1023), std::vector<int>(64, -1023)};
+  constexpr int kEach = 65535 / static_cast<int>(pack::kMostRank);
+  const std::vector<std::vector<int>> weight_sets = {{32767, 32767, 1, 0},
+                                                     {-32767, -32767, -1, 0},
+                                                     {32767, -32767, 0, 1},
+                                                     {0, 32767, 32767, 1},
+                                                     std::vector<int>(pack::kMostRank, kEach),
+                                                     std::vector<int>(pack::kMostRank, -kEach)};
   for (const std::vector<int>& weights : weight_sets) {
     for (const int largest : {32767, -32767, -32768}) {
       for (const bool same_signs : {true, false}) {
@@ -221,7 +225,7 @@ TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
         panel.rounded.unit = pal_real(1) / 65536;
         for (size_t k = 0; k < weights.size(); ++k) {
           panel.rounded.weights[k] = static_cast<int16_t>(weights[k]);
-          if (weights.size() == 64 && !same_signs && random() % 2 == 0)
+          if (weights.size() == pack::kMostRank && !same_signs && random() % 2 == 0)
             panel.rounded.weights[k] = static_cast<int16_t>(-weights[k]);
         }
         for (size_t row = 0; row < pack::kPanelRows; ++row) {

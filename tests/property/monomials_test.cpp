@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint32_t kDegree = 8;
+constexpr std::uint32_t kDegree = pack::kMaxDegree + 1;  // of an energy
 
 TEST(Monomials, AreListedAsTheFormatSays) {
   std::string listed;
@@ -66,10 +66,10 @@ void expect_values(Real tolerance) {
 
 // One rounding for each of the kDegree - 1 products.
 TEST(Monomials, ValuesInDoublePrecision) {
-  expect_values<double>(8 * 2.3e-16);
+  expect_values<double>(kDegree * 2.3e-16);
 }
 TEST(Monomials, ValuesInSinglePrecision) {
-  expect_values<float>(8 * 1.2e-7F);
+  expect_values<float>(kDegree * 1.2e-7F);
 }
 
 TEST(Monomials, DividedAreThoseOverTheirFactorials) {

@@ -42,7 +42,7 @@ std::vector<SiteResult> any_polynomials(bool rounded) {
   std::vector<SiteResult> results(small.sites.sites.size());
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(small.sites.packed_nodes.size());
   constexpr uint32_t kDegrees[] = {1, 2, 3, 4, 5, 7, pack::kMaxDegree};
-  constexpr Eigen::Index kRanks[] = {0, 2, 8, 5, 16, 64, 33};
+  constexpr Eigen::Index kRanks[] = {0, 2, 8, 5, 16, pack::kMostRank, 33};
   for (size_t site = 0; site < results.size(); ++site) {
     const uint32_t degree = kDegrees[site % 7];
     const Eigen::Index rank = rounded ? (kRanks[site % 7] + 1) / 2 * 2 : kRanks[site % 7];
@@ -56,7 +56,7 @@ std::vector<SiteResult> any_polynomials(bool rounded) {
     if (rounded)
       polynomial.basis = (polynomial.basis * pack::kBasisUnit).array().round().matrix() / pack::kBasisUnit;
     polynomial.coefficients = 0.1 * kMaxDisplacement * random.matrix(pack::num_monomials(2, degree), rank);
-    if (rank == 64) {
+    if (rank == Eigen::Index{pack::kMostRank}) {
       // Every direction weighs as much and is as large as it can be: the largest sums of integers.
       polynomial.basis.setOnes();
       polynomial.basis.topRows(rows / 2) *= -1;

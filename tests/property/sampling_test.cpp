@@ -192,6 +192,16 @@ TEST(SamplingPoints, LaterOnesCoverTheInside) {
   }
 }
 
+// As many as a target of 0.1 % may take, and pushes that fail on top; no two the same.
+TEST(SamplingPoints, ThereAreEnough) {
+  for (const bool half : {false, true}) {
+    const auto points = first_points(half ? 150 : 90, half);
+    for (size_t i = 0; i < points.size(); ++i) {
+      for (size_t j = 0; j < i; ++j) EXPECT_GT((points[i] - points[j]).norm(), 1e-3) << i << " " << j;
+    }
+  }
+}
+
 struct SamplingSite : ::testing::Test {
   TouchedBlock block = touched_block(4, 0.26);
   Assembly assembly{block.model, block.model.fixed_dofs()};
