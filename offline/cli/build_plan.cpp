@@ -26,6 +26,8 @@ double dense_bytes(const ContactSites& sites) {
 constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
 constexpr double kMostZoneBytes = 192e6;
 constexpr int kUsualRings = 2;
+// Of survey targets from here on polynomials take more of everything.
+constexpr double kFineTarget = 1e-3;
 
 // Solves of a site that its polynomial is fitted to, at the least.
 size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
@@ -102,7 +104,6 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
   // Where slivers turn under a small tip, 60 solves leave half a percent (bench/polynomials/POLYNOMIALS.md).
-  constexpr double kFineTarget = 1e-3;
   constexpr size_t kSolvesForFineTargets = 150;
   // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
@@ -205,8 +206,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   constexpr double kFactorsPerSeries = 5;
   if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
-  constexpr PolynomialSize kUsual = {5, 20};
-  double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? kUsual : PolynomialSize(),
+  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 20};
+  double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? usual : PolynomialSize(),
                                      plan.rounded, compressed);
   for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
