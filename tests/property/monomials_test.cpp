@@ -1,5 +1,6 @@
 // The order of monomials that builder and runtime share, told in three ways that must agree.
 #include "schemas/monomials.hpp"
+#include "schemas/pack_layout.hpp"
 
 #include <gtest/gtest.h>
 
@@ -69,7 +70,7 @@ TEST(Monomials, ValuesInDoublePrecision) {
   expect_values<double>(kDegree * 2.3e-16);
 }
 TEST(Monomials, ValuesInSinglePrecision) {
-  expect_values<float>(kDegree * 1.2e-7F);
+  expect_values<float>(static_cast<float>(kDegree) * 1.2e-7F);
 }
 
 TEST(Monomials, DividedAreThoseOverTheirFactorials) {
