@@ -18,7 +18,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 from model_variants import edge_of, quadratic, with_ratio, with_settings  # noqa: E402
 
 # Poisson's ratio, rings, reach in h.
-CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.45, 2, 1), (0.49, 2, 1), (0.147, 2, 2), (0.4, 2, 2), (0.45, 2, 2)]
+CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.4, 3, 1), (0.45, 2, 1), (0.45, 3, 1), (0.49, 2, 1), (0.147, 2, 2),
+         (0.4, 2, 2), (0.4, 3, 2), (0.45, 2, 2)]
 QUADRATIC_SITES = [711, 774, 777, 719, 838, 904, 969, 1100]
 FIGURES = "median | p95 | max | force, median | p95 | max |"
 

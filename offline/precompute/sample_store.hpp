@@ -34,7 +34,7 @@ enum class PushOutcome : std::uint32_t {
   no_equilibrium,   // none was found
   unstable,         // it is not stable
   other_branch,     // it is not the one that the straight path from rest leads to
-  nearly_inverted,  // det F of some element is below 0.1
+  nearly_inverted,  // det F of some element is below kLeastSampledJacobian
 };
 
 // What came of it.

@@ -9,13 +9,6 @@
 #include "schemas/monomials.hpp"
 
 namespace palpate {
-namespace {
-
-// det F of an element that nearly inverts: beyond it polynomials of any degree converge slowly if at all. On the brain at
-// 2 h, nu = 0.147, the one survey push of 480 that was wrong by more than 1.5 % of |d| had 0.08.
-constexpr double kLeastJacobian = 0.1;
-
-}  // namespace
 
 SolveCounts& SolveCounts::operator+=(const SolveCounts& other) {
   reused += other.reused;
@@ -156,7 +149,10 @@ PushOutcome SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& samp
         for (double& number : curvature.reshaped()) visit(number);
       });
   if (outcome != PushOutcome::solved) return outcome;
-  if (anchor.sample.min_jacobian < kLeastJacobian) return PushOutcome::nearly_inverted;
+  if (anchor.sample.min_jacobian < kLeastSampledJacobian) {
+    sample.min_jacobian = anchor.sample.min_jacobian;
+    return PushOutcome::nearly_inverted;
+  }
   sample = anchor.sample;
   sample.field = anchor.u(packed_dofs_);
   sample.field_tangent = anchor.tangent(packed_dofs_, Eigen::all);
