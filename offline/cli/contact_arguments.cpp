@@ -142,6 +142,9 @@ void add_point_contact(const OpenedPack& opened, const std::string& text, Contac
   const Eigen::Vector3d position = metres * asked;
   pal_surface_point point;
   const pal_status status = pal_pack_find_surface_point(opened.pack().get(), position.data(), &point);
+  if (status == PAL_STATUS_BAD_ARGUMENT || status == PAL_STATUS_NOT_FINITE)
+    throw std::runtime_error(fmt::format(
+        "--at {}: coordinates go to 1e15 of the organ's length unit; give a place near the surface", text));
   if (status != PAL_STATUS_OK)
     throw std::runtime_error(fmt::format("--at {}: {}", text, pal_status_text(status)));
   const Eigen::Vector3d found = Eigen::Vector3d(point.position) / metres;

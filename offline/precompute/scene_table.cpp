@@ -145,16 +145,22 @@ std::optional<std::vector<int>> SceneTable::integers(std::string_view key, const
 }
 
 std::optional<std::array<double, 3>> SceneTable::vector(std::string_view key) const {
-  const char* expected = "an array of three numbers";
+  const std::string expected = "an array of three finite numbers";
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   const toml::array* array = node->as_array();
-  if (array == nullptr || array->size() != 3) fail_type(key, expected);
+  if (array == nullptr) fail_type(key, expected.c_str());
+  const auto refuse = [&](const std::string& what) {
+    fail(key, path(key) + " must be " + expected + ", and " + what + "; correct it");
+  };
+  if (array->size() != 3) refuse("this has " + std::to_string(array->size()));
   std::array<double, 3> values = {};
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::optional<double> value = as_finite(*array->get(i));
-    if (!value) fail_type(key, expected);
-    values[i] = *value;
+    if (const std::optional<double> value = as_finite(*array->get(i))) {
+      values[i] = *value;
+    } else {
+      refuse(shown(*array->get(i)) + " is none");
+    }
   }
   return values;
 }

@@ -249,9 +249,9 @@ INSTANTIATE_TEST_SUITE_P(
             "[gravity]\nmay_turn = true\n",
             "scene.toml:5: gravity.acceleration is missing; add acceleration = [gx, gy, gz] in the model's "
             "units"},
-        BadScene{
-            "[gravity]\nacceleration = [0, 0]\n",
-            "scene.toml:6: gravity.acceleration must be an array of three numbers, not an array; correct it"},
+        BadScene{"[gravity]\nacceleration = [0, 0]\n",
+                 "scene.toml:6: gravity.acceleration must be an array of three finite numbers, and this has "
+                 "2; correct it"},
         BadScene{"[gravity]\nacceleration = [0, 0, 0]\n",
                  "scene.toml:6: gravity.acceleration is zero, or outside 1e-15 to 1e15; correct it"},
         BadScene{
