@@ -42,6 +42,10 @@ struct DegreeChoice {
 
   // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
   bool keeps(double target) const { return std::max(error, force_error) <= target; }
+  bool is_far_off(double target) const {
+    constexpr double kFarOff = 0.01;
+    return error_inside > std::max(kFarOff, 2 * target);
+  }
 };
 
 // Where so many solves do not keep the target by polynomials of the usual degree, higher ones are tried: a frame rather
@@ -86,11 +90,10 @@ DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best) {
 
 // Of a displacement that nearly inverts an element, to what part its smallest det F is that of a sample. Along a ray from rest it
 // falls as exp(-c t^2), or nearly: at a site of the brain 0.51, 0.29 and 0.14 at 0.6, 0.8 and 1 (c = 1.9 to 2.0).
-double part_to_keep(double min_jacobian) {
-  constexpr double kAim = 1.1 * kLeastSampledJacobian;
+double part_to_keep(double min_jacobian, double least) {
   constexpr double kMost = 0.97;
-  if (!(min_jacobian > 0 && min_jacobian < kLeastSampledJacobian)) return kShrink;
-  return std::clamp(std::sqrt(std::log(kAim) / std::log(min_jacobian)), kShrink, kMost);
+  if (!(min_jacobian > 0 && min_jacobian < least)) return kShrink;
+  return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kShrink, kMost);
 }
 
 // Shortens the ellipsoid |A d| <= 1 to a part of what it is, or of what leaves x = A d outside. Of a half, the
@@ -124,27 +127,53 @@ class SiteDomain {
     }
   }
 
+  // Gives up the samples below kFollowedJacobian: the domain ends before them, and they are no longer fitted to. Returns their
+  // number.
+  size_t leave_crushed() {
+    least_ = kFollowedJacobian;
+    std::vector<Sample>& samples = samples_.samples;
+    const auto crushed = std::stable_partition(samples.begin(), samples.end(),
+                                               [&](const Sample& one) { return one.min_jacobian >= least_; });
+    for (auto sample = crushed; sample != samples.end(); ++sample) {
+      const Eigen::Vector3d x = samples_.to_unit * sample->displacement;
+      const double part = part_to_keep(sample->min_jacobian, least_) * std::max(1.0, x.norm());
+      if (part < 1) cut(x, part, PushOutcome::nearly_inverted, sample->displacement.norm());
+    }
+    const auto count = static_cast<size_t>(samples.end() - crushed);
+    samples.erase(crushed, samples.end());
+    result_.samples -= count;
+    result_.min_jacobian = 1;
+    for (const Sample& one : samples) result_.min_jacobian = std::min(result_.min_jacobian, one.min_jacobian);
+    return count;
+  }
+
  private:
   bool is_sampled(const Eigen::Vector3d& x) {
     Sample sample;
     const Eigen::Vector3d displacement = samples_.to_unit.inverse() * x;
-    const PushOutcome outcome = sampler_.solve(displacement, sample);
+    PushOutcome outcome = sampler_.solve(displacement, sample);
+    if (outcome == PushOutcome::solved && sample.min_jacobian < least_)
+      outcome = PushOutcome::nearly_inverted;
     if (outcome == PushOutcome::solved) {
       result_.min_jacobian = std::min(result_.min_jacobian, sample.min_jacobian);
       samples_.samples.push_back(std::move(sample));
       ++result_.samples;
       return true;
     }
-    result_.cut_by = outcome;
     const bool is_crushed = outcome == PushOutcome::nearly_inverted;
-    shorten(x, is_crushed ? part_to_keep(sample.min_jacobian) : kShrink, site_.inward, samples_);
-    if (least_reach(samples_.to_unit) < kSmallestReach * scene_.max_displacement) {
-      throw std::runtime_error(fmt::format(
-          "{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
-          "max_displacement, or raise tip_radius",
-          scene_.file.string(), words_for(outcome), displacement.norm(), label_, scene_.max_displacement));
-    }
+    cut(x, is_crushed ? part_to_keep(sample.min_jacobian, least_) : kShrink, outcome, displacement.norm());
     return false;
+  }
+
+  void cut(const Eigen::Vector3d& x, double part, PushOutcome outcome, double size) {
+    result_.cut_by = outcome;
+    shorten(x, part, site_.inward, samples_);
+    if (least_reach(samples_.to_unit) < kSmallestReach * scene_.max_displacement) {
+      throw std::runtime_error(
+          fmt::format("{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
+                      "max_displacement, or raise tip_radius",
+                      scene_.file.string(), words_for(outcome), size, label_, scene_.max_displacement));
+    }
   }
 
   SiteSampler& sampler_;
@@ -153,17 +182,26 @@ class SiteDomain {
   int label_;
   SiteSamples& samples_;
   SiteResult& result_;
+  double least_ = kLeastSampledJacobian;  // det F of a sample
 };
 
 // Samples a site until its fit keeps the target, and fits it.
 SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
   size_t next = 0;
-  for (size_t wanted = plan.least_samples;;
-       wanted = std::min(plan.most_samples, std::max(wanted + 2, wanted * 5 / 4))) {
+  size_t most = plan.most_samples;
+  bool is_doubted = false;
+  for (size_t wanted = plan.least_samples;; wanted = std::min(most, std::max(wanted + 2, wanted * 5 / 4))) {
     while (result.samples < wanted) domain.sample(points[next++]);
     DegreeChoice choice = choose_degree(samples);
-    const bool is_last = wanted == plan.most_samples;
+    // With two thirds of the solves it is far off: the rest will not do what fewer crushed samples may.
+    if (!is_doubted && 3 * wanted >= 2 * plan.most_samples && choice.is_far_off(plan.target)) {
+      is_doubted = true;
+      const size_t num_left = domain.leave_crushed();
+      most -= num_left;
+      if (num_left > 0) continue;
+    }
+    const bool is_last = wanted == most;
     if ((is_last || wanted >= kUsualSamples) && !choice.keeps(plan.target))
       choice = raise_degree(samples, choice);
     result.held_out_error = choice.error;
