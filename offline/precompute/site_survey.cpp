@@ -42,6 +42,7 @@ struct DegreeChoice {
 
   // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
   bool keeps(double target) const { return std::max(error, force_error) <= target; }
+  // Well inside of the domain: what a fit says of a sample at its edge, without it, is worse than it is.
   bool is_far_off(double target) const {
     constexpr double kFarOff = 0.01;
     return error_inside > std::max(kFarOff, 2 * target);

@@ -413,6 +413,27 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
   }
 }
 
+// Where two thirds of the solves leave a fit far off, it gives up what is crushed; where they do not, it keeps that.
+TEST_F(SamplingSite, WhatAFitCannotFollowIsLeftOut) {
+  SamplingPlan plan;
+  plan.least_samples = plan.most_samples = 8;
+  plan.survey_samples = 1;
+  block.scene.max_displacement = 0.8;
+  block.scene.directions = Directions::inward;
+  const auto sample = [&](double target) {
+    plan.target = target;
+    return sample_sites(assembly, block.scene, block.sites, linear, plan)[4];
+  };
+  const SiteResult kept = sample(10);
+  EXPECT_GE(kept.min_jacobian, kLeastSampledJacobian);
+  ASSERT_LT(kept.min_jacobian, kFollowedJacobian);
+  const SiteResult left = sample(1e-4);
+  EXPECT_GE(left.min_jacobian, kFollowedJacobian);
+  EXPECT_LT(left.samples, plan.most_samples) << "those left out were solves, too";
+  EXPECT_EQ(left.cut_by, PushOutcome::nearly_inverted);
+  EXPECT_LT(least_reach(left.polynomial.to_unit), least_reach(kept.polynomial.to_unit));
+}
+
 // A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
 struct SamplingColumn : ::testing::Test {
   SamplingColumn() {
