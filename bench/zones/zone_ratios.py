@@ -3,10 +3,7 @@
 several: builds the scene of zones anew with other lambdas, reaches and rings, and writes tables of the packs' surveys to
 DIR/one.md and DIR/several.md.
 
-    bench/zones/zone_ratios.py PALPATE SCENE DIR [--quadratic]
-
---quadratic: the same at nu = 0.49 on elements of ten nodes, at eight sites, to DIR/one_quadratic.md and DIR/several_quadratic.md
-(an hour)
+    bench/zones/zone_ratios.py PALPATE SCENE DIR
 """
 import json
 import pathlib
@@ -15,22 +12,18 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
-from model_variants import edge_of, quadratic, with_ratio, with_settings  # noqa: E402
+from model_variants import edge_of, with_ratio, with_settings  # noqa: E402
 
 # Poisson's ratio, rings, reach in h.
-CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.4, 3, 1), (0.45, 2, 1), (0.45, 3, 1), (0.49, 2, 1), (0.147, 2, 2),
-         (0.4, 2, 2), (0.4, 3, 2), (0.45, 2, 2)]
-QUADRATIC_SITES = [711, 774, 777, 719, 838, 904, 969, 1100]
+CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.45, 2, 1), (0.49, 2, 1), (0.147, 2, 2), (0.4, 2, 2), (0.45, 2, 2)]
 FIGURES = "median | p95 | max | force, median | p95 | max |"
 
 
-def surveyed(program, scene, folder, name, model, rings, reach, sites=None):
+def surveyed(program, scene, folder, name, model, rings, reach):
     """The errors of a pack of zones, as `palpate info` has them."""
-    settings = {"model": f'"{name}.inp"', "zone_rings": rings, "max_displacement": f"{reach * edge_of(scene):.6g}"}
-    if sites:
-        settings["sites"] = sites
     (folder / f"{name}.inp").write_text(model)
-    scene = with_settings(scene, settings)
+    scene = with_settings(scene, {"model": f'"{name}.inp"', "zone_rings": rings,
+                                  "max_displacement": f"{reach * edge_of(scene):.6g}"})
     files = [folder / f"{name}_{rings}_{reach}h{suffix}" for suffix in (".toml", ".pack")]
     files[0].write_text(scene)
     subprocess.run([program, "build", files[0], "-o", files[1], "--samples", folder / "samples"], check=True)
@@ -55,21 +48,17 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     scene = scene_file.read_text()
     model = (scene_file.parent / re.search(r'model = "([^"]*)"', scene)[1]).read_text()
-    cases = [(ratio, f"brain{ratio}", with_ratio(model, ratio), rings, reach, None) for ratio, rings, reach in CASES]
-    suffix = ""
-    if "--quadratic" in sys.argv:
-        cases = [("0.49, ten nodes", "quadratic", quadratic(with_ratio(model, 0.49)), 2, 1, QUADRATIC_SITES)]
-        suffix = "_quadratic"
+    cases = [(ratio, f"brain{ratio}", with_ratio(model, ratio), rings, reach) for ratio, rings, reach in CASES]
     tables = {"one": [f"| nu | rings | to | pushes | {FIGURES}", "|" + "---|" * 10],
               "several": [f"| nu | rings | to | contacts | sets | flagged | no equilibrium | {FIGURES}", "|" + "---|" * 13]}
     one, several = tables.values()
-    for ratio, name, variant, rings, reach, sites in cases:
-        errors = surveyed(program, scene, folder, name, variant, rings, reach, sites)
+    for ratio, name, variant, rings, reach in cases:
+        errors = surveyed(program, scene, folder, name, variant, rings, reach)
         start = f"| {ratio} | {rings} | {reach} h |"
         one.append(f"{start} {errors['overall']['samples']} | {percents(errors['overall'])} |")
         several += rows_of_several(start, errors)
         for table, rows in tables.items():  # so far: a case takes minutes
-            (folder / f"{table}{suffix}.md").write_text("\n".join(rows) + "\n")
+            (folder / f"{table}.md").write_text("\n".join(rows) + "\n")
     print("\n".join(one + several))
 
 

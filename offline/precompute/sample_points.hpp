@@ -23,7 +23,8 @@ inline constexpr int kEquationsPerSample = 10;
 // Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
 // constant and linear part: each next one chosen for the lowest degree that it and those before it do not yet determine
 // twice over; of the later ones every third, and all once no other is left, instead inside, the farthest from all before.
-// Always the same sequence, made as far as it is asked for, up to some 300 (150 in a half); thread-safe. Cost: some 20 ms a point, from the fortieth on 0.1 s, once.
+// Always the same sequence, made as far as it is asked for, up to some 300 (150 in a half); thread-safe. Cost: some 20 ms a
+// point, from the fortieth on 0.1 s, once.
 class SamplePoints {
  public:
   explicit SamplePoints(bool half);
