@@ -90,7 +90,8 @@ DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best) {
 }
 
 // Of a displacement that cannot be had: where it nearly inverts an element, to what part its smallest det F is that of a
-// sample; else that is 1, and kShrink is kept. Along a ray from rest it falls as exp(-c t^2), or nearly: at a site of the brain 0.51, 0.29 and 0.14 at 0.6, 0.8 and 1 (c = 1.9 to 2.0).
+// sample; else that is 1, and kShrink is kept. Along a ray from rest it falls as exp(-c t^2), or nearly: at a site of the
+// brain 0.51, 0.29 and 0.14 at 0.6, 0.8 and 1 (c = 1.9 to 2.0).
 double part_to_keep(double min_jacobian, double least) {
   constexpr double kMost = 0.97;
   if (!(min_jacobian > 0 && min_jacobian < least)) return kShrink;
