@@ -21,7 +21,7 @@ struct Totals {
   int unsolved = 0;                      // of the survey's pushes
   int surveyed = 0;                      // pushes
   int shortened = 0;                     // sites with a smaller domain
-  std::array<int, 5> shortened_by = {};  // PushOutcome
+  std::array<int, 6> shortened_by = {};  // PushOutcome
   int off_target = 0;                    // sites whose fit does not keep it on samples it was not given
   double worst_held_out = 0;
   double worst_held_out_force = 0;

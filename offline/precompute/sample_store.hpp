@@ -35,6 +35,7 @@ enum class PushOutcome : std::uint32_t {
   unstable,         // it is not stable
   other_branch,     // it is not the one that the straight path from rest leads to
   nearly_inverted,  // det F of some element is below kLeastSampledJacobian
+  not_followed,     // it was solved, and polynomials do not follow it
 };
 
 // What came of it.

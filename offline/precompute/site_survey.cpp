@@ -22,8 +22,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kShrink = 0.7;         // of the domain along a displacement that cannot be had, at the least
-constexpr double kSmallestReach = 0.1;  // of the scene's largest displacement
+constexpr double kShrink = 0.7;  // of the domain along a displacement that cannot be had, at the least
+constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
 
 SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   SurveySample sample;
@@ -31,6 +31,12 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   sample.solved = sampler.solve_from_rest(push.displacement, push.increments, sample.truth);
   sample.truth.displacement = push.displacement;
   return sample;
+}
+
+// Of an error that more samples will not mend.
+bool is_far_off(double error, double target) {
+  constexpr double kFarOff = 0.01;
+  return error > std::max(kFarOff, 2 * target);
 }
 
 // A degree, and how wrong its fit is on samples that it was not given.
@@ -43,10 +49,7 @@ struct DegreeChoice {
   // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
   bool keeps(double target) const { return std::max(error, force_error) <= target; }
   // Well inside of the domain: what a fit says of a sample at its edge, without it, is worse than it is.
-  bool is_far_off(double target) const {
-    constexpr double kFarOff = 0.01;
-    return error_inside > std::max(kFarOff, 2 * target);
-  }
+  bool is_far_off(double target) const { return palpate::is_far_off(error_inside, target); }
 };
 
 // Where so many solves do not keep the target by polynomials of the usual degree, higher ones are tried: a frame rather
@@ -98,6 +101,12 @@ double part_to_keep(double min_jacobian, double least) {
   return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kShrink, kMost);
 }
 
+// Of a displacement that a fit is so wrong at: beside |d| its remainder grows as t^degree.
+double part_to_keep(double error, double target, int degree) {
+  constexpr double kMost = 0.97;
+  return std::clamp(std::pow(target / error, 1.0 / degree), kShrink, kMost);
+}
+
 // Shortens the ellipsoid |A d| <= 1 to a part of what it is, or of what leaves x = A d outside. Of a half, the
 // displacements inward of the surface stay those with x_3 >= 0: d . n = (A^-T n) . x.
 void shorten(const Eigen::Vector3d& x, double part, const Eigen::Vector3d& inward, SiteSamples& samples) {
@@ -106,6 +115,16 @@ void shorten(const Eigen::Vector3d& x, double part, const Eigen::Vector3d& inwar
   Eigen::Matrix3d& A = samples.to_unit;
   A += (factor - 1) * along * (along.transpose() * A);
   if (samples.half) A = frame_about((A.inverse().transpose() * inward).normalized()).transpose() * A;
+}
+
+// A polynomial's errors at a sample, as the survey has them; the force's floored at 5 % of `largest_force`.
+std::pair<double, double> errors_at(const SitePolynomial& polynomial, const Sample& sample,
+                                    double largest_force) {
+  constexpr double kFloor = 0.05;
+  const Eigen::VectorXd wrong = field_at(polynomial, sample.displacement) - sample.field;
+  const Eigen::Vector3d force = force_at(polynomial, sample.displacement);
+  return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / sample.displacement.norm(),
+          (force - sample.force).norm() / std::max(sample.force.norm(), kFloor * largest_force)};
 }
 
 // The largest displacements of a site for which there is a sample, and how they are asked for one by one.
@@ -129,24 +148,42 @@ class SiteDomain {
     }
   }
 
-  // Gives up the samples below kFollowedJacobian: the domain ends before them, and they are no longer fitted to. Returns their
-  // number.
+  // Gives up the samples below kFollowedJacobian: the domain ends before them, and they are no longer fitted to. Returns
+  // their number; none where too little of the domain would be left.
   size_t leave_crushed() {
-    least_ = kFollowedJacobian;
     std::vector<Sample>& samples = samples_.samples;
-    const auto crushed = std::stable_partition(samples.begin(), samples.end(),
-                                               [&](const Sample& one) { return one.min_jacobian >= least_; });
-    for (auto sample = crushed; sample != samples.end(); ++sample) {
-      const Eigen::Vector3d x = samples_.to_unit * sample->displacement;
-      const double part = part_to_keep(sample->min_jacobian, least_) * std::max(1.0, x.norm());
-      if (part < 1) cut(x, part, PushOutcome::nearly_inverted, sample->displacement.norm());
+    const auto is_followed = [](const Sample& sample) { return sample.min_jacobian >= kFollowedJacobian; };
+    std::vector<Part> parts;
+    for (const Sample& sample : samples) {
+      if (!is_followed(sample))
+        parts.push_back({sample.displacement, part_to_keep(sample.min_jacobian, kFollowedJacobian)});
     }
-    const auto count = static_cast<size_t>(samples.end() - crushed);
-    samples.erase(crushed, samples.end());
-    result_.samples -= count;
+    if (!keep_only(parts)) return 0;
+    least_ = kFollowedJacobian;
+    samples.erase(std::stable_partition(samples.begin(), samples.end(), is_followed), samples.end());
+    result_.samples -= parts.size();
     result_.min_jacobian = 1;
     for (const Sample& one : samples) result_.min_jacobian = std::min(result_.min_jacobian, one.min_jacobian);
-    return count;
+    return parts.size();
+  }
+
+  // Ends the domain before the pushes of the survey that `fit` is far off from. False where there are none, or too little of
+  // it would be left.
+  bool leave_far_off(const SitePolynomial& fit, double target) {
+    double largest_force = 0;
+    for (const Sample& sample : samples_.samples)
+      largest_force = std::max(largest_force, sample.force.norm());
+    std::vector<Part> parts;
+    for (const SurveySample& push : result_.survey) {
+      double error = 1;
+      if (push.solved) {
+        const auto [displacement, force] = errors_at(fit, push.truth, largest_force);
+        error = std::max(displacement, force);
+      }
+      if (is_far_off(error, target))
+        parts.push_back({push.truth.displacement, part_to_keep(error, target, fit.degree)});
+    }
+    return !parts.empty() && keep_only(parts);
   }
 
  private:
@@ -169,12 +206,38 @@ class SiteDomain {
   void cut(const Eigen::Vector3d& x, double part, PushOutcome outcome, double size) {
     result_.cut_by = outcome;
     shorten(x, part, site_.inward, samples_);
-    if (least_reach(samples_.to_unit) < kSmallestReach * scene_.max_displacement) {
+    if (is_too_small()) {
       throw std::runtime_error(
           fmt::format("{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
                       "max_displacement, or raise tip_radius",
                       scene_.file.string(), words_for(outcome), size, label_, scene_.max_displacement));
     }
+  }
+
+  // How much of a displacement is to be had.
+  struct Part {
+    Eigen::Vector3d displacement;
+    double part;
+  };
+
+  // Shortens the domain to these parts; leaves it as it was, and returns false, where it would be too small.
+  bool keep_only(const std::vector<Part>& parts) {
+    const Eigen::Matrix3d before = samples_.to_unit;
+    for (const auto& [displacement, part] : parts) {
+      const Eigen::Vector3d x = samples_.to_unit * displacement;
+      const double kept = part * std::max(1.0, x.norm());
+      if (kept < 1) shorten(x, kept, site_.inward, samples_);
+    }
+    if (is_too_small()) {
+      samples_.to_unit = before;
+      return false;
+    }
+    if (samples_.to_unit != before) result_.cut_by = PushOutcome::not_followed;
+    return true;
+  }
+
+  bool is_too_small() const {
+    return least_reach(samples_.to_unit) < kSmallestReach * scene_.max_displacement;
   }
 
   SiteSampler& sampler_;
@@ -185,6 +248,12 @@ class SiteDomain {
   SiteResult& result_;
   double least_ = kLeastSampledJacobian;  // det F of a sample
 };
+
+SitePolynomial fit_of(const DegreeChoice& choice, const SiteSamples& samples, SiteResult& result) {
+  result.held_out_error = choice.error;
+  result.held_out_force_error = choice.force_error;
+  return fit_polynomial(samples, choice.degree);
+}
 
 // Samples a site until its fit keeps the target, and fits it.
 SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, SamplePoints& points,
@@ -205,20 +274,8 @@ SitePolynomial fit_to_target(SiteDomain& domain, const SamplingPlan& plan, Sampl
     const bool is_last = wanted == most;
     if ((is_last || wanted >= kUsualSamples) && !choice.keeps(plan.target))
       choice = raise_degree(samples, choice);
-    result.held_out_error = choice.error;
-    result.held_out_force_error = choice.force_error;
-    if (is_last || choice.keeps(plan.target)) return fit_polynomial(samples, choice.degree);
+    if (is_last || choice.keeps(plan.target)) return fit_of(choice, samples, result);
   }
-}
-
-// A polynomial's errors at a sample, as the survey has them; the force's floored at 5 % of `largest_force`.
-std::pair<double, double> errors_at(const SitePolynomial& polynomial, const Sample& sample,
-                                    double largest_force) {
-  constexpr double kFloor = 0.05;
-  const Eigen::VectorXd wrong = field_at(polynomial, sample.displacement) - sample.field;
-  const Eigen::Vector3d force = force_at(polynomial, sample.displacement);
-  return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / sample.displacement.norm(),
-          (force - sample.force).norm() / std::max(sample.force.norm(), kFloor * largest_force)};
 }
 
 // affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to; else these
@@ -259,9 +316,9 @@ SitePolynomial fit_as_paper(SiteDomain& domain, const Scene& scene, const Eigen:
 // Its label seeds the survey of a site, so that adding a site leaves the others' surveys as they were, but for the quarters that
 // few pushes a site leave to the next sites.
 std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPlan& plan, size_t index,
-                                           int label, int count) {
+                                           int label, int round, int count) {
   return choose_survey_points(count, scene.directions == Directions::inward,
-                              static_cast<std::uint64_t>(label),
+                              static_cast<std::uint64_t>(label) + (static_cast<std::uint64_t>(round) << 32),
                               index * static_cast<size_t>(plan.survey_samples));
 }
 
@@ -273,6 +330,21 @@ void survey_site(SiteSampler& sampler, size_t index, const std::vector<Eigen::Ve
     result.survey.push_back(solve_push(sampler, {index, displacement, survey_increments(points[i].norm())}));
     result.unsolved += !result.survey.back().solved;
   }
+}
+
+// Where a fit is far off from a push of the survey, one of the few that no sample lay near, the domain is ended before that
+// and the survey drawn anew: no push of the one that is kept has decided anything.
+SitePolynomial follow_survey(SiteDomain& domain, double target, const SiteSamples& samples,
+                             SitePolynomial fit, SiteResult& result, const std::function<void()>& survey) {
+  constexpr int kMostRounds = 3;
+  while (result.survey_round + 1 < kMostRounds && domain.leave_far_off(fit, target)) {
+    DegreeChoice choice = choose_degree(samples);
+    if (!choice.keeps(target)) choice = raise_degree(samples, choice);
+    fit = fit_of(choice, samples, result);
+    ++result.survey_round;
+    survey();
+  }
+  return fit;
 }
 
 SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSites& sites, size_t index,
@@ -287,30 +359,39 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   if (store != nullptr) kept.emplace(store->file_of(label), store->binding_of(label));
   SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
   SiteResult result;
+  const auto survey = [&] {
+    // Few may be sampled of many: each of them is measured in each quarter of the range.
+    const int count =
+        plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
+    result.survey.clear();
+    result.unsolved = 0;
+    survey_site(sampler, index, survey_points(scene, plan, index, label, result.survey_round, count),
+                samples.to_unit, result);
+  };
   if (scene.polynomial) {
     samples.linear = linear.field_compliance.size() > 0 ? linear_response(linear, site)
                                                         : linear_response(solver, sites, site, rest);
     SiteDomain domain(sampler, scene, site, label, samples, result);
+    const bool is_ours = scene.polynomial_method == PolynomialMethod::hermite;
     const auto fit_site = [&] {
-      if (scene.polynomial_method != PolynomialMethod::hermite)
-        return fit_as_paper(domain, scene, site.inward, samples);
+      if (!is_ours) return fit_as_paper(domain, scene, site.inward, samples);
       if (plan.fewest) return fit_where_needed(sampler, domain, sites, site, plan, points, samples, result);
       domain.sample_rest();
       return fit_to_target(domain, plan, points, samples, result);
     };
-    const SitePolynomial fit = fit_site();
+    SitePolynomial fit = fit_site();
+    survey();
+    if (is_ours && result.samples > 0)
+      fit = follow_survey(domain, plan.target, samples, std::move(fit), result, survey);
     constexpr double kBasisPart = 0.2;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
     for (const auto& [degree, tolerance, rounded] : plan.other_settings) {
       result.others.push_back(
           reduce_basis(fit_polynomial(samples, degree), samples.half, tolerance, rounded));
     }
+  } else {
+    survey();
   }
-  // Few may be sampled of many: each of them is measured in each quarter of the range.
-  const int survey_samples =
-      plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
-  survey_site(sampler, index, survey_points(scene, plan, index, label, survey_samples), samples.to_unit,
-              result);
   result.counts = sampler.counts();
   return result;
 }
@@ -338,7 +419,8 @@ void survey_further(const Assembly& assembly, const Scene& scene, const ContactS
                         if (store != nullptr) kept.emplace(store->file_of(label), store->binding_of(label));
                         SiteSampler sampler(solver, sites, site, rest, kept ? &*kept : nullptr);
                         SiteResult& result = results[index];
-                        survey_site(sampler, index, survey_points(scene, plan, index, label, count),
+                        survey_site(sampler, index,
+                                    survey_points(scene, plan, index, label, result.survey_round, count),
                                     result.polynomial.to_unit, result);
                         result.counts += sampler.counts();
                       },
@@ -359,6 +441,8 @@ const char* words_for(PushOutcome outcome) {
       return "another equilibrium was found than from rest";
     case PushOutcome::nearly_inverted:
       return "an element nearly inverts";
+    case PushOutcome::not_followed:
+      return "polynomials do not follow";
   }
   return "";
 }

@@ -41,6 +41,7 @@ struct SiteResult {
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
   double min_jacobian = 1;                   // smallest det F over the samples
+  int survey_round = 0;                      // surveys that were drawn before this one, and cut the domain
   std::vector<SurveySample> survey;
   int unsolved = 0;  // of the survey
   SolveCounts counts;
@@ -89,7 +90,7 @@ SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 
 // `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
 // surveyed come back with nothing. The domain of a site is a ball, shortened along the displacements that the solver
-// cannot reach, that nearly invert an element, or that lead to another equilibrium than the path from rest: an
+// cannot reach, that nearly invert an element, that lead to another equilibrium than the path from rest, or that polynomials do not follow: an
 // ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
 // is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them,
 // and is called from all threads at once; empty: all of them here, and SamplingPlan::least_survey is kept. Those that others get

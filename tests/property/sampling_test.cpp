@@ -430,8 +430,43 @@ TEST_F(SamplingSite, WhatAFitCannotFollowIsLeftOut) {
   const SiteResult left = sample(1e-4);
   EXPECT_GE(left.min_jacobian, kFollowedJacobian);
   EXPECT_LT(left.samples, plan.most_samples) << "those left out were solves, too";
-  EXPECT_EQ(left.cut_by, PushOutcome::nearly_inverted);
+  EXPECT_EQ(left.cut_by, PushOutcome::not_followed);
   EXPECT_LT(least_reach(left.polynomial.to_unit), least_reach(kept.polynomial.to_unit));
+}
+
+// A survey that finds a fit far off cuts the domain before such pushes, and is drawn anew: none that is kept has decided
+// anything.
+TEST_F(SamplingSite, ASurveyThatFindsAFitFarOffIsDrawnAnew) {
+  SamplingPlan plan;
+  plan.least_samples = plan.most_samples = 5;
+  plan.survey_samples = 8;
+  block.scene.max_displacement = 0.5;
+  const auto sample = [&](double target) {
+    plan.target = target;
+    return sample_sites(assembly, block.scene, block.sites, linear, plan)[4];
+  };
+  const SiteResult first = sample(10);
+  ASSERT_EQ(first.survey_round, 0);
+  const SiteResult anew = sample(0.01);
+  ASSERT_GT(anew.survey_round, 0);
+  EXPECT_EQ(anew.cut_by, PushOutcome::not_followed);
+  ASSERT_EQ(anew.survey.size(), first.survey.size());
+  int num_left_out = 0;
+  for (size_t i = 0; i < anew.survey.size(); ++i) {
+    EXPECT_LE((anew.polynomial.to_unit * anew.survey[i].truth.displacement).norm(), 1 + 1e-12);
+    EXPECT_NE(anew.survey[i].truth.displacement, first.survey[i].truth.displacement);
+    num_left_out += (anew.polynomial.to_unit * first.survey[i].truth.displacement).norm() > 1;
+  }
+  EXPECT_GT(num_left_out, 0);
+  const auto largest_error = [&](const SiteResult& result) {
+    double largest = 0;
+    for (const SurveySample& push : result.survey) {
+      const Eigen::VectorXd wrong = field_at(result.polynomial, push.truth.displacement) - push.truth.field;
+      largest = std::max(largest, wrong.norm() / push.truth.displacement.norm());
+    }
+    return largest;
+  };
+  EXPECT_LT(largest_error(anew), largest_error(first));
 }
 
 // A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
