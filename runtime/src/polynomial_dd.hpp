@@ -54,7 +54,7 @@ struct PolynomialFieldState {
 
 // Force and stiffness at a site of the pack for a finite displacement, model units, and the state of the field but for
 // its weight.
-// Cost at degree 3: 31 energy terms, about 400 operations.
+// Cost at degree 3: 31 energy terms, about 200 multiply-adds; at degree 14 812 and 3,500.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          PolynomialAnswer& answer, PolynomialFieldState& field);
 

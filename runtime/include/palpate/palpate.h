@@ -433,7 +433,7 @@ typedef struct pal_contact_result {
  * history but in the rounding and in a nonlinear zone, no blending, no limits. What tools hold is not among
  * them and comes back with the next haptic frame (under a budget: as soon as it is ready again). `results`:
  * count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed:
- * polynomial_dd of degree 3 about 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
+ * polynomial_dd of degree 3 about 200, of degree 7 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
  * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
  * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
  * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd alone 9
