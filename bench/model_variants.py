@@ -15,7 +15,7 @@ def with_ratio(model, ratio):
 def with_settings(scene, settings):
     """A scene's lines `key = value`, each key exactly once, with other values."""
     for key, value in settings.items():
-        scene, count = re.subn(rf'^{key} = ("[^"]*"|[\d.]+)', f"{key} = {value}", scene, flags=re.M)
+        scene, count = re.subn(rf'^{key} = ("[^"]*"|[\d.eE+-]+)', f"{key} = {value}", scene, flags=re.M)
         if count != 1:
             raise ValueError(f"the scene has {count} lines of {key}; it should have one")
     return scene
@@ -23,7 +23,7 @@ def with_settings(scene, settings):
 
 def edge_of(scene):
     """h: its largest displacement, in the scenes that are shipped."""
-    return float(re.search(r"^max_displacement = ([\d.]+)", scene, flags=re.M)[1])
+    return float(re.search(r"^max_displacement = ([\d.eE+-]+)", scene, flags=re.M)[1])
 
 
 def quadratic(model):

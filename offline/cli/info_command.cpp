@@ -121,7 +121,7 @@ void print_polynomials(const OpenedPack& opened) {
     fmt::print(
         "                 {} sites are sampled less far than {:.4g}{} in some directions: there is no "
         "equilibrium, another\n"
-        "                 one than from rest, or an element nearly inverts\n",
+        "                 one than from rest, an element nearly inverts, or polynomials do not follow\n",
         shorter, full, opened.length_suffix());
   }
 }

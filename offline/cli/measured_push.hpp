@@ -66,7 +66,4 @@ Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t m
 // arrive, however far a model that iterates has got by then.
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
 
-// Of the largest of all truths: what the force error's denominator is floored at.
-inline constexpr double kForceFloor = 0.05;
-
 }  // namespace palpate

@@ -6,9 +6,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kForceFloor =
-    0.05;  // of the survey's largest force: a light touch is not divided by nearly nothing
-
 constexpr double kCovered = 0.95;
 constexpr double kConfidence = 0.95;
 
@@ -59,18 +56,18 @@ double quantile(std::vector<double> values, double q) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+SampleErrors errors_at(const Answer& answer, const Sample& truth, double force_floor) {
+  const Eigen::VectorXd wrong = answer.field - truth.field;
+  return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / truth.displacement.norm(),
+          (answer.force - truth.force).norm() / std::max(truth.force.norm(), force_floor)};
+}
+
 std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model) {
   const double floor = force_floor(samples);
   std::vector<SampleErrors> errors(samples.size());
   for (size_t i = 0; i < samples.size(); ++i) {
-    const SurveySample& sample = samples[i];
-    if (!sample.solved) continue;
-    const Answer answer = model(sample.site, sample.truth.displacement);
-    const auto num_nodes = sample.truth.field.size() / 3;
-    errors[i].displacement =
-        (answer.field - sample.truth.field).reshaped(3, num_nodes).colwise().norm().maxCoeff() /
-        sample.truth.displacement.norm();
-    errors[i].force = (answer.force - sample.truth.force).norm() / std::max(sample.truth.force.norm(), floor);
+    const auto& [site, truth, solved] = samples[i];
+    if (solved) errors[i] = errors_at(model(site, truth.displacement), truth, floor);
   }
   return errors;
 }

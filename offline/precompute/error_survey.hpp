@@ -60,6 +60,12 @@ struct SampleErrors {
   double force = 1;
 };
 
+// A force counts as no smaller than this part of the largest of its survey: a light touch is not divided by nearly nothing.
+inline constexpr double kForceFloor = 0.05;
+
+// Of a solved push; forces below `force_floor` count as that.
+SampleErrors errors_at(const Answer& answer, const Sample& truth, double force_floor);
+
 // Of each sample, as a SurveyBin has them; 1 where no equilibrium was found.
 std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model);
 

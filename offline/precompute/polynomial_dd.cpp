@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "offline/precompute/ball_polynomials.hpp"
+#include "offline/precompute/error_survey.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
@@ -186,6 +188,10 @@ double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
 
 }  // namespace
 
+double least_reach(const Eigen::Matrix3d& to_unit) {
+  return 1 / to_unit.jacobiSvd().singularValues()[0];
+}
+
 int highest_fit_degree(bool half) {
   constexpr int kOfHalf = 7;
   return half ? kOfHalf : static_cast<int>(pack::kMaxDegree);
@@ -201,12 +207,11 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree) {
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree) {
   double largest = 0;
   for (const Sample& sample : samples.samples) largest = std::max(largest, sample.force.norm());
-  constexpr double kFloor = 0.05;
   // Its derivatives by x, of weight 1.
   return held_out(samples, energy_system(samples, degree), 1, 3,
                   [&](const Sample& sample, const Eigen::MatrixXd& error) {
                     return (samples.to_unit.transpose() * error.transpose()).norm() /
-                           std::max(sample.force.norm(), kFloor * largest);
+                           std::max(sample.force.norm(), kForceFloor * largest);
                   });
 }
 

@@ -35,6 +35,9 @@ struct SitePolynomial {
   double basis_error = 0;  // of reduce_basis: max |u - what it was| / |d|
 };
 
+// The shortest semi-axis of a sampled domain.
+double least_reach(const Eigen::Matrix3d& to_unit);
+
 // The highest degree of a fit, over the ball or its half. Monomials tell the polynomials of the half apart so badly that beyond
 // degree 7 their coefficients cancel to more digits than single precision has to spare.
 int highest_fit_degree(bool half);

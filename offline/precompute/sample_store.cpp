@@ -63,6 +63,24 @@ bool write_at(int file, std::uint64_t offset, std::string_view bytes) {
 
 }  // namespace
 
+const char* words_for(PushOutcome outcome) {
+  switch (outcome) {
+    case PushOutcome::solved:
+      return "an equilibrium was found";
+    case PushOutcome::no_equilibrium:
+      return "no equilibrium was found";
+    case PushOutcome::unstable:
+      return "the equilibrium is not stable";
+    case PushOutcome::other_branch:
+      return "another equilibrium was found than from rest";
+    case PushOutcome::nearly_inverted:
+      return "an element nearly inverts";
+    case PushOutcome::not_followed:
+      return "polynomials do not follow";
+  }
+  return "";
+}
+
 SampleFile::SampleFile(const std::filesystem::path& path, std::uint64_t binding) : binding_(binding) {
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) throw_system_error(path);

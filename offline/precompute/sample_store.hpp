@@ -38,6 +38,9 @@ enum class PushOutcome : std::uint32_t {
   not_followed,     // it was solved, and polynomials do not follow it
 };
 
+// "no equilibrium was found", ...
+const char* words_for(PushOutcome outcome);
+
 // What came of it.
 struct SolvedPush {
   PushOutcome outcome = PushOutcome::no_equilibrium;

@@ -34,6 +34,11 @@ inline constexpr double kLeastSampledJacobian = 0.1;
 // collapses: a push to a det F of 0.14 was wrong by 14 to 3.9 % of |d| at degrees 5 to 12, with 60 solves.
 inline constexpr double kFollowedJacobian = 0.2;
 
+// How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
+inline int survey_increments(double part_of_range) {
+  return part_of_range > 0.5 ? 2 : 1;
+}
+
 // Counts what sampling cost.
 struct SolveCounts {
   long reused = 0;  // found among those that were kept

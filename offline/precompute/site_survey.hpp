@@ -41,7 +41,6 @@ struct SiteResult {
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
   double min_jacobian = 1;                   // smallest det F over the samples
-  int survey_round = 0;                      // surveys that were drawn before this one, and cut the domain
   std::vector<SurveySample> survey;
   int unsolved = 0;  // of the survey
   SolveCounts counts;
@@ -54,20 +53,9 @@ struct Push {
   int increments = 1;
 };
 
-// The shortest semi-axis of a sampled domain.
-double least_reach(const Eigen::Matrix3d& to_unit);
-
-// "no equilibrium was found", ...: of what a push came to.
-const char* words_for(PushOutcome outcome);
-
 // Whether it was cut, by more than rounding.
 inline bool is_shortened(double reach, double max_displacement) {
   return reach < (1 - 1e-9) * max_displacement;
-}
-
-// How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
-inline int survey_increments(double part_of_range) {
-  return part_of_range > 0.5 ? 2 : 1;
 }
 
 // The truth of each push, in their order, on `jobs` threads; the result does not depend on how many. Pushes
@@ -89,12 +77,10 @@ size_t num_sampled(const std::vector<SiteResult>& results);
 SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 
 // `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
-// surveyed come back with nothing. The domain of a site is a ball, shortened along the displacements that the solver
-// cannot reach, that nearly invert an element, that lead to another equilibrium than the path from rest, or that polynomials do not follow: an
-// ellipsoid; below a quarter of the largest displacement std::runtime_error names the node. `progress` gets sites done, total, never from two threads at once. What `store` has is not solved again; null: nothing
-// is kept. `next` hands out the sites, as numbers among those that are surveyed, until it gives one beyond them,
-// and is called from all threads at once; empty: all of them here, and SamplingPlan::least_survey is kept. Those that others get
-// come back with nothing.
+// surveyed come back with nothing. Throws as SampledDomain::sample() does. `progress` gets sites done, total, never from two
+// threads at once. What `store` has is not solved again; null: nothing is kept. `next` hands out the sites, as numbers among
+// those that are surveyed, until it gives one beyond them, and is called from all threads at once; those that others get come
+// back with nothing. Empty: all of them here, and SamplingPlan::least_survey is kept.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},

@@ -83,7 +83,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
       const double left = force - bound * scale;
       result.force_error = !(force < scale)       ? bound
                            : left > bound * scale ? bound * scale / left
-                                                  : kUnknownError;
+                                                  : std::max(kUnknownError, bound);
       return;
     }
   }

@@ -130,7 +130,6 @@ Answer Organ::compare(const std::string& by, const std::vector<pal_contact>& con
         std::max(answer.estimated_displacement_error, results[c].displacement_error);
     answer.estimated_force_error = std::max(answer.estimated_force_error, results[c].force_error);
     if (!truth.solved) continue;
-    constexpr double kForceFloor = 0.05;  // as in surveys, of the largest
     const double size = std::max(truth.forces[c].norm(), kForceFloor * largest_force);
     const double error = (force - truth.forces[c]).norm();
     const double relative = error == 0 ? 0 : error / size;

@@ -17,6 +17,7 @@
 
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/sampled_domain.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/monomials.hpp"
 #include "tests/support/touched_block.hpp"
@@ -192,10 +193,10 @@ TEST(SamplingPoints, LaterOnesCoverTheInside) {
   }
 }
 
-// As many as a target of 0.1 % may take, and pushes that fail on top; no two the same.
+// As many as a target of 0.1 % may take of the ball, and more in the half; no two the same.
 TEST(SamplingPoints, ThereAreEnough) {
   for (const bool half : {false, true}) {
-    const auto points = first_points(half ? 150 : 90, half);
+    const auto points = first_points(150, half);
     for (size_t i = 0; i < points.size(); ++i) {
       for (size_t j = 0; j < i; ++j) EXPECT_GT((points[i] - points[j]).norm(), 1e-3) << i << " " << j;
     }
@@ -434,39 +435,79 @@ TEST_F(SamplingSite, WhatAFitCannotFollowIsLeftOut) {
   EXPECT_LT(least_reach(left.polynomial.to_unit), least_reach(kept.polynomial.to_unit));
 }
 
-// A survey that finds a fit far off cuts the domain before such pushes, and is drawn anew: none that is kept has decided
-// anything.
-TEST_F(SamplingSite, ASurveyThatFindsAFitFarOffIsDrawnAnew) {
-  SamplingPlan plan;
-  plan.least_samples = plan.most_samples = 5;
-  plan.survey_samples = 8;
+// A trial of a fit that few samples were made for ends the domain before the pushes that it is far off from, and no sooner.
+TEST_F(SamplingSite, ATrialLeavesOutWhatAFitIsFarOffFrom) {
+  constexpr double kTarget = 0.03;
   block.scene.max_displacement = 0.5;
-  const auto sample = [&](double target) {
-    plan.target = target;
-    return sample_sites(assembly, block.scene, block.sites, linear, plan)[4];
-  };
-  const SiteResult first = sample(10);
-  ASSERT_EQ(first.survey_round, 0);
-  const SiteResult anew = sample(0.01);
-  ASSERT_GT(anew.survey_round, 0);
-  EXPECT_EQ(anew.cut_by, PushOutcome::not_followed);
-  ASSERT_EQ(anew.survey.size(), first.survey.size());
-  int num_left_out = 0;
-  for (size_t i = 0; i < anew.survey.size(); ++i) {
-    EXPECT_LE((anew.polynomial.to_unit * anew.survey[i].truth.displacement).norm(), 1 + 1e-12);
-    EXPECT_NE(anew.survey[i].truth.displacement, first.survey[i].truth.displacement);
-    num_left_out += (anew.polynomial.to_unit * first.survey[i].truth.displacement).norm() > 1;
+  SiteSampler sampler(solver, block.sites, site, rest);
+  SiteSamples samples;
+  samples.to_unit = site.frame.transpose() / block.scene.max_displacement;
+  samples.linear = linear_response(linear, site);
+  SampledDomain domain(sampler, block.scene, site, 1, samples);
+  domain.sample_rest();
+  SamplePoints points(false);
+  for (size_t i = 0; i < 5; ++i) domain.sample(points[i]);
+  const SitePolynomial fit = fit_polynomial(samples, 3);
+  ASSERT_EQ(domain.cut_by(), PushOutcome::solved);
+  EXPECT_FALSE(domain.leave_far_off(fit, 10, 8)) << "everything is within such a target";
+  EXPECT_FALSE(domain.leave_far_off(fit, kTarget, 0));
+  const Eigen::Matrix3d before = samples.to_unit;
+  std::vector<Eigen::Vector3d> tried;
+  double largest_force = 0;
+  for (const Sample& sample : samples.samples) {
+    tried.emplace_back(before * sample.displacement);
+    largest_force = std::max(largest_force, sample.force.norm());
   }
-  EXPECT_GT(num_left_out, 0);
-  const auto largest_error = [&](const SiteResult& result) {
-    double largest = 0;
-    for (const SurveySample& push : result.survey) {
-      const Eigen::VectorXd wrong = field_at(result.polynomial, push.truth.displacement) - push.truth.field;
-      largest = std::max(largest, wrong.norm() / push.truth.displacement.norm());
-    }
-    return largest;
-  };
-  EXPECT_LT(largest_error(anew), largest_error(first));
+  ASSERT_TRUE(domain.leave_far_off(fit, kTarget, 8));
+  EXPECT_EQ(domain.cut_by(), PushOutcome::not_followed);
+  EXPECT_EQ(domain.num_samples(), 5U) << "a trial is no sample";
+  EXPECT_GE(least_reach(samples.to_unit), 0.25 * block.scene.max_displacement);
+  int num_far = 0;
+  for (const Eigen::Vector3d& x : farthest_directions(tried, false, 8)) {
+    Sample truth;
+    ASSERT_TRUE(sampler.solve_from_rest(0.95 * before.inverse() * x, 2, truth));
+    const SampleErrors errors = errors_at(
+        {field_at(fit, truth.displacement), force_at(fit, truth.displacement)}, truth, 0.05 * largest_force);
+    const bool is_far = std::max(errors.displacement, errors.force) > 2 * kTarget;
+    num_far += is_far;
+    EXPECT_TRUE(!is_far || (samples.to_unit * truth.displacement).norm() > 1);
+  }
+  EXPECT_GT(num_far, 0);
+  EXPECT_LT(num_far, 8);
+}
+
+// Nothing is followed to such a target: what is left is a quarter, and no less.
+TEST_F(SamplingSite, ATrialLeavesAQuarter) {
+  block.scene.max_displacement = 0.5;
+  SiteSampler sampler(solver, block.sites, site, rest);
+  SiteSamples samples;
+  samples.to_unit = site.frame.transpose() / block.scene.max_displacement;
+  samples.linear = linear_response(linear, site);
+  SampledDomain domain(sampler, block.scene, site, 1, samples);
+  domain.sample_rest();
+  SamplePoints points(false);
+  for (size_t i = 0; i < 5; ++i) domain.sample(points[i]);
+  SitePolynomial wrong = fit_polynomial(samples, 3);
+  wrong.linear *= 2;
+  for (int trial = 0; trial < 6; ++trial) {
+    const bool is_cut = domain.leave_far_off(wrong, 1e-6, 8);
+    EXPECT_GE(least_reach(samples.to_unit), 0.25 * block.scene.max_displacement);
+    EXPECT_TRUE(is_cut || trial > 0);
+  }
+  EXPECT_LT(least_reach(samples.to_unit), 0.35 * block.scene.max_displacement);
+}
+
+TEST(FarthestDirections, AreWhereNothingIs) {
+  std::vector<Eigen::Vector3d> others = {Eigen::Vector3d::UnitZ()};
+  const std::vector<Eigen::Vector3d> found = farthest_directions(others, false, 3);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_LT((found[0] + Eigen::Vector3d::UnitZ()).norm(), 0.1);  // opposite the only one
+  for (const Eigen::Vector3d& direction : found) {
+    EXPECT_NEAR(direction.norm(), 1, 1e-12);
+    for (const Eigen::Vector3d& other : others) EXPECT_GT((direction - other).norm(), 0.9);
+    others.push_back(direction);
+  }
+  for (const Eigen::Vector3d& direction : farthest_directions({}, true, 6)) EXPECT_GE(direction.z(), 0);
 }
 
 // A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
