@@ -36,8 +36,8 @@ struct SurveyBin {
 struct SurveyTable {
   std::array<SurveyBin, kSurveyBins> bins;
   SurveyBin overall;
-  // A force, at the largest |d| and in proportion below, beside which the bounds of all bins cover |f - f_FE| itself; force unit.
-  // Where a force is smaller, as along an axis that gives way easily, errors are larger parts of it.
+  // A force, at the largest |d| and in proportion below, beside which the bounds of all bins cover |f - f_FE| itself;
+  // force unit. Where a force is smaller, as along an axis that gives way easily, errors are larger parts of it.
   double force_scale = 0;
 };
 
@@ -60,7 +60,8 @@ struct SampleErrors {
   double force = 1;
 };
 
-// A force counts as no smaller than this part of the largest of its survey: a light touch is not divided by nearly nothing.
+// A force counts as no smaller than this part of the largest of its survey: a light touch is not divided by nearly
+// nothing.
 inline constexpr double kForceFloor = 0.05;
 
 // Of a solved push; forces below `force_floor` count as that.

@@ -20,8 +20,9 @@ constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
 constexpr double kLeastPart = 0.7;
 constexpr double kMostPart = 0.97;
 
-// Of a displacement that nearly inverts an element: to what part its smallest det F is above `least` by a tenth. Along a ray from
-// rest it falls as exp(-c t^2), or nearly: at a site of the brain 0.51, 0.29 and 0.14 at 0.6, 0.8 and 1 (c = 1.9 to 2.0).
+// Of a displacement that nearly inverts an element: to what part its smallest det F is above `least` by a tenth.
+// Along a ray from rest it falls as exp(-c t^2), or nearly: at a site of the brain 0.51, 0.29 and 0.14 at 0.6, 0.8
+// and 1 (c = 1.9 to 2.0).
 double part_by_jacobian(double min_jacobian, double least) {
   if (!(min_jacobian > 0 && min_jacobian < least)) return kLeastPart;
   return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kLeastPart, kMostPart);
@@ -79,7 +80,8 @@ bool SampledDomain::is_sampled(const Eigen::Vector3d& x) {
       scene_.file.string(), words_for(outcome), displacement.norm(), label_, scene_.max_displacement));
 }
 
-// Shortens the domain to a part of this displacement; leaves it as it is, and returns false, where it would be too small.
+// Shortens the domain to a part of this displacement; leaves it as it is, and returns false, where it would be too
+// small.
 bool SampledDomain::keep_part(const Eigen::Vector3d& displacement, double part, PushOutcome outcome) {
   const Eigen::Vector3d x = samples_.to_unit * displacement;
   const double kept = part * std::max(1.0, x.norm());

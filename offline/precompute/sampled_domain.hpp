@@ -1,7 +1,9 @@
-// The sampled domain of a site: the ellipsoid |A d| <= 1 of displacements that its polynomial is for, and the samples in it.
+// The sampled domain of a site: the ellipsoid |A d| <= 1 of displacements that its polynomial is for, and the samples
+// in it.
 //
-// It begins as a ball, or its inward half, and is shortened along the displacements that the solver cannot reach, that
-// nearly invert an element, that lead to another equilibrium than the path from rest, or that polynomials do not follow.
+// It begins as a ball, or its inward half, and is shortened along the displacements that the solver cannot reach,
+// that nearly invert an element, that lead to another equilibrium than the path from rest, or that polynomials do not
+// follow.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,12 +23,13 @@ class SampledDomain {
   // Adds what is known at rest.
   void sample_rest();
 
-  // Adds a sample at x = A d, shortening the domain until there is one to be had. Throws std::runtime_error that names the
-  // node where a quarter of the largest displacement is not to be had.
+  // Adds a sample at x = A d, shortening the domain until there is one to be had. Throws std::runtime_error that
+  // names the node where a quarter of the largest displacement is not to be had.
   void sample(const Eigen::Vector3d& x);
 
-  // Ends the domain before the samples below kFollowedJacobian, which are no longer fitted to, wherever a quarter of the
-  // largest displacement is left; from here on no sample is taken below it. Returns the number of those that were given up.
+  // Ends the domain before the samples below kFollowedJacobian, which are no longer fitted to, wherever a quarter of
+  // the largest displacement is left; from here on no sample is taken below it. Returns the number of those that were
+  // given up.
   size_t leave_crushed();
 
   // Solves so many pushes near the edge where no sample is near, and ends the domain before those that `fit` is far off

@@ -194,7 +194,8 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
 }
 
 // Where a body has two equilibria for the same push, the step from a neighbour may have ended in the other one. Then
-// the energies do not differ by the work of the force in between, integral over t of g(t) = f(d(t)) . D with D the step:
+// the energies do not differ by the work of the force in between, integral over t of g(t) = f(d(t)) . D with D the
+// step:
 //   (g0 + g1) / 2 + (g0' - g1') / 10 + (g0'' + g1'') / 120   (two-point Hermite, error g^(6) / 100,800)
 // as it takes from the derivatives at both ends. A large step may also miss it by a little: then the straight path
 // from rest decides.

@@ -30,8 +30,9 @@ struct Sample {
 
 // det F of an element that nearly inverts: no sample has less.
 inline constexpr double kLeastSampledJacobian = 0.1;
-// Where polynomials do not follow samples below this, a site leaves them out. On the brain at 2 h, nu = 0.4, node 770, a sliver
-// collapses: a push to a det F of 0.14 was wrong by 14 to 3.9 % of |d| at degrees 5 to 12, with 60 solves.
+// Where polynomials do not follow samples below this, a site leaves them out. On the brain at 2 h, nu = 0.4, node
+// 770, a sliver collapses: a push to a det F of 0.14 was wrong by 14 to 3.9 % of |d| at degrees 5 to 12, with 60
+// solves.
 inline constexpr double kFollowedJacobian = 0.2;
 
 // How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
@@ -67,8 +68,8 @@ class SiteSampler {
   // them), whatever the neighbours say. Field, energy and force only. False when no equilibrium was found.
   [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
 
-  // In y, d = axes y; kept as a solve is, and not counted as one. None where an element is so flat that the small pushes it is found by
-  // invert it. Throws as solve() does.
+  // In y, d = axes y; kept as a solve is, and not counted as one. None where an element is so flat that the small
+  // pushes it is found by invert it. Throws as solve() does.
   std::optional<RestSeries> rest_series(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;

@@ -65,8 +65,8 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
   }
 }
 
-// affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to; else these
-// are the first samples of a fit.
+// affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to;
+// else these are the first samples of a fit.
 SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, const ContactSites& sites,
                                 const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
                                 const SiteSamples& samples, SiteResult& result) {
@@ -105,8 +105,8 @@ SitePolynomial fit_as_paper(SampledDomain& domain, const Scene& scene, const Eig
   return fit_paper_quadratic(samples);
 }
 
-// Its label seeds the survey of a site, so that adding a site leaves the others' surveys as they were, but for the quarters that
-// few pushes a site leave to the next sites.
+// Its label seeds the survey of a site, so that adding a site leaves the others' surveys as they were, but for the
+// quarters that few pushes a site leave to the next sites.
 std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPlan& plan, size_t index,
                                            int label, int count) {
   return choose_survey_points(count, scene.directions == Directions::inward,

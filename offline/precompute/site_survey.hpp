@@ -36,7 +36,8 @@ struct SiteResult {
   SitePolynomial polynomial;           // of degree 0 when none was asked for
   std::vector<SitePolynomial> others;  // of SamplingPlan::other_settings
   size_t samples = 0;                  // nonlinear solves that it was fitted to; 0: affine_site
-  // Of the fit, displacement, HeldOutError::all, but of degrees that were raised ::inside; 0 for the paper's, which has none
+  // Of the fit, displacement, HeldOutError::all, but of degrees that were raised ::inside; 0 for the paper's, which
+  // has none
   double held_out_error = 0;
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
@@ -76,11 +77,11 @@ size_t num_sampled(const std::vector<SiteResult>& results);
 // The sum over all sites.
 SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 
-// `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not
-// surveyed come back with nothing. Throws as SampledDomain::sample() does. `progress` gets sites done, total, never from two
-// threads at once. What `store` has is not solved again; null: nothing is kept. `next` hands out the sites, as numbers among
-// those that are surveyed, until it gives one beyond them, and is called from all threads at once; those that others get come
-// back with nothing. Empty: all of them here, and SamplingPlan::least_survey is kept.
+// `linear` serves the pinned linear part; where it is empty each site solves for its own. Sites that are not surveyed
+// come back with nothing. Throws as SampledDomain::sample() does. `progress` gets sites done, total, never from two
+// threads at once. What `store` has is not solved again; null: nothing is kept. `next` hands out the sites, as
+// numbers among those that are surveyed, until it gives one beyond them, and is called from all threads at once;
+// those that others get come back with nothing. Empty: all of them here, and SamplingPlan::least_survey is kept.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},

@@ -497,6 +497,30 @@ TEST_F(SamplingSite, ATrialLeavesAQuarter) {
   EXPECT_LT(least_reach(samples.to_unit), 0.35 * block.scene.max_displacement);
 }
 
+// Sites whose domains end for what polynomials do not follow are the same on any number of threads.
+TEST_F(SamplingSite, WhatIsLeftOutDoesNotDependOnTheSchedule) {
+  SamplingPlan plan;
+  plan.least_samples = plan.most_samples = 30;
+  plan.target = 1e-4;
+  plan.survey_samples = 1;
+  block.scene.max_displacement = 0.6;
+  const std::vector<SiteResult> one = sample_sites(assembly, block.scene, block.sites, linear, plan);
+  plan.jobs = 3;
+  const std::vector<SiteResult> three = sample_sites(assembly, block.scene, block.sites, linear, plan);
+  ASSERT_EQ(one.size(), three.size());
+  int num_cut = 0;
+  for (size_t i = 0; i < one.size(); ++i) {
+    num_cut += one[i].cut_by == PushOutcome::not_followed;
+    EXPECT_EQ(one[i].cut_by, three[i].cut_by);
+    EXPECT_EQ(one[i].samples, three[i].samples);
+    EXPECT_EQ(one[i].polynomial.to_unit, three[i].polynomial.to_unit);
+    EXPECT_EQ(one[i].polynomial.coefficients, three[i].polynomial.coefficients);
+    EXPECT_EQ(one[i].held_out_error, three[i].held_out_error);
+    EXPECT_LE(one[i].samples, plan.most_samples - 8) << "a trial is of the solves that a site may take";
+  }
+  EXPECT_GT(num_cut, 0);
+}
+
 TEST(FarthestDirections, AreWhereNothingIs) {
   std::vector<Eigen::Vector3d> others = {Eigen::Vector3d::UnitZ()};
   const std::vector<Eigen::Vector3d> found = farthest_directions(others, false, 3);
