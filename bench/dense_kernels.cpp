@@ -1,6 +1,6 @@
-// Microbenchmarks of the dense kernels: of linear_dd's held inverse, of a zone's elimination and products, and of a batch of
-// its elements. Those that are bound by memory stand beside a memcpy of the bytes that they read; the others say how many
-// multiply-adds they do.
+// Microbenchmarks of the dense kernels: of linear_dd's held inverse, of a zone's elimination and products, and of a
+// batch of its elements. Those that are bound by memory stand beside a memcpy of the bytes that they read; the others
+// say how many multiply-adds they do.
 #include <benchmark/benchmark.h>
 
 #include <cstring>

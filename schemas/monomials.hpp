@@ -53,8 +53,8 @@ struct Inverses {
   }
 };
 
-// Writes x^a/a! y^b/b! z^c/c! of degrees 0 .. degree <= kMost, like evaluate_monomials. As the x-derivative of x^a/a! is
-// x^(a-1)/(a-1)!, a polynomial in these has derivatives whose coefficients are its own, from other places.
+// Writes x^a/a! y^b/b! z^c/c! of degrees 0 .. degree <= kMost, like evaluate_monomials. As the x-derivative of x^a/a!
+// is x^(a-1)/(a-1)!, a polynomial in these has derivatives whose coefficients are its own, from other places.
 template <uint32_t kMost>
 void evaluate_divided_monomials(const double x[3], uint32_t degree, const Inverses<kMost>& inverses,
                                 double* values) {

@@ -156,7 +156,8 @@ inline constexpr int kPairUnit = 127;  // in an int8 of theirs: the scene's larg
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones
-// answer with at most so many nodes fixed while running: all are on the boundary of every zone, whose square a frame costs.
+// answer with at most so many nodes fixed while running: all are on the boundary of every zone, whose square a frame
+// costs.
 inline constexpr uint32_t kMostZoneFixed = 32;
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {

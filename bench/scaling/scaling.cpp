@@ -1,9 +1,10 @@
-// How frames, packs and builds grow with the organ and what is asked of it: blocks of tetrahedra made here, held at their base
-// and touched at nodes of their top.
+// How frames, packs and builds grow with the organ and what is asked of it: blocks of tetrahedra made here, held at
+// their base and touched at nodes of their top.
 //
 //   palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
 //
-// What polynomials cost does not depend on what is in them: theirs are random numbers, so that no sample need be solved.
+// What polynomials cost does not depend on what is in them: theirs are random numbers, so that no sample need be
+// solved.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -318,7 +318,8 @@ StudyTable contacted_table(const Organ& organ) {
   return table;
 }
 
-// The same organ in other places: what eq. (25) makes of it, which is linear through the origin, and what a map about the site does.
+// The same organ in other places: what eq. (25) makes of it, which is linear through the origin, and what a map about
+// the site does.
 StudyTable origin_table(const Organ& organ) {
   StudyTable table(
       "origin",

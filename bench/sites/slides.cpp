@@ -1,12 +1,13 @@
-// How much the force on a tool jumps as its contact slides over an organ's surface: a pack's own answers, between sites
-// and across them.
+// How much the force on a tool jumps as its contact slides over an organ's surface: a pack's own answers, between
+// sites and across them.
 //
 //   palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
 //
 // Paths are straight lines in space between random sites, brought onto the surface point by point, so that they cross
-// fissures and edges, sites and what lies under them. Where the surface itself jumps along a path, as over a fissure, no
-// frame follows the other. The push is the same all along a path. Several contacts slide at once, each along a path of
-// its own: as long as none comes nearer to another than two edges, where their patches share nodes, and wherever they go.
+// fissures and edges, sites and what lies under them. Where the surface itself jumps along a path, as over a fissure,
+// no frame follows the other. The push is the same all along a path. Several contacts slide at once, each along a
+// path of its own: as long as none comes nearer to another than two edges, where their patches share nodes, and
+// wherever they go.
 #include <fmt/format.h>
 
 #include <Eigen/Core>

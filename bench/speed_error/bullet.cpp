@@ -1,12 +1,12 @@
-// How fast and how wrong Bullet's deformable body is at the pushes of `palpate report`: a peer that Debian carries, on the
-// same mesh, with the same moduli at small strain.
+// How fast and how wrong Bullet's deformable body is at the pushes of `palpate report`: a peer that Debian carries,
+// on the same mesh, with the same moduli at small strain.
 //
 //   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
 //
-// Pushes are the first ones of each |d| that the report of this scene and seed asks its methods. The tool comes straight from
-// rest in as many frames as a zone's that moves, each timed alone, which is the first row of each |d|; then it waits until
-// the body has settled, the second. A push that Bullet has no finite answer to, or that does not settle, is counted as
-// diverged, with the error of an answer of nothing.
+// Pushes are the first ones of each |d| that the report of this scene and seed asks its methods. The tool comes
+// straight from rest in as many frames as a zone's that moves, each timed alone, which is the first row of each |d|;
+// then it waits until the body has settled, the second. A push that Bullet has no finite answer to, or that does not
+// settle, is counted as diverged, with the error of an answer of nothing.
 #include <fmt/format.h>
 
 #include <algorithm>

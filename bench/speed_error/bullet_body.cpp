@@ -105,9 +105,10 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
       mass[static_cast<size_t>(node)] += density * volume_of(model, element) / 4;
     volume += volume_of(model, element);
   }
-  // Bullet's conjugate gradients end where r . M^-1 r < 1.2e-7 min(1, b . M^-1 b), which is relative only where b . M^-1 b, an
-  // energy, is below 1. With so many nodes next to the tool that are pushed by the distance h of nodes in a frame, each by
-  // mu h^2, that is N (mu h^2)^2 / (rho h^3) = N mu h (extent / frames_of_a_wave)^2: 1 in this unit of force.
+  // Bullet's conjugate gradients end where r . M^-1 r < 1.2e-7 min(1, b . M^-1 b), which is relative only where b .
+  // M^-1 b, an energy, is below 1. With so many nodes next to the tool that are pushed by the distance h of nodes in
+  // a frame, each by mu h^2, that is N (mu h^2)^2 / (rho h^3) = N mu h (extent / frames_of_a_wave)^2: 1 in this unit
+  // of force.
   const double h = std::cbrt(volume / static_cast<double>(mass.size()));
   constexpr double kNodesPushed = 100;
   w.force_unit = kNodesPushed * first.shear * h * std::pow(extent / frames_of_a_wave, 2);
@@ -135,8 +136,8 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   at_rest.m_J = 1;
   w.body->m_tetraScratches.resize(w.body->m_tetras.size(), at_rest);
   w.body->m_tetraScratchesTn.resize(w.body->m_tetras.size(), at_rest);
-  // A body of Bullet's has one law. Its forces are linear in the moduli and in an element's measure: of a stiffer material the
-  // measure is as many times larger.
+  // A body of Bullet's has one law. Its forces are linear in the moduli and in an element's measure: of a stiffer
+  // material the measure is as many times larger.
   for (size_t i = 0; i < model.elements.size(); ++i) {
     const Material& material = model.materials[static_cast<size_t>(model.elements[i].material)];
     const SmallStrainModuli moduli = small_strain_moduli(material.law);

@@ -1,16 +1,17 @@
 // An organ as a deformable body of Bullet (https://github.com/bulletphysics/bullet3; Debian: libbullet-dev): the same
 // mesh, the same moduli at small strain, nodes that tools hold moved by hand.
 //
-// A frame is one step of backward Euler, M (v' - v) = dt f(x + dt v'), by one Newton iteration whose linear system Bullet
-// solves by conjugate gradients: all as a world of Bullet's does it, without collisions. Statics is where it settles.
+// A frame is one step of backward Euler, M (v' - v) = dt f(x + dt v'), by one Newton iteration whose linear system
+// Bullet solves by conjugate gradients: all as a world of Bullet's does it, without collisions. Statics is where it
+// settles.
 //
 // Its law (btDeformableNeoHookeanForce; Smith, De Goes and Kim 2018, Stable neo-Hookean flesh simulation) is not
 // Zhong et al. 2005 eq. (1):
 //
 //   P = mu_b (1 - 1 / (tr C + 1)) F + (lambda_b (J - 1) - 3/4 mu_b) cof F
 //
-// With F = 1 + H and eps = sym H, to first order 1 - 1 / (tr C + 1) = 3/4 + tr eps / 8, J - 1 = tr eps and
-// cof F = (1 + tr eps) 1 - H^T, so that
+// With F = 1 + H and eps = sym H, to first order 1 - 1 / (tr C + 1) = 3/4 + tr eps / 8, J - 1 = tr eps and cof F = (1
+// + tr eps) 1 - H^T, so that
 //
 //   P = 3/2 mu_b eps + (lambda_b - 5/8 mu_b) tr eps 1
 //
@@ -25,10 +26,11 @@
 
 namespace palpate::study {
 
-// Statics knows no mass. A body's is such that a shear wave takes so many of its frames through the organ's largest extent.
-// With fewer it settles in fewer frames, with more conjugate gradients need fewer iterations in each. Bullet's damping is
-// left out: backward Euler damps enough, and damping forces double what an iteration costs. Single precision is Debian's
-// first choice: in double frames take twice as long, and what it settles to on the brain has the same errors to three digits.
+// Statics knows no mass. A body's is such that a shear wave takes so many of its frames through the organ's largest
+// extent. With fewer it settles in fewer frames, with more conjugate gradients need fewer iterations in each.
+// Bullet's damping is left out: backward Euler damps enough, and damping forces double what an iteration costs.
+// Single precision is Debian's first choice: in double frames take twice as long, and what it settles to on the brain
+// has the same errors to three digits.
 inline constexpr double kFramesOfAWave = 10;
 
 class BulletBody {

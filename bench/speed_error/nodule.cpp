@@ -1,10 +1,11 @@
-// Can a nodule be felt? The force on a tool that swipes over the brain's stiff inclusion at a constant depth, by the full
-// model and by each response model, with the inclusion and with tissue in its place.
+// Can a nodule be felt? The force on a tool that swipes over the brain's stiff inclusion at a constant depth, by the
+// full model and by each response model, with the inclusion and with tissue in its place.
 //
 //   palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
 //
-// Between sites the truth is the blend of the full solves at the corners of the triangle. Contrast: by how much the force
-// with the inclusion exceeds that without it, at the most along the path, as part of the latter; each model by itself.
+// Between sites the truth is the blend of the full solves at the corners of the triangle. Contrast: by how much the
+// force with the inclusion exceeds that without it, at the most along the path, as part of the latter; each model by
+// itself.
 #include <fmt/format.h>
 
 #include <Eigen/Core>

@@ -50,8 +50,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed, and keeps
-// them where the first finds them.
+// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed,
+// and keeps them where the first finds them.
 SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
   SolveCounts counts;
   {

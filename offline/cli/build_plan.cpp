@@ -162,7 +162,8 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
                                    const std::vector<InputFile>& inputs) {
   // Another build of this program may solve otherwise, in the last digit or by a mended fault.
   const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
-  // Where the fewest sites are sampled, two pushes come before all others, and a solve starts from the nearest before it.
+  // Where the fewest sites are sampled, two pushes come before all others, and a solve starts from the nearest before
+  // it.
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);

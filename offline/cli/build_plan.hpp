@@ -21,9 +21,9 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 // Whether it is to be at hand in full while sites are sampled; else each site solves for its own.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 
-// Nodes and elements of the nonlinear zones that the pack is to carry, their compliance left empty; none where the scene
-// does not want them, or leaves it open and has one contact at a time, no nonlinear material, or no budget for them. Throws
-// std::runtime_error where it wants them and linear_dd is not dense.
+// Nodes and elements of the nonlinear zones that the pack is to carry, their compliance left empty; none where the
+// scene does not want them, or leaves it open and has one contact at a time, no nonlinear material, or no budget for
+// them. Throws std::runtime_error where it wants them and linear_dd is not dense.
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
 // Sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where the scene leaves nothing to fit.

@@ -1,4 +1,5 @@
-// The scene that a pack was made from, read from the files that it carries: what it takes to solve the same organ again.
+// The scene that a pack was made from, read from the files that it carries: what it takes to solve the same organ
+// again.
 #pragma once
 
 #include "offline/cli/opened_pack.hpp"

@@ -26,12 +26,13 @@ struct ComparedMethod : MethodName {
 // All models of an open pack, a zone with each number of its rings.
 std::vector<ComparedMethod> carried_methods(const OpenedPack& opened);
 
-// The zones among `methods` of so many rings again, with each of these numbers of iterations in a frame, while contacts move.
+// The zones among `methods` of so many rings again, with each of these numbers of iterations in a frame, while
+// contacts move.
 std::vector<ComparedMethod> moving_zones(const std::vector<ComparedMethod>& methods, int most_rings,
                                          const std::vector<int>& iterations);
 
-// Other settings of polynomials and zones, and polynomials moved from other sites, at `sites` of the organ; their packs,
-// whose sites are those of `study`, live as long as this.
+// Other settings of polynomials and zones, and polynomials moved from other sites, at `sites` of the organ; their
+// packs, whose sites are those of `study`, live as long as this.
 class OtherSettings {
  public:
   // Rings that `opened` carries are left out; so are, with a note, polynomials that the organ's pushes do

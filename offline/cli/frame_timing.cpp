@@ -108,9 +108,9 @@ pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d&
   return point;
 }
 
-// About half an edge above the surface from the first site to the one farthest from it and back, as what is nearest to a
-// point that goes along the chord in steps of a hundredth of an edge, without what is nearer to the wall across a fissure:
-// metres, organ frame.
+// About half an edge above the surface from the first site to the one farthest from it and back, as what is nearest
+// to a point that goes along the chord in steps of a hundredth of an edge, without what is nearer to the wall across
+// a fissure: metres, organ frame.
 std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
   const double edge = opened.info().mean_surface_edge;
   const std::vector<Eigen::Vector3d> sites = site_positions(opened);

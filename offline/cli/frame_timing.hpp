@@ -59,19 +59,20 @@ Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
 // As the system calls it.
 std::string processor_name();
 
-// Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual frames.
+// Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual
+// frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
-// The nonlinear zone: contact frames along a smooth path, with each number of rings that the pack carries, with a new zone
-// made in each, and visual frames.
+// The nonlinear zone: contact frames along a smooth path, with each number of rings that the pack carries, with a new
+// zone made in each, and visual frames.
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 
 // Whether the pack knows its surface, so that places between sites can be found.
 bool has_places(const OpenedPack& opened);
 
-// pal_pack_find_surface_point at places about an edge from the surface, another in each frame, and at places on it, as those of
-// a tool that slides; and whole frames of a tool that goes half an edge above it, whose search starts where its last one
-// ended: the pack has places.
+// pal_pack_find_surface_point at places about an edge from the surface, another in each frame, and at places on it,
+// as those of a tool that slides; and whole frames of a tool that goes half an edge above it, whose search starts
+// where its last one ended: the pack has places.
 std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 
 // Opening the pack's file, which is in the system's cache by then, and making a session.
@@ -81,8 +82,8 @@ std::vector<Timing> time_start(const std::filesystem::path& file);
 // nonlinear zone, which is made over several frames, at the same sites.
 Timing time_scene(const OpenedPack& opened, int frames);
 
-// Contact frames of two or three, all at new places between sites in each, where linear_dd answers them: what a grasp costs in one frame
-// where no budget spreads it.
+// Contact frames of two or three, all at new places between sites in each, where linear_dd answers them: what a grasp
+// costs in one frame where no budget spreads it.
 std::optional<Timing> time_new_places(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

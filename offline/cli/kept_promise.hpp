@@ -38,8 +38,8 @@ struct KeptPromise {
   // Of the pushes with an equilibrium, those within what the runtime estimated for them.
   double displacement_coverage() const;
   double force_coverage() const;
-  // Whether 95 % of all errors of single contacts may lie within 1.5 times the pack's p95, and within the estimates: as few of the
-  // measured ones as chance leaves once in a hundred times, or more.
+  // Whether 95 % of all errors of single contacts may lie within 1.5 times the pack's p95, and within the estimates:
+  // as few of the measured ones as chance leaves once in a hundred times, or more.
   bool agrees() const;
 };
 

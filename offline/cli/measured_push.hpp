@@ -47,23 +47,24 @@ MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer,
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst = nullptr);
 
-// The same on `jobs` threads, the pushes of each site by a method of their own, so that no digit depends on the threads.
-// `make_method` is called by any of them, and no two of its methods share a session. `progress` gets sites done and
-// their number.
+// The same on `jobs` threads, the pushes of each site by a method of their own, so that no digit depends on the
+// threads. `make_method` is called by any of them, and no two of its methods share a session. `progress` gets sites
+// done and their number.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
                                          const std::function<Method()>& make_method, int jobs,
                                          const std::function<void(int, int)>& progress = {},
                                          std::vector<double>* worst = nullptr);
 
-// The runtime's answer from rest, by a session that outlives it. `sites`: the pack's number of each site that contacts name.
+// The runtime's answer from rest, by a session that outlives it. `sites`: the pack's number of each site that
+// contacts name.
 Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> sites);
 
 // The same, by a session of its own (ModelUnitSession), and of the pack's sites.
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                       std::uint32_t zone_rings = 0);
 
-// The same, but of contacts that come straight from rest in so many frames: what they are told in the frame in which they
-// arrive, however far a model that iterates has got by then.
+// The same, but of contacts that come straight from rest in so many frames: what they are told in the frame in which
+// they arrive, however far a model that iterates has got by then.
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
 
 }  // namespace palpate

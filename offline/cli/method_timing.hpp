@@ -13,8 +13,8 @@ namespace palpate {
 
 class TimedSession;
 
-// Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|.
-// Each set of sites is timed in a session of its own that lives no longer than that, so that many timers hold no arenas.
+// Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|. Each
+// set of sites is timed in a session of its own that lives no longer than that, so that many timers hold no arenas.
 class MethodTimer {
  public:
   // `site_sets`: of equally many sites each; frames are shared among them. `zone_rings`, `zone_iterations`: as of a
@@ -22,8 +22,8 @@ class MethodTimer {
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
               std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
-  // One more round: `seconds` or `most_frames`, whichever is less, and `cold_frames` more, before each of which `caches`,
-  // not null then, are emptied.
+  // One more round: `seconds` or `most_frames`, whichever is less, and `cold_frames` more, before each of which
+  // `caches`, not null then, are emptied.
   void time_round(double seconds, int most_frames, int cold_frames = 0, CacheEvictor* caches = nullptr);
   // Into the row; cold times where there are any.
   void summarise(MethodRow& row) const;

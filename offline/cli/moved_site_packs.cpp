@@ -47,8 +47,8 @@ size_t site_away(const Organ& organ, const ContactSite& site, double edges) {
   return found;
 }
 
-// The exact linear answer of the contact put in place of what moved_remainder leaves out. With x = A d: u = F A^-1 x, and of
-// the energy d . S d / 2 the monomials xx, xy, xz, yy, yz, zz.
+// The exact linear answer of the contact put in place of what moved_remainder leaves out. With x = A d: u = F A^-1 x,
+// and of the energy d . S d / 2 the monomials xx, xy, xz, yy, yz, zz.
 void put_linear_part(const SiteLinearResponse& linear, SitePolynomial& polynomial) {
   const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
   polynomial.linear = linear.field * from_unit;

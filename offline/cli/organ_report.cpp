@@ -202,8 +202,8 @@ class Measurement {
     return measured;
   }
 
-  // Of a method, with a timer for each level of a zone's, and one for all of another's: only a zone's frames depend on how far
-  // it is pushed.
+  // Of a method, with a timer for each level of a zone's, and one for all of another's: only a zone's frames depend
+  // on how far it is pushed.
   void add_rows(const ComparedMethod& method, const std::vector<Level>& levels,
                 const std::vector<std::vector<size_t>>& site_sets,
                 const std::vector<std::vector<MeasuredPush>>& measured) {

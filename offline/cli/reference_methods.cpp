@@ -32,7 +32,8 @@ struct PushPlace {
   size_t push;
 };
 
-// By method, level and push. What holds the same contacts is answered together, as it shares all that is made beforehand.
+// By method, level and push. What holds the same contacts is answered together, as it shares all that is made
+// beforehand.
 using HeldPushes = std::vector<std::vector<std::vector<MeasuredPush>>>;
 
 HeldPushes measure_held(const Organ& organ, std::vector<HeldMethod>& methods,

@@ -1,5 +1,5 @@
-// What an organ is answered with where nothing is packed: linear methods, and Newton's method on the full model, each frame
-// from the one before.
+// What an organ is answered with where nothing is packed: linear methods, and Newton's method on the full model, each
+// frame from the one before.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,8 @@
 
 namespace palpate {
 
-// Full Newton, warm: the state of the frame before, its patches moved on, and as many iterations as that takes to converge.
+// Full Newton, warm: the state of the frame before, its patches moved on, and as many iterations as that takes to
+// converge.
 class NewtonFrames {
  public:
   // Starts from rest. No two of the sites share a node.

@@ -17,10 +17,10 @@ struct RuntimeSurvey {
   int force_covered = 0;
 };
 
-// Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of affine_site the
-// others. Sites of `samples` are the pack's, lengths and forces in the model's units.
-// Throws std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual
-// frame a sample, and for each site a session and what its model makes ready there. On `jobs` threads, on which no digit
+// Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of
+// affine_site the others. Sites of `samples` are the pack's, lengths and forces in the model's units. Throws
+// std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual frame a
+// sample, and for each site a session and what its model makes ready there. On `jobs` threads, on which no digit
 // depends, with a progress bar.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement, int jobs);

@@ -30,9 +30,9 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
                                                               std::vector<PolynomialSetting> settings,
                                                               const SampleStore* store);
 
-// Moved polynomials: at all sites of `study`, some of the organ's, a polynomial moved there from another one of its sites, one edge
-// away and two, by each map, a pack for each; "rigid, from 1 edge". Where sites are too few or too far apart for that: a
-// note. `store`: as above.
+// Moved polynomials: at all sites of `study`, some of the organ's, a polynomial moved there from another one of its
+// sites, one edge away and two, by each map, a pack for each; "rigid, from 1 edge". Where sites are too few or too
+// far apart for that: a note. `store`: as above.
 std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
                                                          const SampleStore* store,
                                                          std::vector<std::string>& notes);

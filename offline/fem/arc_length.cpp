@@ -36,7 +36,8 @@ Loaded along(const Loaded& from, double step, const Loaded& way) {
 }
 
 // The length of the increment from `point`, at which the unit tangent is this, after one of `last` from `before` that
-// took so many iterations. `first_load`: dl of the first increment. Negative where Bergan's sign is against the tangent.
+// took so many iterations. `first_load`: dl of the first increment. Negative where Bergan's sign is against the
+// tangent.
 double next_length(const ArcLengthSettings& settings, const PathPoint& before, const PathPoint& point,
                    const Loaded& tangent, double first_load, double last, int iterations) {
   double length = last * std::clamp(std::sqrt(kUsualIterations / std::max(1, iterations)), 0.5, kMostGrowth);

@@ -118,8 +118,8 @@ class Assembly {
   // Empty where no volumes are shared.
   SharedVolumes::State volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const;
   void add_dyads(const SharedVolumes::State& volumes, double* values) const;
-  // Calls work(part, batch, its scatter, std::bool_constant of whether it shares volumes) for each batch, each part on a
-  // thread of its own.
+  // Calls work(part, batch, its scatter, std::bool_constant of whether it shares volumes) for each batch, each part
+  // on a thread of its own.
   template <typename Work>
   void for_each_batch(Work&& work) const;
 

@@ -1,7 +1,7 @@
 // The volume changes that several elements, or the points of one, share (mean dilatation).
 //
-// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto, Andrade Pires and
-// Owen 2005 for patches of tetrahedra, whose F-bar has no energy; here the energy is stated and all else follows.
+// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto, Andrade Pires
+// and Owen 2005 for patches of tetrahedra, whose F-bar has no energy; here the energy is stated and all else follows.
 // With W = W' + U(theta) of volume_split.hpp, a patch p of integration points q that stand for the volumes V_q stores
 //
 //   sum_q V_q W'(F_q) + V_p U(theta_p),   V_p = sum_q V_q,   theta_p = sum_q V_q theta(F_q) / V_p.
@@ -10,8 +10,8 @@
 //
 //   P_q = dW'/dF + U' dtheta/dF,   K = sum_q V_q g_a . (d2W' + U' d2theta) . g_b + U''/V_p G G^T
 //
-// symmetric, of the patch's nodes alone, and positive definite where the parts are. The elements make V_q theta and its
-// gradient, and what stands inside the sums; this class makes pressures of them, and the dyad G G^T.
+// symmetric, of the patch's nodes alone, and positive definite where the parts are. The elements make V_q theta and
+// its gradient, and what stands inside the sums; this class makes pressures of them, and the dyad G G^T.
 #pragma once
 
 #include <Eigen/Core>

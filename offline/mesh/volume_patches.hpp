@@ -18,7 +18,8 @@ inline constexpr int kElementsPerVolumePatch = 8;
 
 // Sets Tetrahedron::volume_patch: to a number of its own for each element of ten nodes whose group is not -1; for
 // those of four nodes to that of a patch, compact and connected by faces, of elements of the same group. Patches of
-// up to half as many elements join a neighbour where they have one and do not become thrice as large. The same input gives the same patches.
+// up to half as many elements join a neighbour where they have one and do not become thrice as large. The same input
+// gives the same patches.
 void form_volume_patches(Model& model, const std::vector<int>& group_of_element,
                          int elements_per_patch = kElementsPerVolumePatch);
 

@@ -34,8 +34,8 @@ struct ValueMapPicture {
   int panel_height = 520;
 };
 
-// The file appears whole or not at all. Throws std::invalid_argument where sizes or indices do not fit or a number is not
-// finite, std::runtime_error "PATH: REASON" where it cannot be written. Cost: about a second a panel.
+// The file appears whole or not at all. Throws std::invalid_argument where sizes or indices do not fit or a number is
+// not finite, std::runtime_error "PATH: REASON" where it cannot be written. Cost: about a second a panel.
 void write_value_maps(const ValueMapPicture& picture, const std::filesystem::path& png);
 
 }  // namespace palpate

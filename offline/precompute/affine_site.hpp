@@ -1,16 +1,18 @@
 // affine_site: the answer of a contact where nothing was sampled.
 //
 // Source: Zhong et al. 2005 section 3.3 and eq. (25), by St. Venant's principle: near a contact the answer moves with
-// it, so that a sampled site can answer for its neighbours. On a mesh without regular order it cannot (bench/sites/SITES.md): what is
-// large in the answer, its first and second order, belongs to the place, and so does what is left: the tip takes hold of other
-// nodes. What a place does have without a solve is its own derivatives at rest. So what a pack carries where nothing was
-// sampled is the series of rest_series.hpp, a polynomial like that of a sampled site; nothing is mapped or looked up in a frame. The
-// worst of it is known beforehand: a series fails where its last term is large.
+// it, so that a sampled site can answer for its neighbours. On a mesh without regular order it cannot
+// (bench/sites/SITES.md): what is large in the answer, its first and second order, belongs to the place, and so does
+// what is left: the tip takes hold of other nodes. What a place does have without a solve is its own derivatives at
+// rest. So what a pack carries where nothing was sampled is the series of rest_series.hpp, a polynomial like that of
+// a sampled site; nothing is mapped or looked up in a frame. The worst of it is known beforehand: a series fails
+// where its last term is large.
 //
-// The maps are kept to be compared with. What moves is stated as a placement, which takes a place near the contact to the place near the
-// site whose answer it takes, and vectors back. The paper's own map is linear through the origin: it depends on where
-// that is, and is singular where two nodes and the site lie in a plane with it; it is there in both senses. Ours moves along with the surface, and
-// never moves the linear part, which linear_dd gives exactly anywhere:
+// The maps are kept to be compared with. What moves is stated as a placement, which takes a place near the contact to
+// the place near the site whose answer it takes, and vectors back. The paper's own map is linear through the origin:
+// it depends on where that is, and is singular where two nodes and the site lie in a plane with it; it is there in
+// both senses. Ours moves along with the surface, and never moves the linear part, which linear_dd gives exactly
+// anywhere:
 //   u(p; d) = u_linear(p; d) + sum over sites s of w_s Q_s n_s(q_s(p); Q_s^T d),
 //   E(d)    = d . S d / 2    + sum over sites s of w_s e_s(Q_s^T d),       n, e: what is not linear / quadratic.
 #pragma once
@@ -25,7 +27,8 @@
 
 namespace palpate {
 
-// Of a contact with this exact linear answer. `to_unit` turns the axes of the series into a multiple of the unit ball's.
+// Of a contact with this exact linear answer. `to_unit` turns the axes of the series into a multiple of the unit
+// ball's.
 SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const RestSeries& series,
                                     const Eigen::Matrix3d& to_unit, bool half);
 
@@ -72,8 +75,8 @@ SitePolynomial moved_remainder(const SitePolynomial& polynomial, const Placement
 SitePolynomial moved(const SitePolynomial& polynomial, const Placement& placement, const LocalTable& table);
 
 // What sites at these places count at `contact`, all over the surface that they and it lie on: weights that sum to 1
-// and reproduce what varies linearly along the surface, by moving least squares (Lancaster and Salkauskas 1981) over the
-// sites within the distance of the farthest. They are smooth in `contact`.
+// and reproduce what varies linearly along the surface, by moving least squares (Lancaster and Salkauskas 1981) over
+// the sites within the distance of the farthest. They are smooth in `contact`.
 std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, const Eigen::Vector3d& contact,
                                  const Eigen::Vector3d& normal);
 

@@ -1,10 +1,10 @@
-// nonlinear_zone: what the runtime needs to put nonlinear elements around any contacts and the linear rest of the organ
-// onto their boundary (runtime/src/zone_set.hpp has the equations).
+// nonlinear_zone: what the runtime needs to put nonlinear elements around any contacts and the linear rest of the
+// organ onto their boundary (runtime/src/zone_set.hpp has the equations).
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times, and in the end the rest of their volume patches. Carried are the elements and nodes of all sites' zones, and the compliance K^-1 at rest between those nodes,
-// of which the rows and columns of contact nodes are linear_dd's; and what the organ outside adds to its linear answer
-// (zone_exterior.hpp).
+// times, and in the end the rest of their volume patches. Carried are the elements and nodes of all sites' zones, and
+// the compliance K^-1 at rest between those nodes, of which the rows and columns of contact nodes are linear_dd's;
+// and what the organ outside adds to its linear answer (zone_exterior.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -36,11 +36,12 @@ struct ZoneTables {
   // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
   // in a linear organ.
   std::vector<double> force_scale;
-  // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each monomial
-  // of degrees 2 and 3 of x = f / force_scale.
+  // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each
+  // monomial of degrees 2 and 3 of x = f / force_scale.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
-  // What pairs of sites i > j, at lower_block(i - 1, j), add to that (zone_mutual.hpp); empty where none was asked for. Columns of
-  // their own, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
+  // What pairs of sites i > j, at lower_block(i - 1, j), add to that (zone_mutual.hpp); empty where none was asked
+  // for. Columns of their own, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest
+  // displacement;
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
   std::vector<PairFields> pair_fields;
   // and for each ring, and in it each pair, weights of the exterior's columns of i, of those of j, and of these, x
@@ -75,8 +76,8 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
 // Pairs of sites whose exterior a pack carries: none where one contact at a time is all there is, or of too many sites.
 std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts);
 
-// Columns of its own that each of them has (zone_mutual.hpp): what eight leave is little beside what one ring does, and goes with a
-// target of one percent.
+// Columns of its own that each of them has (zone_mutual.hpp): what eight leave is little beside what one ring does,
+// and goes with a target of one percent.
 int num_pair_fields(int rings, double accuracy_target);
 
 // Bytes of a pack that the compliance and the exterior take, at most.

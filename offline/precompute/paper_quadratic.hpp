@@ -18,8 +18,8 @@ std::vector<Eigen::Vector3d> grid_points(bool half);
 // Ten points from the middle to `end`.
 std::vector<Eigen::Vector3d> ray_points(const Eigen::Vector3d& end);
 
-// Degree 2, nothing pinned. The energy, of degree 3, is fitted to energies and forces: the paper has no force of its own
-// but that of the deformed elements.
+// Degree 2, nothing pinned. The energy, of degree 3, is fitted to energies and forces: the paper has no force of its
+// own but that of the deformed elements.
 SitePolynomial fit_paper_quadratic(const SiteSamples& samples);
 
 }  // namespace palpate

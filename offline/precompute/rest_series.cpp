@@ -25,8 +25,8 @@ Eigen::Matrix<double, 3, kRays> rays() {
   return directions;
 }
 
-// c_j of `order` j, along each ray. `path`: a_1 .. a_(j-1); `lower`: the lower orders of P, zero but where dofs are held. None
-// where an element inverts on the way.
+// c_j of `order` j, along each ray. `path`: a_1 .. a_(j-1); `lower`: the lower orders of P, zero but where dofs are
+// held. None where an element inverts on the way.
 std::optional<Eigen::MatrixXd> internal_force_of_order(const Assembly& assembly,
                                                        const Eigen::VectorXd& at_rest,
                                                        const std::vector<Eigen::MatrixXd>& path,

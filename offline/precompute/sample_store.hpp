@@ -78,8 +78,8 @@ class SampleFile {
   std::map<Key, Place> places_;
 };
 
-// The folder of one scene's solves, held by one process at a time, or by it for others that it works with. `find` and `keep` of its files may go on at once
-// on several threads, one a file.
+// The folder of one scene's solves, held by one process at a time, or by it for others that it works with. `find` and
+// `keep` of its files may go on at once on several threads, one a file.
 class SampleStore {
  public:
   // Makes the folder. `key_of` is hashed. Throws std::runtime_error "PATH: REASON; REMEDY" where it cannot be made or

@@ -22,8 +22,8 @@ enum class FieldPrecision { automatic, real, rounded };
 // How polynomial_dd samples and fits; all but the first as the paper does (paper_quadratic.hpp).
 enum class PolynomialMethod { hermite, paper_grid, paper_ray };
 
-// At which sites solves are made for polynomials; fewest: where derivatives at rest alone do not keep the target; automatic:
-// fewest of a whole surface, all of some sites.
+// At which sites solves are made for polynomials; fewest: where derivatives at rest alone do not keep the target;
+// automatic: fewest of a whole surface, all of some sites.
 enum class SampledSites { automatic, all, fewest };
 
 struct Scene {

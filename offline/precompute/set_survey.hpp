@@ -32,7 +32,8 @@ struct SetKindErrors {
 
 struct SetSurvey {
   std::vector<SetKindErrors> kinds;  // those of which there are sets
-  // Errors over loads that cover 95 % of those without a flag; 0 where there are none, or nothing is estimated from them.
+  // Errors over loads that cover 95 % of those without a flag; 0 where there are none, or nothing is estimated from
+  // them.
   double displacement_bound = 0;
   double force_bound = 0;
 };

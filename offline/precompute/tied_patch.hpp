@@ -24,7 +24,8 @@ class TiedPatch {
   // Displacements per unit force along each axis, num_dofs x 3.
   Eigen::MatrixXd per_force() const;
 
-  // What `loaded` (num_dofs x any), the answer to nodal loads with the nodes of the patch let go, becomes where they are tied to one another.
+  // What `loaded` (num_dofs x any), the answer to nodal loads with the nodes of the patch let go, becomes where they
+  // are tied to one another.
   Eigen::MatrixXd tied(const Eigen::MatrixXd& loaded) const;
 
  private:

@@ -185,8 +185,8 @@ Eigen::MatrixXd side_by_side(const Fields& first, const Fields& second,
   return columns;
 }
 
-// So many fields of which the given ones are made, the largest part first, each as large as an int8 is; zero where there are
-// fewer.
+// So many fields of which the given ones are made, the largest part first, each as large as an int8 is; zero where
+// there are fewer.
 ZoneTables::PairFields largest_parts(const Eigen::MatrixXd& fields, Eigen::Index most) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(fields.transpose() * fields);
   const Eigen::VectorXd& squares = eigen.eigenvalues();  // ascending

@@ -92,8 +92,8 @@ class Panels {
   double low() const { return range_.low(); }
   double high() const { return range_.high(); }
 
-  // `both`: what is said before either; `right`: before the second; `top`: of the panels, as part of the picture; above it
-  // a legend has its place.
+  // `both`: what is said before either; `right`: before the second; `top`: of the panels, as part of the picture;
+  // above it a legend has its place.
   std::string script(const std::string& both, const std::string& left_title, const std::string& right,
                      const std::string& right_title, double top = 0.76) const {
     return plot_frame() + blocks_ + both +

@@ -1,4 +1,5 @@
-// Plots of how errors of a pack's own models are distributed. Scripts for gnuplot; two panels each, displacement and force.
+// Plots of how errors of a pack's own models are distributed. Scripts for gnuplot; two panels each, displacement and
+// force.
 #pragma once
 
 #include <string>

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// Writes `folder`/index.html, with plots and pictures in it, and the CSVs that it links to. Throws std::runtime_error where
-// a file cannot be written or gnuplot complains.
+// Writes `folder`/index.html, with plots and pictures in it, and the CSVs that it links to. Throws std::runtime_error
+// where a file cannot be written or gnuplot complains.
 void write_report(const Report& report, const std::filesystem::path& folder);
 
 }  // namespace palpate

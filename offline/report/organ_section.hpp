@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// Draws the organ's plots into `folder`/plots, writes its CSVs into `folder`, and returns HTML that carries the plots and
-// links to the rest. Throws std::runtime_error where a file cannot be written or gnuplot complains.
+// Draws the organ's plots into `folder`/plots, writes its CSVs into `folder`, and returns HTML that carries the plots
+// and links to the rest. Throws std::runtime_error where a file cannot be written or gnuplot complains.
 std::string write_organ_section(const OrganReport& organ, const std::filesystem::path& folder);
 
 // The same tables as Markdown, for a README.

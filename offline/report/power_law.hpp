@@ -11,8 +11,8 @@ struct PowerLaw {
   double factor = 0;
 };
 
-// Least squares in logarithms over the points (x, y), by rising x, beyond the middle of the range of log x, where what does not
-// grow has faded, and over the last two in any case. There are two or more, and all are positive.
+// Least squares in logarithms over the points (x, y), by rising x, beyond the middle of the range of log x, where
+// what does not grow has faded, and over the last two in any case. There are two or more, and all are positive.
 PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points);
 
 }  // namespace palpate

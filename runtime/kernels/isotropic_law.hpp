@@ -7,9 +7,9 @@
 //   n_p . dP N_q = (k+ + k-)/2 dF_pq + (k+ - k-)/2 dF_qp,  p != q
 //   k+ = (w_p - w_q) / (l_p - l_q),   k- = (w_p + w_q) / (l_p + l_q)
 //
-// (the derivative of the polar decomposition; for instance Smith, de Goes, Kim 2019, "Analytic eigensystems for isotropic
-// distortion energies"). As l_p -> l_q, k+ -> (w_pp + w_qq)/2 - w_pq, which is taken where the quotient would lose more
-// digits than that limit does.
+// (the derivative of the polar decomposition; for instance Smith, de Goes, Kim 2019, "Analytic eigensystems for
+// isotropic distortion energies"). As l_p -> l_q, k+ -> (w_pp + w_qq)/2 - w_pq, which is taken where the quotient
+// would lose more digits than that limit does.
 //
 // OGDEN, Abaqus Theory Guide:  W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) + U(J),
 // q_p = J^(-1/3) l_p. Let s_p = q_p^alpha and m their mean. As ds_p/dl_r = alpha s_p (delta_pr - 1/3) / l_r,
@@ -21,8 +21,8 @@
 //
 // St. Venant-Kirchhoff:  W = mu sum_p E_p^2 + lambda/2 (sum_p E_p)^2,  E_p = (l_p^2 - 1)/2.
 //
-// Hooke's law at small strain, e = (F + F^T)/2 - 1:  W = mu e : e + lambda/2 (tr e)^2, whose tangent has the same form in
-// any frame.
+// Hooke's law at small strain, e = (F + F^T)/2 - 1:  W = mu e : e + lambda/2 (tr e)^2, whose tangent has the same
+// form in any frame.
 #pragma once
 
 #include <math.h>

@@ -30,8 +30,8 @@ struct ContactPlace {
   Corner corners[kMostCorners];
 };
 
-// What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site without
-// weight may be any number.
+// What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site
+// without weight may be any number.
 inline double own_weight(const pal_contact& contact) {
   return 1.0 - (contact.neighbour_weights[0] + contact.neighbour_weights[1]);
 }

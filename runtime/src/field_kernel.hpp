@@ -29,7 +29,8 @@ struct RoundedWeights {
 using AddRounded = void (*)(const pal_real* columns, const pal_real* weights, const int16_t* pairs,
                             const RoundedWeights& rounded, bool onto, pal_real* sum);
 
-// sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows, four at a time: `count` is a multiple of that.
+// sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows, four at a time: `count` is a multiple
+// of that.
 using AddBytes = void (*)(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum);
 
 inline void clear_panels(uint32_t count, pal_real* sum) {
@@ -43,11 +44,11 @@ struct FieldKernel {
   AddBytes add_bytes;
 };
 
-// Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may
-// vectorise them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same
-// bits), avx512vnni (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of `count` products at most:
-// |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|), epsilon that of
-// pal_real, the sum of integers counting as a fourth column. add_bytes is the same to the bit in all.
+// Those that this processor runs, the fastest last, and their number: scalar (plain loops; the compiler may vectorise
+// them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same bits), avx512vnni
+// (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of
+// `count` products at most: |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|),
+// epsilon that of pal_real, the sum of integers counting as a fourth column. add_bytes is the same to the bit in all.
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

@@ -18,15 +18,16 @@ inline bool is_force_given(const pal_contact& contact, uint32_t axis) {
 
 struct ForceControl {
   bool has_ended;  // nothing was given, or all forces are what they should be to 1e-5 of the displacement
-  // PAL_FLAG_CLAMPED: a force asks for more than kMostGiven of the scene's largest displacement; PAL_FLAG_ILL_CONDITIONED: they
-  // cannot all act
+  // PAL_FLAG_CLAMPED: a force asks for more than kMostGiven of the scene's largest displacement;
+  // PAL_FLAG_ILL_CONDITIONED: they cannot all act
   uint32_t flags;
 };
 
 // Of that displacement, along an axis.
 inline constexpr double kMostGiven = 4.0;
 
-// Takes displacements[contacts][3], model units, a step on. `moved`: what moves the zone's answer to each contact's place.
+// Takes displacements[contacts][3], model units, a step on. `moved`: what moves the zone's answer to each contact's
+// place.
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
                             const PlaceAnswer* moved, double* displacements);
 

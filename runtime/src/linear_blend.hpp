@@ -1,16 +1,17 @@
 // linear_dd of contacts anywhere on the surface: the blend of its answers at the sites about them.
 //
-// A contact c at a point has the weights w_ci of the sites i at the corners of its triangle (contact_place.hpp). With S_ij.. the
-// stiffness of contacts at sites i, j, .. (linear_dd.hpp), all of them moved by the same displacements d,
+// A contact c at a point has the weights w_ci of the sites i at the corners of its triangle (contact_place.hpp). With
+// S_ij.. the stiffness of contacts at sites i, j, .. (linear_dd.hpp), all of them moved by the same displacements d,
 //
 //   F = S d,  S = sum over i, j, .. of w_1i w_2j .. S_ij..        and energy, field, gravity's share likewise,
 //
-// one term for each way to choose a corner for each contact: continuous as any of the contacts slides, the gradient of
-// an energy, and the answer at the sites where contacts are at them. That is 3, 9 or 27 sets of sites; where there are more contacts
-// than kMostBetween, they act at the sites of their largest weights, which is one set.
+// one term for each way to choose a corner for each contact: continuous as any of the contacts slides, the gradient
+// of an energy, and the answer at the sites where contacts are at them. That is 3, 9 or 27 sets of sites; where there
+// are more contacts than kMostBetween, they act at the sites of their largest weights, which is one set.
 //
-// A set is kept until another takes its place: a contact that slides into the next triangle needs only those sets that
-// have the new corner. Each set is made of the one before, of which most have all nodes but those of one contact.
+// A set is kept until another takes its place: a contact that slides into the next triangle needs only those sets
+// that have the new corner. Each set is made of the one before, of which most have all nodes but those of one
+// contact.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -79,7 +80,8 @@ bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t coun
 void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* fixed, uint32_t num_fixed,
                   uint32_t fixed_version, LinearState& state);
 
-// Goes on with it for about so many multiply-adds, as advance_set() does. Once it is ready it answers, and true is returned.
+// Goes on with it for about so many multiply-adds, as advance_set() does. Once it is ready it answers, and true is
+// returned.
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state);
 
 // The next blend, if it is ready, answers, and the one that did is next.
@@ -102,8 +104,8 @@ struct LinearFrame {
   uint32_t flags;              // of sets, and of what is doubtful about the displacements
 };
 
-// Of contacts that were placed. Also leaves f for the field in `state`. Cost in multiply-adds: for each set 3 c (3 c + n), c
-// contacts, n = 3 x the nodes it holds.
+// Of contacts that were placed. Also leaves f for the field in `state`. Cost in multiply-adds: for each set 3 c (3 c
+// + n), c contacts, n = 3 x the nodes it holds.
 void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame);
 
 // The 3 x 3 of S of two contacts, by rows; that of the other order is its transpose to the bit.

@@ -68,9 +68,10 @@ void carve_making(const pal_pack& pack, uint32_t max_held, Arena& arena, LinearM
 void begin_set(const pal_pack& pack, const uint32_t* sites, uint32_t count, const uint32_t* fixed,
                uint32_t num_fixed, LinearSet& set, LinearMaking& making);
 
-// Goes on with it until it is ready or for about so many multiply-adds, one node (9 n^2 at most) beyond them, n = 3 x the nodes
-// held, and returns how many it took. Cost in all: 6 n^2 for each node that comes and 3 n^2 for each that goes, at most that of
-// all to come, 2 n^3 / 3; then n^2 for the sums, and every fourth time 9 n^2 to set rounding right.
+// Goes on with it until it is ready or for about so many multiply-adds, one node (9 n^2 at most) beyond them, n = 3 x
+// the nodes held, and returns how many it took. Cost in all: 6 n^2 for each node that comes and 3 n^2 for each that
+// goes, at most that of all to come, 2 n^3 / 3; then n^2 for the sums, and every fourth time 9 n^2 to set rounding
+// right.
 uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearMaking& making);
 
 // E^T f of one contact, f at the nodes held.

@@ -15,8 +15,8 @@ namespace {
 
 // What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
 constexpr double kConverged = 1e-4;
-// As kConverged, of what other groups have moved the boundary by in this frame; felt there is of a move, where no node is
-// shared, some part.
+// As kConverged, of what other groups have moved the boundary by in this frame; felt there is of a move, where no
+// node is shared, some part.
 constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
@@ -102,7 +102,8 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
   }
 }
 
-// Takes the contacts towards where they are to be, the rest along as it followed last. As far as all elements stay upright.
+// Takes the contacts towards where they are to be, the rest along as it followed last. As far as all elements stay
+// upright.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   ZoneSet& set = frame.set;
   save(frame, group);
@@ -202,8 +203,8 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Whether a node of the group is much farther from rest than any contact has a right to move it: Newton has found a way to
-// where the linear organ outside says nothing any more.
+// Whether a node of the group is much farther from rest than any contact has a right to move it: Newton has found a
+// way to where the linear organ outside says nothing any more.
 bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
   const double limit = kFarthest * (size + frame.pack.mean_surface_edge);
@@ -216,7 +217,8 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// Tractions, forces and loads of where the group has got to, and what it stores. Before the step the residual was so large.
+// Tractions, forces and loads of where the group has got to, and what it stores. Before the step the residual was so
+// large.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_pull(frame, group);
   find_residual(frame, group);

@@ -1,16 +1,16 @@
 // nonlinear_zone: full nonlinear elements in a small zone around the contacts, the linear rest of the organ condensed
 // exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
 //
-// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in zone_set.hpp,
-// t the forces on the linear organ at B, b how far the other groups' t move B:
+// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in
+// zone_set.hpp, t the forces on the linear organ at B, b how far the other groups' t move B:
 //
 //   P(w) - P(0) + [S w_B - T b]_B = f_c          f_c zero but at contacted nodes
 //   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(x)
 //   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x)
 //
 // q(x): what the organ outside adds to its linear answer, of second and third order in a contact's load x
-// (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and where
-// the zone is the whole organ.
+// (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and
+// where the zone is the whole organ.
 //
 // It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
 #pragma once

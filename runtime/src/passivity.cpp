@@ -47,9 +47,9 @@ bool feels_the_models(const pal_session& session) {
   return true;
 }
 
-// What contacts that were taken hold of under strain bring with them, once: the energy that goes where they
-// alone go back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of it, if
-// there are no others.
+// What contacts that were taken hold of under strain bring with them, once: the energy that goes where they alone go
+// back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of
+// it, if there are no others.
 double take_strain_brought(pal_session& session) {
   ToolStates& states = session.tools;
   const auto brings = [&](uint32_t c) {

@@ -1,14 +1,15 @@
-// What answers one contact alone at a place between sites: polynomial_dd or linear_dd, blended over the corners with the
-// weights of the place. And what moves a zone there.
+// What answers one contact alone at a place between sites: polynomial_dd or linear_dd, blended over the corners with
+// the weights of the place. And what moves a zone there.
 //
-// nonlinear_zone is made about a site s. A contact near it, at a place with the weights w of the corners i, is answered by
+// nonlinear_zone is made about a site s. A contact near it, at a place with the weights w of the corners i, is
+// answered by
 //
 //   f = f_zone,s(d) + sum_i w_i g_i(d) - g_s(d)
 //
-// g the answer of one contact alone, of polynomial_dd where the pack has it, else of linear_dd; energy, stiffness and field
-// likewise. What contacts do to each other is then that at their sites, so that only those are moved that share their zone with
-// no other. Along a path it is continuous but where s
-// changes: there it jumps by what the zone and g differ in from site to site.
+// g the answer of one contact alone, of polynomial_dd where the pack has it, else of linear_dd; energy, stiffness and
+// field likewise. What contacts do to each other is then that at their sites, so that only those are moved that share
+// their zone with no other. Along a path it is continuous but where s changes: there it jumps by what the zone and g
+// differ in from site to site.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -36,8 +37,8 @@ struct PlaceAnswer {
 PlaceAnswer blend_polynomials(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                               FieldState& field);
 
-// What moves the answer of a zone from `site` to `place`, zero where the place is that site. Adds its field to that of the
-// zone. Cost: that of four polynomials, or of linear_dd at a point.
+// What moves the answer of a zone from `site` to `place`, zero where the place is that site. Adds its field to that
+// of the zone. Cost: that of four polynomials, or of linear_dd at a point.
 PlaceAnswer move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
                           const double displacement[3], FieldState& field);
 

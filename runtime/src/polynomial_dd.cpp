@@ -33,12 +33,12 @@ Pair load_pair(const double* from) {
   return values;
 }
 
-// Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions:
-// grad E = Hess E x / (n - 1), E = grad E . x / n. What is left is the Hessian, whose entries have the divided monomials
-// x^a/a! y^b/b! z^c/c! of degree n - 2 and no other factors. Behind the j-th of them, with b + c = rest, stand the coefficients of
-// x^(a+2) y^b z^c at place j of degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each with
-// one y less and one z more next to it (monomials.hpp): xy with xz and yy with yz are summed as pairs. Cost: some 12
-// operations for each of n (n - 1) / 2 monomials.
+// Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions: grad E = Hess E x / (n - 1), E =
+// grad E . x / n. What is left is the Hessian, whose entries have the divided monomials x^a/a! y^b/b! z^c/c! of
+// degree n - 2 and no other factors. Behind the j-th of them, with b + c = rest, stand the coefficients of x^(a+2)
+// y^b z^c at place j of degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each
+// with one y less and one z more next to it (monomials.hpp): xy with xz and yy with yz are summed as pairs. Cost:
+// some 12 operations for each of n (n - 1) / 2 monomials.
 Part differentiate(const double x[3], const double* monomials, const double* coefficients, uint32_t degree) {
   const double* m = monomials + monomial_start(degree - 2);
   const double* xx = coefficients;

@@ -1,22 +1,21 @@
-// polynomial_dd (PIAM): energy and displacement field of one contact site as polynomials in the tool
-// displacement.
+// polynomial_dd (PIAM): energy and displacement field of one contact site as polynomials in the tool displacement.
 //
-// Source: Zhong et al. 2005 eqs. (22)-(24), with two departures. The force is not recomputed from the
-// elements around the contact (eq. (4) amplifies the error of fitted displacements) but is the gradient of a
-// fitted energy: conservative by construction, so that a device cannot be fed energy around a closed path.
-// And the linear part is not fitted but the exact linear DD.
+// Source: Zhong et al. 2005 eqs. (22)-(24), with two departures. The force is not recomputed from the elements around
+// the contact (eq. (4) amplifies the error of fitted displacements) but is the gradient of a fitted energy:
+// conservative by construction, so that a device cannot be fed energy around a closed path. And the linear part is
+// not fitted but the exact linear DD.
 //
-// With x = A d, which maps the ellipsoid of displacements that was sampled to the unit ball, s = |x|, and U the
-// sum of homogeneous parts E_n(x) of degree n, the answer inside is
+// With x = A d, which maps the ellipsoid of displacements that was sampled to the unit ball, s = |x|, and U the sum
+// of homogeneous parts E_n(x) of degree n, the answer inside is
 //   energy  sum_n E_n(x)          field  sum_n u_n(x).
 // Beyond it (s > 1) each part, s^n along a ray, is continued by its expansion at s = 1:
 //   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: continuous stiffness)
 //   field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
 // that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n.
 //
-// Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, 1 at the end of the domain along n),
-// the nonlinear part fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1 for c >= 0,
-// 0 for c <= -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
+// Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, 1 at the end of the domain
+// along n), the nonlinear part fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1
+// for c >= 0, 0 for c <= -1/2, a quintic between them (C2). Deep behind it the answer is the exact linear one.
 #pragma once
 
 #include <palpate/palpate.h>

@@ -19,9 +19,9 @@ struct PolynomialWeights {
   RoundedWeights rounded;                 // z where it is
 };
 
-// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by rank / 2 units at most, of
-// about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at degree 7
-// and rank 16, 65,000 at degree 14 and rank 96.
+// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by rank / 2 units at
+// most, of about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at
+// degree 7 and rank 16, 65,000 at degree 14 and rank 96.
 void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights);
 
 // sum[96 count] = u of the nodes of `count` panels from `first` on, onto what is there or not.

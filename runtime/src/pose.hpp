@@ -87,8 +87,8 @@ inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
   }
 }
 
-// The turn from one unit quaternion to another as a vector: twice the vector part of now * conjugate(before), the one of the two
-// whose scalar part is not negative. For small turns the rotation vector.
+// The turn from one unit quaternion to another as a vector: twice the vector part of now * conjugate(before), the one
+// of the two whose scalar part is not negative. For small turns the rotation vector.
 inline void turn_between(const double before[4], const double now[4], double out[3]) {
   const double w = now[0] * before[0] + now[1] * before[1] + now[2] * before[2] + now[3] * before[3];
   const double scale = w < 0 ? -2.0 : 2.0;

@@ -63,9 +63,9 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError: for a case
-// that no survey has, or a flagged answer. The force's as parts of `force`, its size in model units: of one that is small for its
-// displacement they are larger parts.
+// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError:
+// for a case that no survey has, or a flagged answer. The force's as parts of `force`, its size in model units: of
+// one that is small for its displacement they are larger parts.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      double force, pal_contact_result& result) {
   result.displacement_error = kUnknownError;
@@ -89,9 +89,10 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   }
 }
 
-// The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them: what 95 %
-// of errors of such sets stay below, over their loads (ErrorSurvey in schemas/pack.fbs), or what one contact of that size has,
-// if that is more. A flag of one is a doubt about all; so is a load at which that bound is all of the displacement.
+// The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them:
+// what 95 % of errors of such sets stay below, over their loads (ErrorSurvey in schemas/pack.fbs), or what one
+// contact of that size has, if that is more. A flag of one is a doubt about all; so is a load at which that bound is
+// all of the displacement.
 void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
@@ -309,8 +310,8 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
-      // Of contacts that share one, what moves one would drag the patches of the others from where they are held, and with it
-      // nodes that are fixed.
+      // Of contacts that share one, what moves one would drag the patches of the others from where they are held, and
+      // with it nodes that are fixed.
       if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
       moved[c] =
           move_to_place(pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);

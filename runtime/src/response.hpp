@@ -19,9 +19,9 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
 // Makes what answers ready for these contacts, whatever it takes: Answering::linear and Answering::zone have to be.
 void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count);
 
-// The same with about as many multiply-adds as the session's budget allows: call it again in the next frame until it is true. Work
-// that was begun for others is finished first, so that contacts which change all the time are answered too,
-// if late; `finished` says that it now answers them.
+// The same with about as many multiply-adds as the session's budget allows: call it again in the next frame until it
+// is true. Work that was begun for others is finished first, so that contacts which change all the time are answered
+// too, if late; `finished` says that it now answers them.
 bool make_ready_within(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
                        bool& began, bool& finished);
 

@@ -11,15 +11,15 @@ namespace palpate {
 
 // A volume patch that a zone holds: offline/fem/shared_volumes.hpp has the equations.
 //
-// Newton takes its pressure p as an unknown of its own, of one more equation, p = U'(theta(u)). With R the forces of the other
-// terms and G = d(V theta)/du, a step has
+// Newton takes its pressure p as an unknown of its own, of one more equation, p = U'(theta(u)). With R the forces of
+// the other terms and G = d(V theta)/du, a step has
 //
 //   K(u, p) du + G dp = -R - G p,    p + dp = U'(theta) + U'' / V  G . du
 //
-// and without dp that is (K(u, p) + U'' / V  G G^T) du = -R - G U'(theta): the forces are those of the displacements alone, and
-// so is what the steps lead to, but K is of a p that follows them to first order. Steps keep volumes no better than that, and
-// where tissue is nearly incompressible U' of what is left of second order outweighs all else (Magisano, Leonetti and Garcea
-// 2017, CMAME 313, for stresses).
+// and without dp that is (K(u, p) + U'' / V  G G^T) du = -R - G U'(theta): the forces are those of the displacements
+// alone, and so is what the steps lead to, but K is of a p that follows them to first order. Steps keep volumes no
+// better than that, and where tissue is nearly incompressible U' of what is left of second order outweighs all else
+// (Magisano, Leonetti and Garcea 2017, CMAME 313, for stresses).
 struct ZonePatch {
   const pack::ZoneMaterial* material;
   uint32_t number;   // ZoneElement::volume_patch
@@ -77,8 +77,8 @@ template <int kNodes>
 bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
                       uint32_t patch, int lane, ZoneBatch<kNodes>& batch);
 
-// Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements; where a patch
-// turns, an increment dw of its rotation (a spin) moves the node by dw x arm.
+// Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements; where a
+// patch turns, an increment dw of its rotation (a spin) moves the node by dw x arm.
 inline constexpr uint32_t kNoUnknown = UINT32_MAX;        // fixed
 inline constexpr uint32_t kHeldUnknown = UINT32_MAX - 1;  // see its masters
 
@@ -106,8 +106,8 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
 // Multiply-adds that take about as long.
 uint64_t force_operations(const ZoneBatches& batches);
 
-// ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it is, 0 where
-// it only follows what moves the zone. The patches' other numbers are then those of `from`.
+// ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it
+// is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
 // Adds the tangent stiffness to the lower triangle of a column-major matrix.

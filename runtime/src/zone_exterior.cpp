@@ -40,8 +40,8 @@ double square_of(const double v[3]) {
   return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
 }
 
-// How long loads may be; a longer one counts as one of this length in its direction. Within the scene's largest displacement
-// that of a contact alone stays about 1.
+// How long loads may be; a longer one counts as one of this length in its direction. Within the scene's largest
+// displacement that of a contact alone stays about 1.
 constexpr double kFarthest = 2;
 
 // Forces that fix nodes have a part in what leaves the zone, and of those no series is known.
@@ -49,8 +49,8 @@ double reach_of(const ZoneSet& set) {
   return set.num_fixed > 0 ? 0 : kFarthest;
 }
 
-// To which degree a contact's own load counts. Among contacts that share a zone, whose loads may nearly cancel, no more than
-// the pairs do: a third order of each without that of all is worse than none.
+// To which degree a contact's own load counts. Among contacts that share a zone, whose loads may nearly cancel, no
+// more than the pairs do: a third order of each without that of all is worse than none.
 uint32_t own_degree(const ZoneSet& set, uint32_t contact) {
   return is_alone_in_zone(set, contact) ? pack::kZoneDegree : 2;
 }

@@ -1,22 +1,24 @@
-// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the *loads* x of
-// the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have the equations).
+// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the *loads*
+// x of the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have
+// the equations).
 //
 //   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
 //     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of
 //         m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk + v_cdjk q_cdk)
 //
-// which is a sum of columns q_ck of each contact and q_cdk of each pair, times weights that the loads give. Left out is what
-// contacts add to each other in the third order; zone_overlap.hpp takes out what it counts twice. Units of the model.
+// which is a sum of columns q_ck of each contact and q_cdk of each pair, times weights that the loads give. Left out
+// is what contacts add to each other in the third order; zone_overlap.hpp takes out what it counts twice. Units of
+// the model.
 //
-// A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series are
-// made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it never
-// leaves the zone. What leaves are the tractions t of the group's boundary, which move the linear organ there by C_BB t.
-// With V the columns by which it moves as each patch does, and K_P the stiffness of each alone,
+// A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series
+// are made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it
+// never leaves the zone. What leaves are the tractions t of the group's boundary, which move the linear organ there
+// by C_BB t. With V the columns by which it moves as each patch does, and K_P the stiffness of each alone,
 //
 //   x = Gamma t,   Gamma = K_P (V^T T V + L)^-1 V^T / force_scale,   T = C_BB^-1
 //
-// are the forces at the patches whose field is nearest to that one, in the linear organ's energy; L holds loads together that
-// the boundary hardly tells apart.
+// are the forces at the patches whose field is nearest to that one, in the linear organ's energy; L holds loads
+// together that the boundary hardly tells apart.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -34,19 +36,19 @@ inline constexpr uint32_t kMostExteriorColumns =
 // Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2 multiply-adds a
-// contact.
+// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2
+// multiply-adds a contact.
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
-// ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second order
-// among contacts that share a zone, and not at all with nodes fixed while running.
+// ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to
+// second order among contacts that share a zone, and not at all with nodes fixed while running.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
 // The load of a contact as it counts: no longer than 2, and zero with nodes fixed. Whether it is shortened.
 bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
 
-// Adds to rows[3][stride] how the linear organ moves these nodes, [count][3], as it moves a patch alone by 1 along each axis. Cost:
-// as many blocks of the compliance as the patch has nodes, times count.
+// Adds to rows[3][stride] how the linear organ moves these nodes, [count][3], as it moves a patch alone by 1 along
+// each axis. Cost: as many blocks of the compliance as the patch has nodes, times count.
 void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
                double* rows);
 
@@ -56,23 +58,23 @@ void combine_rows(const double factors[9], uint32_t count, size_t stride, double
 // How far, and where to, a load of 1 along each axis moves the patch in the linear organ: row-major, length unit.
 void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]);
 
-// Whether the load of a contact is more than the series was made for. What is of second order, as part of a push, goes as
-// x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most 1, has
-// x^2 > d / D; among contacts that share a zone, whose loads cancel in part, four times that. `largest`: displacement of the set,
-// length unit.
+// Whether the load of a contact is more than the series was made for. What is of second order, as part of a push,
+// goes as x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most
+// 1, has x^2 > d / D; among contacts that share a zone, whose loads cancel in part, four times that. `largest`:
+// displacement of the set, length unit.
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
 // Of those weights by the load of one contact; zero where that is too long.
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]);
 
-// What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a part of q
-// that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of the energy in t has
-// it.
+// What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a
+// part of q that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of
+// the energy in t has it.
 void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts);
 
-// One of the columns q on the boundary of a group, and T times it, to which ZoneGroup::exterior_fields and exterior_pulls
-// point. Cost: boundary_stride^2 multiply-adds.
+// One of the columns q on the boundary of a group, and T times it, to which ZoneGroup::exterior_fields and
+// exterior_pulls point. Cost: boundary_stride^2 multiply-adds.
 void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
                             ZoneGroup& group);
 

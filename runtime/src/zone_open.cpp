@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-// The elements of a node follow those of the one before, each once, and have it: what frames do for a node is then bounded by
-// what the file holds.
+// The elements of a node follow those of the one before, each once, and have it: what frames do for a node is then
+// bounded by what the file holds.
 bool are_elements_of(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index) {
   const uint32_t* listed = pack.zone_node_elements + node.first_element;
   for (uint32_t e = 0; e < node.num_elements; ++e) {

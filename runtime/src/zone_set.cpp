@@ -88,8 +88,8 @@ void fill_compliance(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& 
   }
 }
 
-// T from what elimination has left. Unsound where a node is held by more of its neighbours than any tissue is: the forces
-// would not fit into a float.
+// T from what elimination has left. Unsound where a node is held by more of its neighbours than any tissue is: the
+// forces would not fit into a float.
 void take_whole(const pal_pack& pack, ZoneSet& set, const double* matrix, ZoneGroup& group) {
   constexpr double kMostHeld = 1e8;  // as kLargestNodalForce of linear_dd
   const uint32_t order = round_to_columns(3 * group.num_boundary);
@@ -240,8 +240,8 @@ bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
   return square <= kFarthest * kFarthest * pack.mean_surface_edge * pack.mean_surface_edge;
 }
 
-// Of volume patches that the set before had, too; the others begin as at rest, for U' of nodes that the linear organ has
-// placed is no pressure.
+// Of volume patches that the set before had, too; the others begin as at rest, for U' of nodes that the linear organ
+// has placed is no pressure.
 void carry_pressures(const ZoneSet& before, const ZoneGroup& group) {
   for (uint32_t p = 0; p < group.batches.num_patches; ++p) {
     ZonePatch& patch = group.batches.patches[p];
@@ -272,7 +272,8 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     }
   }
   for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = 0;
-  // The exterior answers to the loads that were: those of contacts that stay, which stay turned as well. So does one that slides.
+  // The exterior answers to the loads that were: those of contacts that stay, which stay turned as well. So does one
+  // that slides.
   memset(set.loads, 0, size_t{3} * set.num_contacts * sizeof *set.loads);
   memset(set.force, 0, set.num_axes * sizeof *set.force);
   memset(set.followed, 0, set.num_axes * sizeof *set.followed);

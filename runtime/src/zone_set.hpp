@@ -1,9 +1,9 @@
 // What a nonlinear zone is made of, for a set of contacts, and how it is made ready.
 //
-// A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken to
-// be linear about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
-// outside. With C the compliance of the whole linear organ, K_V the stiffness of the zone's own elements at rest, I the
-// nodes of V that are not in B:
+// A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken
+// to be linear about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
+// outside. With C the compliance of the whole linear organ, K_V the stiffness of the zone's own elements at rest, I
+// the nodes of V that are not in B:
 //
 //   T = C_BB^-1                                   the whole organ, condensed onto B
 //   S_int = K_BB - K_BI K_II^-1 K_IB              the zone's own part of that (elimination.hpp)
@@ -11,8 +11,8 @@
 //
 // which is where C_VV^-1 - K_V differs from zero. In float64: what is left of two stiffnesses that nearly cancel.
 //
-// Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and T that
-// of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
+// Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and
+// T that of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
 //
 // The rest of the organ adds to that what zone_exterior.hpp says. Contacts whose zones share a node share a zone, a
 // *group*. Groups act on each other through C (nonlinear_zone.hpp).
@@ -45,8 +45,8 @@ struct ZoneGroup {
   ZoneBatches batches;
   uint32_t
       num_fitted;  // loads that the boundary gives, not forces: 0 of a contact alone, else three for each
-  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, the fitted loads, and three
-  // for each contact.
+  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, the fitted loads, and
+  // three for each contact.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
@@ -167,8 +167,8 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
 // ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain.
 inline constexpr double kLongestStep = 0.5;
 
-// det F of an element that is accepted. Full solves of neighbours that crush what is between them go to 1e-3; the rest is for
-// what Newton passes on its way.
+// det F of an element that is accepted. Full solves of neighbours that crush what is between them go to 1e-3; the
+// rest is for what Newton passes on its way.
 inline constexpr double kLeastJacobian = 1e-4;
 
 // One set answers while another is made ready, if need be over several frames.
@@ -190,8 +190,8 @@ struct ZoneState {
   EliminationKernel kernel;
   Inclusion inclusion;
   uint32_t inclusion_version;  // how often it has changed
-  // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group of it found
-  // no way on, and is back where it was in balance last, or at rest
+  // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group
+  // of it found no way on, and is back where it was in balance last, or at rest
   double inclusion_energy;
   bool went_back;
   ZoneSet answering;
@@ -262,9 +262,9 @@ Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 // From the point of a contact to a zone node at rest.
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
 
-// Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to, and
-// true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6; of three contacts
-// and more fill_overlaps(), and its columns in what is eliminated.
+// Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to,
+// and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6;
+// of three contacts and more fill_overlaps(), and its columns in what is eliminated.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
 // ZoneSet::balanced := where the group is, in balance.

@@ -137,8 +137,8 @@ std::vector<Answer> between_sites(const Eigen::Vector3d& d) {
   return answers;
 }
 
-// A contact of which the force inwards is given: what of a push that the linear model makes of it. The truth is the full solve
-// of where it has got to.
+// A contact of which the force inwards is given: what of a push that the linear model makes of it. The truth is the
+// full solve of where it has got to.
 std::vector<Answer> given_force(const Eigen::Vector3d& d) {
   const Organ& organ = cluster();
   constexpr std::uint32_t kInwards = 2;

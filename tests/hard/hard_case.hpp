@@ -1,8 +1,8 @@
 // A hard case: what is hard about it, what is asked, and how its answers are judged.
 //
-// An answer is wrong where its error exceeds the bar of its case. It is *silent* where nothing says so: no flag, and the
-// error more than twice its own estimate, which is a bound of 95 of 100 errors. No case may have a silent answer, one that
-// is not finite, or none at all.
+// An answer is wrong where its error exceeds the bar of its case. It is *silent* where nothing says so: no flag, and
+// the error more than twice its own estimate, which is a bound of 95 of 100 errors. No case may have a silent answer,
+// one that is not finite, or none at all.
 #pragma once
 
 #include <functional>

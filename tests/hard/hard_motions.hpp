@@ -1,5 +1,5 @@
-// What a tool does at a site that no tool should: jumps, places outside of the domain, swipes from site to site. Asked of
-// every model that may answer, the default first.
+// What a tool does at a site that no tool should: jumps, places outside of the domain, swipes from site to site.
+// Asked of every model that may answer, the default first.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@ namespace palpate::hard {
 
 inline constexpr int kFramesToRest = 60;
 
-// Along these displacements in turn, each held for some frames; after as many at the last beside the truth, and of zones
-// the frame of the last jump itself.
+// Along these displacements in turn, each held for some frames; after as many at the last beside the truth, and of
+// zones the frame of the last jump itself.
 std::vector<Answer> jump(const Organ& organ, std::uint32_t site, const std::vector<Eigen::Vector3d>& path);
 
 // So many times the largest displacement, four ways. Beside the full solve where there may be one.

@@ -1,5 +1,5 @@
-// Every hard case: it ends, its answers are finite, and what is wrong says so; and the judge of that, shown what it must not
-// let pass.
+// Every hard case: it ends, its answers are finite, and what is wrong says so; and the judge of that, shown what it
+// must not let pass.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

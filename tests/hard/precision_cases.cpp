@@ -33,8 +33,8 @@ std::vector<Answer> linear_fields(const std::string& name, const std::function<M
   return {organ.ask(PAL_MODEL_LINEAR, {push(0, d), push(3, other)}, truth)};
 }
 
-// A push so small that the organ answers linearly, by every model beside linear_dd's answer, which scales. Errors are parts
-// of the push or, if that is larger, of 1e-9 of the domain.
+// A push so small that the organ answers linearly, by every model beside linear_dd's answer, which scales. Errors are
+// parts of the push or, if that is larger, of 1e-9 of the domain.
 std::vector<Answer> tiny(double size) {
   const Organ& organ = shared_organ("precision plain", [] {
     OrganSpec spec = touched(unit_block(5), kMost, 0.2);

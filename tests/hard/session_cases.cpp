@@ -1,5 +1,5 @@
-// What tools do to a session: jumps across the whole domain in one frame, places outside of it, numbers that are none, swipes
-// from site to site.
+// What tools do to a session: jumps across the whole domain in one frame, places outside of it, numbers that are
+// none, swipes from site to site.
 #include <fmt/core.h>
 
 #include <random>
@@ -56,7 +56,8 @@ std::vector<Answer> restless() {
   return answers;
 }
 
-// A tool through the haptic loop: far away, then not a number, then where it was. Nothing but finite forces, within the limit.
+// A tool through the haptic loop: far away, then not a number, then where it was. Nothing but finite forces, within
+// the limit.
 std::vector<Answer> wild_tool() {
   std::vector<Answer> answers;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {

@@ -1,5 +1,5 @@
-// An organ that bends: a bar nine times as long as it is thick, clamped at one end. Little of it is strained much, but its far
-// end turns and comes nearer, which the organ outside of a zone does to third order in the force only.
+// An organ that bends: a bar nine times as long as it is thick, clamped at one end. Little of it is strained much,
+// but its far end turns and comes nearer, which the organ outside of a zone does to third order in the force only.
 #include <fmt/core.h>
 
 #include "tests/hard/hard_bodies.hpp"

@@ -1,5 +1,5 @@
-// Bullet's deformable body holds the organ that it is compared at: its own law with our moduli at small strain, forces in
-// our units, and statics where it settles.
+// Bullet's deformable body holds the organ that it is compared at: its own law with our moduli at small strain,
+// forces in our units, and statics where it settles.
 #include "bench/speed_error/bullet_body.hpp"
 
 #include <gtest/gtest.h>

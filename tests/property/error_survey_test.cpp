@@ -48,8 +48,9 @@ TEST(CoveringBound, CoversAsOftenAsItSays) {
   }
 }
 
-// An organ a hundred times as stiff along x as along y, and a model that is wrong by the same along both, as the square of
-// the push: its bounds are parts of the forces along x, and beside the force scale cover what it is wrong by along y.
+// An organ a hundred times as stiff along x as along y, and a model that is wrong by the same along both, as the
+// square of the push: its bounds are parts of the forces along x, and beside the force scale cover what it is wrong
+// by along y.
 TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
   constexpr double kMost = 2.0;
   constexpr double kWrong = 0.01;

@@ -76,7 +76,8 @@ TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   }
 }
 
-// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt. README states these errors.
+// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt. README states these
+// errors.
 TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
@@ -154,8 +155,8 @@ TEST(Inclusion, RestsWhereTheTissueDoes) {
   EXPECT_LE(Vector3d(result[0].force).norm(), 1e-9);
 }
 
-// What hardens under a tool that holds still pushes back, and what this brings is not taken from the tool: on the way out it
-// is given back in full, limited meanwhile or not.
+// What hardens under a tool that holds still pushes back, and what this brings is not taken from the tool: on the way
+// out it is given back in full, limited meanwhile or not.
 TEST(Inclusion, BringsEnergyOfItsOwn) {
   const ZoneBlock organ(2, kTissue);
   pal_session_config config = pal_default_session_config(organ.pack->get());

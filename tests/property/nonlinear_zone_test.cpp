@@ -127,9 +127,9 @@ TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
   expect_truth(organ, contacts, kFieldTolerance, 1e-6);
 }
 
-// Pushes the first contact far in one frame and counts the frames that are back where one before was, for want of a way on.
-// The contact then bears what it bore there in balance, not what led astray, and the field is that one but for as much as the
-// others have moved meanwhile.
+// Pushes the first contact far in one frame and counts the frames that are back where one before was, for want of a
+// way on. The contact then bears what it bore there in balance, not what led astray, and the field is that one but
+// for as much as the others have moved meanwhile.
 int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts, double field_tolerance) {
   constexpr double kFarther = 300;
   struct Frame {
@@ -230,8 +230,8 @@ void expect_stiffness(const ZoneBlock& organ, double tolerance, double skew,
   EXPECT_LE((difference - difference.transpose()).norm(), skew * stiffness.norm());
 }
 
-// The stiffness is the derivative of the force and symmetric; but for the orders that the series of the exterior leaves out,
-// of which a zone that is the whole organ has none.
+// The stiffness is the derivative of the force and symmetric; but for the orders that the series of the exterior
+// leaves out, of which a zone that is the whole organ has none.
 TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
     SCOPED_TRACE(rings);
@@ -280,8 +280,8 @@ TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
   }
 }
 
-// Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to second order
-// in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
+// Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to
+// second order in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
 TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
   const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
@@ -299,8 +299,8 @@ TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
   EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
 }
 
-// The work of contacts at these sites on closed paths of this size, a third of a turn apart, as part of the most that it
-// was on the way. Those apart feel each other a frame late: each step has frames to come to rest in.
+// The work of contacts at these sites on closed paths of this size, a third of a turn apart, as part of the most that
+// it was on the way. Those apart feel each other a frame late: each step has frames to come to rest in.
 double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, double size) {
   constexpr int kSteps = 240;
   const auto at = [&](int step) {
@@ -422,7 +422,8 @@ TEST(NonlinearZone, ErrorsAreOfFourthOrder) {
   }
 }
 
-// What two contacts add to each other is part of what each by itself leaves; of neighbours less, whose loads have some of it.
+// What two contacts add to each other is part of what each by itself leaves; of neighbours less, whose loads have
+// some of it.
 TEST(NonlinearZone, PairsAddToEachOther) {
   for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
@@ -442,9 +443,9 @@ TEST(NonlinearZone, PairsAddToEachOther) {
   }
 }
 
-// Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second order, a part
-// of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a quarter, but for what the
-// columns of pairs leave of neighbours in a row.
+// Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
+// order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
+// quarter, but for what the columns of pairs leave of neighbours in a row.
 TEST(NonlinearZone, ThreeContactsCountNothingTwice) {
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {

@@ -123,7 +123,8 @@ TEST(PatchTurns, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   expect_exact(errors_of(shares, kPress, {kTwist}));
 }
 
-// Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order. README states these errors.
+// Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order. README states these
+// errors.
 TEST(PatchTurns, AreNearTheFullSolve) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
   const Errors errors = errors_of(organ, {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}}, {kTwist});
@@ -191,7 +192,8 @@ TEST(PatchTurns, StiffnessIsTheDerivative) {
   }
 }
 
-// A tool that moves and turns on a closed path: no work, and forces and torques are those of a contact that goes as it does.
+// A tool that moves and turns on a closed path: no work, and forces and torques are those of a contact that goes as
+// it does.
 TEST(PatchTurns, ToolsFeelTheTorqueAndGiveItBack) {
   const ZoneBlock organ(2, kTissue);
   pal_session_config config = turning(organ);
@@ -275,7 +277,8 @@ TEST(PatchTurns, StopAtAQuarterTurn) {
   EXPECT_LE((beyond - most).norm(), 1e-4 * most.norm());
 }
 
-// A tool that goes round and round slips: its torque stays that of a quarter turn, does not jump, and falls as it turns back.
+// A tool that goes round and round slips: its torque stays that of a quarter turn, does not jump, and falls as it
+// turns back.
 TEST(PatchTurns, ToolsSlipBeyondAQuarterTurn) {
   const ZoneBlock organ(2, kTissue);
   pal_session_config config = turning(organ);
@@ -306,7 +309,8 @@ TEST(PatchTurns, ToolsSlipBeyondAQuarterTurn) {
   EXPECT_LE(jump, 0.05 * most);
 }
 
-// Contacts that go, come and slide while others are turned: each stays turned as it was, and no frame answers with less than a number.
+// Contacts that go, come and slide while others are turned: each stays turned as it was, and no frame answers with
+// less than a number.
 TEST(PatchTurns, StayWithTheirContacts) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> both = {{0, {0, 0, -0.03}, 0, {}, {}, {}},
@@ -326,7 +330,8 @@ TEST(PatchTurns, StayWithTheirContacts) {
   const pal_contact_result elsewhere = session.touch({{2, {0, 0, -0.01}, 0, {}, {}, {}}})[0];
   EXPECT_EQ(elsewhere.flags & PAL_FLAG_UNCONVERGED, 0U);
   EXPECT_LE(Vector3d(torque_of(session, 0).torque).norm(), 0.05 * expected.norm());
-  // The point slides far within a triangle in one frame, turned: what it turns about follows as fast as the tissue bears.
+  // The point slides far within a triangle in one frame, turned: what it turns about follows as fast as the tissue
+  // bears.
   orient(session, {rotation_vector(turns[0])});
   const auto slid = [](double weight) { return pal_contact{12, {0, 0, -0.02}, 0, {}, {13, 0}, {weight, 0}}; };
   for (int frame = 0; frame < 40; ++frame) session.touch({slid(0)});

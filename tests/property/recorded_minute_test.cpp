@@ -40,9 +40,9 @@ struct Played {
   std::vector<pal_tool_result> results;  // of all frames, those of three tools
 };
 
-// Tool 0 slides: from site to site without leaving the surface, at a depth that breathes. Tool 1 taps: down on what is below
-// it, on into the tissue and off again, each time elsewhere. Tool 2 jumps: it grasps any site, is thrown to any displacement,
-// lets go, is away or late. At times the tissue somewhere is stiffer.
+// Tool 0 slides: from site to site without leaving the surface, at a depth that breathes. Tool 1 taps: down on what
+// is below it, on into the tissue and off again, each time elsewhere. Tool 2 jumps: it grasps any site, is thrown to
+// any displacement, lets go, is away or late. At times the tissue somewhere is stiffer.
 Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
   std::mt19937_64 random(11);
   const auto number = [&](double most) {

@@ -435,7 +435,8 @@ TEST_F(SamplingSite, WhatAFitCannotFollowIsLeftOut) {
   EXPECT_LT(least_reach(left.polynomial.to_unit), least_reach(kept.polynomial.to_unit));
 }
 
-// A trial of a fit that few samples were made for ends the domain before the pushes that it is far off from, and no sooner.
+// A trial of a fit that few samples were made for ends the domain before the pushes that it is far off from, and no
+// sooner.
 TEST_F(SamplingSite, ATrialLeavesOutWhatAFitIsFarOffFrom) {
   constexpr double kTarget = 0.03;
   block.scene.max_displacement = 0.5;

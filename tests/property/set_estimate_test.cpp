@@ -1,4 +1,5 @@
-// What a session estimates for several contacts at once: what its pack's survey of sets says, and nothing where that says nothing.
+// What a session estimates for several contacts at once: what its pack's survey of sets says, and nothing where that
+// says nothing.
 #include <gtest/gtest.h>
 
 #include <algorithm>

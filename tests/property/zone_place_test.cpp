@@ -1,5 +1,5 @@
-// nonlinear_zone of contacts at points between sites: what it is beside the blend of zones at the corners, and how smooth
-// it is as a contact slides.
+// nonlinear_zone of contacts at points between sites: what it is beside the blend of zones at the corners, and how
+// smooth it is as a contact slides.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -97,7 +97,8 @@ TEST_P(ZonePlaces, AreNearlyTheBlendOfZonesAtTheirCorners) {
             tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
 }
 
-// Contacts that share a zone are not moved: each patch stays where it is held, and the answer says that it is the nearest site's.
+// Contacts that share a zone are not moved: each patch stays where it is held, and the answer says that it is the
+// nearest site's.
 TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreTheNearestSiteAndSaySo) {
   const Eigen::Vector3d place(0.09, 0.14, 0.375);
   const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
@@ -219,8 +220,8 @@ TEST_P(ZonePlaces, GivenForcesAreBorneByOneIterationAFrame) {
   EXPECT_LT(frames, 60);
 }
 
-// Two contacts whose zones share no node: each is moved to its place as if alone, beside blends of the pair's zones at the
-// corners of the first one's.
+// Two contacts whose zones share no node: each is moved to its place as if alone, beside blends of the pair's zones
+// at the corners of the first one's.
 TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   const ZoneBlock organ(1, CompressibleNeoHookean{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 8, 0.1);
   const uint32_t corners[3] = {8, 9, 16};

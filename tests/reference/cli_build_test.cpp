@@ -76,7 +76,8 @@ TEST(Build, GoesOnAfterItWasKilled) {
   EXPECT_TRUE(file_text(files.pack) == whole);
 }
 
-// Sets of several contacts are solved once, kept, and told of: by the build, by `info`, and measured anew by `validate`.
+// Sets of several contacts are solved once, kept, and told of: by the build, by `info`, and measured anew by
+// `validate`.
 TEST(Build, SurveysSeveralContacts) {
   const SceneFiles files(
       "[contact]\nsites = [50, 52, 55, 57, 62, 64]\nmax_displacement = 0.02\ntip_radius = 0.07\n"

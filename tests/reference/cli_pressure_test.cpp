@@ -159,9 +159,10 @@ TEST_P(SharedVolumesUnderLoad, ATubeIsInflated) {
   EXPECT_NEAR(tube_opening(tube, displacement_), opening, (ten ? 0.01 : 0.02) * opening);
 }
 
-// A column that cannot move aside bears its own weight: dP/dZ = rho g with P of the stretches (1, 1, s), nothing at its
-// top. It sinks by the integral of 1 - s from the base, and the weight does the work of all that sinks. At nu = 0.4: what
-// the nodes of a patch sink by themselves, at the cost of mu alone, is K / mu times the square of its part of the height.
+// A column that cannot move aside bears its own weight: dP/dZ = rho g with P of the stretches (1, 1, s), nothing at
+// its top. It sinks by the integral of 1 - s from the base, and the weight does the work of all that sinks. At nu =
+// 0.4: what the nodes of a patch sink by themselves, at the cost of mu alone, is K / mu times the square of its part
+// of the height.
 TEST_P(SharedVolumesUnderLoad, AColumnSinksUnderItsWeight) {
   BlockShape shape;
   shape.cells = {2, 2, 12};

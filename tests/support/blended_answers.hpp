@@ -1,5 +1,5 @@
-// What contacts between sites should answer: the answers of contacts at sites, summed over all ways to choose a corner for
-// each, by their weights.
+// What contacts between sites should answer: the answers of contacts at sites, summed over all ways to choose a
+// corner for each, by their weights.
 #pragma once
 
 #include <Eigen/Core>

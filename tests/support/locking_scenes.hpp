@@ -1,10 +1,9 @@
 // Bodies that linear tetrahedra answer too stiffly when nearly incompressible.
 //
-// Cook's membrane (Cook 1974): the corners (0, 0), (48, 44), (48, 60), (0, 44); the left edge clamped, a dead
-// force up on the right one; here one unit thick and in plane strain.
-// The bonded block: a block between two plates that stick, pressed together by a tenth of its height. The bonded cylinder: one
-// as high as wide.
-// The indented block: a smooth tool that sticks pushes a dent of its radius into the top of a block on a plate.
+// Cook's membrane (Cook 1974): the corners (0, 0), (48, 44), (48, 60), (0, 44); the left edge clamped, a dead force
+// up on the right one; here one unit thick and in plane strain. The bonded block: a block between two plates that
+// stick, pressed together by a tenth of its height. The bonded cylinder: one as high as wide. The indented block: a
+// smooth tool that sticks pushes a dent of its radius into the top of a block on a plate.
 #pragma once
 
 #include <cmath>
@@ -113,8 +112,9 @@ inline SolverScene bonded_block(int cells, Elements elements, double poisson, bo
   return scene;
 }
 
-// An eighth of a cylinder of height 2 and radius 1 between plates that stick, from the middle up: the block with its square
-// cross-section made round, x sqrt(1 - y^2 / 2), y sqrt(1 - x^2 / 2). Sides of ten-node elements follow the circle.
+// An eighth of a cylinder of height 2 and radius 1 between plates that stick, from the middle up: the block with its
+// square cross-section made round, x sqrt(1 - y^2 / 2), y sqrt(1 - x^2 / 2). Sides of ten-node elements follow the
+// circle.
 inline SolverScene bonded_cylinder(int cells, Elements elements, double poisson) {
   BlockShape shape;
   shape.cells = {cells, cells, cells};

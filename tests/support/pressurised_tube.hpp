@@ -23,8 +23,8 @@ namespace palpate::test {
 inline constexpr double kTubeInner = 1.0;
 inline constexpr double kTubeOuter = 2.0;
 
-// Of incompressible neo-Hookean tissue of shear modulus mu (Rivlin 1949): every material circle keeps r^2 - R^2 = c, and
-// with L = r / R the equilibrium d sigma_r / dr = mu (L^2 - L^-2) / r gives
+// Of incompressible neo-Hookean tissue of shear modulus mu (Rivlin 1949): every material circle keeps r^2 - R^2 = c,
+// and with L = r / R the equilibrium d sigma_r / dr = mu (L^2 - L^-2) / r gives
 //   p / mu = ln(L_a / L_b) + c / 2 (1 / a^2 - 1 / b^2),   a, b: the inner and outer radius now.
 inline double tube_pressure(double shear, double inner_displacement) {
   const double a = kTubeInner + inner_displacement;

@@ -119,7 +119,8 @@ inline ProgramRun run_program(const std::vector<std::string>& arguments) {
   return ProgramProcess(arguments).finish();
 }
 
-// A run that must succeed and say nothing on standard error, but that its frames are late: what a busy machine makes of any.
+// A run that must succeed and say nothing on standard error, but that its frames are late: what a busy machine makes
+// of any.
 inline ProgramRun run_cleanly(const std::vector<std::string>& arguments) {
   ProgramRun run = run_program(arguments);
   EXPECT_EQ(run.exit_code, 0) << run.error;

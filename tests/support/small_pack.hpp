@@ -1,5 +1,6 @@
-// A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top,
-// patches of several nodes, linear_dd and polynomial_dd, with nonlinear zones for who asks. Made once a process, in a second or so.
+// A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top, patches
+// of several nodes, linear_dd and polynomial_dd, with nonlinear zones for who asks. Made once a process, in a second
+// or so.
 #pragma once
 
 #include <algorithm>

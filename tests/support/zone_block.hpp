@@ -24,8 +24,8 @@ struct ContactAnswer {
   double min_jacobian = 1;
 };
 
-// The full solve: patches moved from rest and turned about their sites, a node of several follows their mean, and those that are
-// fixed stay.
+// The full solve: patches moved from rest and turned about their sites, a node of several follows their mean, and
+// those that are fixed stay.
 inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& assembly,
                                     const RestState& rest, const std::vector<pal_contact>& contacts,
                                     const std::vector<int>& fixed = {},
