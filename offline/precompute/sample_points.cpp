@@ -5,8 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -151,28 +149,6 @@ std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uin
     points.emplace_back(radius * Eigen::Vector3d(ring * std::cos(angle), ring * std::sin(angle), z));
   }
   return points;
-}
-
-std::vector<Eigen::Vector3d> farthest_directions(std::vector<Eigen::Vector3d> others, bool half,
-                                                 size_t count) {
-  constexpr int kDirections = 400;
-  const std::vector<Eigen::Vector3d> candidates = sphere_points(kDirections);
-  const size_t num_others = others.size();
-  for (size_t i = 0; i < count; ++i) {
-    double farthest = -1;
-    Eigen::Vector3d best = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& candidate : candidates) {
-      if (half && candidate.z() < 0) continue;
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const Eigen::Vector3d& other : others) nearest = std::min(nearest, (other - candidate).norm());
-      if (nearest > farthest * (1.0 + 1e-9)) {
-        farthest = nearest;
-        best = candidate;
-      }
-    }
-    others.push_back(best);
-  }
-  return {others.begin() + static_cast<std::ptrdiff_t>(num_others), others.end()};
 }
 
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {

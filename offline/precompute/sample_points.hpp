@@ -50,11 +50,6 @@ class SamplePoints {
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
                                                   size_t skipped = 0);
 
-// So many unit vectors, of the half z >= 0 where it is one, each the farthest from `others`, points of the ball, and
-// from those before it.
-std::vector<Eigen::Vector3d> farthest_directions(std::vector<Eigen::Vector3d> others, bool half,
-                                                 size_t count);
-
 // A rotation whose third column is `axis`: turns the half-ball z >= 0 to the half-ball about it.
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 

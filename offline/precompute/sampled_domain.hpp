@@ -32,9 +32,10 @@ class SampledDomain {
   // given up.
   size_t leave_crushed();
 
-  // Solves so many pushes near the edge where no sample is near, and ends the domain before those that `fit` is far off
-  // from, wherever a quarter is left. Returns whether it was shortened. Cost: a solve from rest each.
-  bool leave_far_off(const SitePolynomial& fit, double target, size_t num_pushes);
+  // Adds so many samples near the edge, where fits of two degrees differ most, and ends the domain before those that
+  // `fit`, which has not seen them, is far off from, wherever a quarter is left. One that cannot be had ends it
+  // likewise, and is not added. Returns whether any was. Cost: that of the samples, and 800 fields.
+  bool try_fit(const SitePolynomial& fit, double target, size_t num_pushes);
 
   // But that of rest.
   size_t num_samples() const;

@@ -25,23 +25,24 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   return sample;
 }
 
-// Samples a site until its fit keeps the target, and fits it. Of one that takes two thirds of its solves and more, what
-// polynomials do not follow is left out: crushed samples, and where a trial finds the fit far off.
+// Samples a site until its fit keeps the target, and fits it. One that does not keep it with two thirds of its solves
+// is hard: of it, what polynomials do not follow is left out, crushed samples, and what a fit is far off from that
+// has not seen it: its last samples, where fits of two degrees differ most.
 SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
-  const size_t hard = (2 * plan.most_samples + 2) / 3;
-  // The last solves of a hard site are a trial; few would be no trial.
+  const size_t two_thirds = (2 * plan.most_samples + 2) / 3;
+  // A fit is tried at the last ones, before they are added.
   constexpr size_t kTrials = 8;
-  const size_t num_trials = plan.most_samples - hard > kTrials ? kTrials : 0;
+  const size_t num_trials = plan.most_samples - two_thirds > kTrials ? kTrials : 0;
   size_t most = plan.most_samples - num_trials;
   size_t next = 0;
-  bool is_doubted = false;
+  bool is_hard = false;
   for (size_t wanted = std::min(most, plan.least_samples);;
        wanted = std::min(most, std::max(wanted + 2, wanted * 5 / 4))) {
     while (domain.num_samples() < wanted) domain.sample(points[next++]);
     DegreeChoice choice = choose_degree(samples);
-    if (!is_doubted && wanted >= hard && is_far_off(choice.error_inside, plan.target)) {
-      is_doubted = true;
+    if (!is_hard && wanted >= two_thirds && !choice.keeps(plan.target)) {
+      is_hard = true;
       const size_t num_left_out = domain.leave_crushed();
       most -= num_left_out;
       if (num_left_out > 0) continue;
@@ -53,7 +54,7 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
     raise();
     if (wanted < most && !choice.keeps(plan.target)) continue;
     SitePolynomial fit = fit_polynomial(samples, choice.degree);
-    if (wanted >= hard && domain.leave_far_off(fit, plan.target, num_trials)) {
+    if (is_hard && domain.try_fit(fit, plan.target, num_trials)) {
       choice = choose_degree(samples);
       raise();
       fit = fit_polynomial(samples, choice.degree);
