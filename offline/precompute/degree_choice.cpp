@@ -20,11 +20,6 @@ bool is_borne(const SiteSamples& samples, int degree) {
 
 }  // namespace
 
-bool is_far_off(double error, double target) {
-  constexpr double kFarOff = 0.01;
-  return error > std::max(kFarOff, 2 * target);
-}
-
 bool DegreeChoice::keeps(double target) const {
   return std::max(error, force_error) <= target;
 }

@@ -7,9 +7,6 @@
 
 namespace palpate {
 
-// An error that is to be mended by leaving out what polynomials do not follow.
-bool is_far_off(double error, double target);
-
 // A degree, and how wrong its fit is on samples that it was not given.
 struct DegreeChoice {
   int degree = 1;

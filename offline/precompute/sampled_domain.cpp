@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "offline/precompute/degree_choice.hpp"
 #include "offline/precompute/error_survey.hpp"
 #include "offline/precompute/sample_points.hpp"
 
@@ -32,6 +31,12 @@ double part_by_jacobian(double min_jacobian, double least) {
 // Of one that a fit is so wrong at: beside |d| its remainder grows as t^degree.
 double part_by_error(double error, double target, int degree) {
   return std::clamp(std::pow(target / error, 1.0 / degree), kLeastPart, kMostPart);
+}
+
+// An error that is to be mended by leaving out what polynomials do not follow.
+bool is_far_off(double error, double target) {
+  constexpr double kFarOff = 0.01;
+  return error > std::max(kFarOff, 2 * target);
 }
 
 // Shortens the ellipsoid |A d| <= 1 to a part of what it is, or of what leaves x = A d outside. Of a half, the
@@ -138,11 +143,10 @@ size_t SampledDomain::leave_crushed() {
   });
 }
 
-bool SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num_pushes) {
+void SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num_pushes) {
   double largest_force = 0;
   for (const Sample& sample : samples_.samples) largest_force = std::max(largest_force, sample.force.norm());
   const Eigen::Matrix3d from_unit = samples_.to_unit.inverse();
-  const size_t num_before = samples_.samples.size();
   for (const Eigen::Vector3d& x : doubtful_points(samples_, fit, num_pushes)) {
     const Eigen::Vector3d displacement = from_unit * x;
     Sample sample;
@@ -162,7 +166,6 @@ bool SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num
       keep_part(displacement, part_by_error(error, target, fit.degree), PushOutcome::not_followed);
     samples_.samples.push_back(std::move(sample));
   }
-  return samples_.samples.size() > num_before;
 }
 
 size_t SampledDomain::num_samples() const {

@@ -16,7 +16,7 @@ namespace palpate {
 
 class SampledDomain {
  public:
-  // Keeps references to all of them. `label`: of the site's node.
+  // Keeps references to all of them. `label`: of the site's node. `samples.to_unit` is A, 1 / length unit.
   SampledDomain(SiteSampler& sampler, const Scene& scene, const ContactSite& site, int label,
                 SiteSamples& samples);
 
@@ -34,8 +34,9 @@ class SampledDomain {
 
   // Adds so many samples near the edge, where fits of two degrees differ most, and ends the domain before those that
   // `fit`, which has not seen them, is far off from, wherever a quarter is left. One that cannot be had ends it
-  // likewise, and is not added. Returns whether any was. Cost: that of the samples, and 800 fields.
-  bool try_fit(const SitePolynomial& fit, double target, size_t num_pushes);
+  // likewise, and is not added. A fit made before is not of the domain after. Cost: that of the samples, and 800
+  // fields.
+  void try_fit(const SitePolynomial& fit, double target, size_t num_pushes);
 
   // But that of rest.
   size_t num_samples() const;

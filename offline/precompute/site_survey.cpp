@@ -1,7 +1,6 @@
 #include "offline/precompute/site_survey.hpp"
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -54,7 +53,8 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
     raise();
     if (wanted < most && !choice.keeps(plan.target)) continue;
     SitePolynomial fit = fit_polynomial(samples, choice.degree);
-    if (is_hard && domain.try_fit(fit, plan.target, num_trials)) {
+    if (is_hard && num_trials > 0) {
+      domain.try_fit(fit, plan.target, num_trials);
       choice = choose_degree(samples);
       raise();
       fit = fit_polynomial(samples, choice.degree);

@@ -15,7 +15,6 @@
 #include <fstream>
 #include <iterator>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace {
@@ -60,6 +59,8 @@ int main(int count, char** arguments) {
     if (section.sh_type == SHT_RELA && (sections[section.sh_info].sh_flags & SHF_EXECINSTR) != 0)
       resolve(file, sections, section);
   }
-  std::ofstream(arguments[1], std::ios::binary).write(file.data(), static_cast<std::streamsize>(file.size()));
-  return 0;
+  std::ofstream out(arguments[1], std::ios::binary);
+  if (out.write(file.data(), static_cast<std::streamsize>(file.size())).flush()) return 0;
+  std::fprintf(stderr, "%s: could not be written\n", arguments[1]);
+  return 1;
 }

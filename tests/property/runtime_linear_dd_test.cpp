@@ -409,6 +409,20 @@ TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
   EXPECT_EQ(result.force_error, 1);
 }
 
+// What was measured to be wrong by three times the force is not estimated at all of it.
+TEST_F(RuntimeLinearDd, AnEstimateMayExceedTheForce) {
+  const auto contacts = as_runtime({{4, {0, 0, -0.9 * kMaxDisplacement}}});
+  PackContent content = small_.content();
+  SurveyTable& table = content.surveys[0].table;
+  table.force_scale =
+      force_of(session_.touch(contacts).front()).norm();  // at the largest displacement: more there
+  for (SurveyBin& bin : table.bins) bin.force.bound = 3;
+  const AlignedBytes bytes = write_pack(content);
+  const OpenPack pack(bytes);
+  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 1, 0);
+  EXPECT_EQ(session.touch(contacts).front().force_error, 3);
+}
+
 TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {
   OwnedSession automatic(pack_.get(), PAL_MODEL_AUTO, 2, 2);
   const auto contacts = as_runtime({{0, any_displacement()}, {11, any_displacement()}});
