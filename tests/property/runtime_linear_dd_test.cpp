@@ -414,8 +414,8 @@ TEST_F(RuntimeLinearDd, AnEstimateMayExceedTheForce) {
   const auto contacts = as_runtime({{4, {0, 0, -0.9 * kMaxDisplacement}}});
   PackContent content = small_.content();
   SurveyTable& table = content.surveys[0].table;
-  table.force_scale =
-      force_of(session_.touch(contacts).front()).norm();  // at the largest displacement: more there
+  // A force that is small for its displacement.
+  table.force_scale = 2 * force_of(session_.touch(contacts).front()).norm();
   for (SurveyBin& bin : table.bins) bin.force.bound = 3;
   const AlignedBytes bytes = write_pack(content);
   const OpenPack pack(bytes);
