@@ -30,10 +30,10 @@ struct Sample {
 
 // det F of an element that nearly inverts: no sample has less.
 inline constexpr double kLeastSampledJacobian = 0.1;
-// Sites that are hard to fit leave out samples below this. On the brain at 2 h the largest errors of 480 pushes with 60
-// solves a site are of slivers that collapse in a few directions, det F 0.15 to 0.24: 1.7 % at nu = 0.147, 8.8 at 0.4,
-// where degrees 5 to 12 leave 14 to 3.9 % of a push to 0.14.
-inline constexpr double kFollowedJacobian = 0.2;
+// Sites that are hard to fit leave out samples below this: of slivers that collapse in a few directions. On the brain at
+// 2 h, 60 solves a site, the largest errors of 320 pushes at its eight hardest sites, at nu = 0.147 and 0.4: 1.6 and
+// 0.5 % with 0.2, 0.4 and 0.4 with 0.25, 0.34 and 0.35 with 0.3, where domains reach a tenth less far.
+inline constexpr double kFollowedJacobian = 0.25;
 
 // How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
 inline int survey_increments(double part_of_range) {
