@@ -56,9 +56,12 @@ double quantile(std::vector<double> values, double q) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
+  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
+}
+
 SampleErrors errors_at(const Answer& answer, const Sample& truth, double force_floor) {
-  const Eigen::VectorXd wrong = answer.field - truth.field;
-  return {wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / truth.displacement.norm(),
+  return {largest_node(answer.field - truth.field) / truth.displacement.norm(),
           (answer.force - truth.force).norm() / std::max(truth.force.norm(), force_floor)};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <vector>
@@ -58,7 +59,12 @@ using Responder = std::function<Answer(size_t site, const Eigen::Vector3d& displ
 struct SampleErrors {
   double displacement = 1;
   double force = 1;
+
+  double larger() const { return std::max(displacement, force); }
 };
+
+// Largest |u| of a node. field: 3 nodes.
+double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field);
 
 // A force counts as no smaller than this part of the largest of its survey: a light touch is not divided by nearly
 // nothing.

@@ -56,9 +56,11 @@ Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   return map;
 }
 
-// What a sample weighs: an error counts as part of |d|, down to a tenth of the range.
-double sample_weight(const SiteSamples& samples, const Sample& sample) {
-  return 1 / std::max((samples.to_unit * sample.displacement).norm(), 0.1);
+// What a sample at x weighs in a fit of this degree: an error counts as part of |d|, down to a tenth of the range; and
+// beyond the domain, where the remainder has grown by |x|^degree, as much less.
+double sample_weight(const Eigen::Vector3d& x, int degree) {
+  const double size = x.norm();
+  return std::pow(std::max(size, 1.0), -degree) / std::max(size, 0.1);
 }
 
 // A least-squares problem in blocks of rows, one for each sample.
@@ -66,7 +68,8 @@ struct HermiteSystem {
   Eigen::MatrixXd to_monomials;  // T of ball_polynomials.hpp: the columns of `design` are q = T^T m
   Eigen::MatrixXd design;
   Eigen::MatrixXd values;
-  Eigen::Index block = 0;  // rows of each sample
+  Eigen::VectorXd weights;  // of each sample's rows
+  Eigen::Index block = 0;   // rows of each sample
 };
 
 // For a function in terms of degrees first .. last. `known` of sample i: what is known of it there, functions as
@@ -79,13 +82,15 @@ HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, in
   system.block = num_terms(0, order);
   const auto count = static_cast<Eigen::Index>(samples.samples.size());
   system.design.resize(system.block * count, system.to_monomials.cols());
+  system.weights.resize(count);
   const Eigen::VectorXd weights = derivative_weights(last - wanted, order, wanted);
   const Eigen::MatrixXd to_values =
       weights.asDiagonal() * derivatives_by_unit(order, samples.to_unit.inverse());
   for (Eigen::Index i = 0; i < count; ++i) {
     const Sample& sample = samples.samples[static_cast<size_t>(i)];
     const Eigen::Vector3d x = samples.to_unit * sample.displacement;
-    const double weight = sample_weight(samples, sample);
+    const double weight = sample_weight(x, last);
+    system.weights[i] = weight;
     system.design.middleRows(system.block * i, system.block) =
         weight * weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
     const Eigen::MatrixXd values = weight * (to_values * known(sample));
@@ -145,16 +150,17 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-// Root mean squares over the samples but that of rest of part(sample, error): `error`, functions x `count`, of the
+// Root mean squares over the samples in the domain but that of rest of part(sample, error): `error`, functions x `count`, of the
 // rows first_row .. of its block, by a fit that the sample was left out of.
 template <typename Part>
 HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
                       Eigen::Index count, Part&& part) {
   constexpr double kWellInside = 0.9;
   constexpr int kFewest = 4;
+  constexpr HeldOutError kUnknown = {std::numeric_limits<double>::infinity(),
+                                     std::numeric_limits<double>::infinity()};
   const OrthonormalFactor factor(system.design);
-  if (!factor.exists())
-    return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  if (!factor.exists()) return kUnknown;
   const Eigen::MatrixXd Q = factor.columns();
   const Eigen::MatrixXd residuals = system.values - Q * (Q.transpose() * system.values);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(system.block, system.block);
@@ -164,13 +170,13 @@ HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, E
   int pushes_inside = 0;
   for (size_t i = 0; i < samples.samples.size(); ++i) {
     const Sample& sample = samples.samples[i];
-    if (sample.displacement.isZero(0)) continue;
+    if (sample.displacement.isZero(0) || !is_in_domain(samples, sample)) continue;
     const auto first = static_cast<Eigen::Index>(i) * system.block;
     const auto Q_b = Q.middleRows(first, system.block);
     const Eigen::MatrixXd rows =
         (identity - Q_b * Q_b.transpose()).ldlt().solve(identity.middleCols(first_row, count));
-    const Eigen::MatrixXd error =
-        residuals.middleRows(first, system.block).transpose() * rows / sample_weight(samples, sample);
+    const Eigen::MatrixXd error = residuals.middleRows(first, system.block).transpose() * rows /
+                                  system.weights[static_cast<Eigen::Index>(i)];
     const double size = part(sample, error);
     squares += size * size;
     ++pushes;
@@ -178,15 +184,25 @@ HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, E
     squares_inside += size * size;
     ++pushes_inside;
   }
+  if (pushes == 0) return kUnknown;
   const double all = std::sqrt(squares / pushes);
   return {all, pushes_inside < kFewest ? all : std::sqrt(squares_inside / pushes_inside)};
 }
 
-double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field) {
-  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
+}  // namespace
+
+bool is_in_domain(const SiteSamples& samples, const Sample& sample) {
+  constexpr double kRounding = 1e-9;
+  return (samples.to_unit * sample.displacement).norm() <= 1 + kRounding;
 }
 
-}  // namespace
+double force_floor(const SiteSamples& samples) {
+  double largest = 0;
+  for (const Sample& sample : samples.samples) {
+    if (is_in_domain(samples, sample)) largest = std::max(largest, sample.force.norm());
+  }
+  return kForceFloor * largest;
+}
 
 double least_reach(const Eigen::Matrix3d& to_unit) {
   return 1 / to_unit.jacobiSvd().singularValues()[0];
@@ -205,13 +221,12 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree) {
 }
 
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree) {
-  double largest = 0;
-  for (const Sample& sample : samples.samples) largest = std::max(largest, sample.force.norm());
+  const double floor = force_floor(samples);
   // Its derivatives by x, of weight 1.
   return held_out(samples, energy_system(samples, degree), 1, 3,
                   [&](const Sample& sample, const Eigen::MatrixXd& error) {
                     return (samples.to_unit.transpose() * error.transpose()).norm() /
-                           std::max(sample.force.norm(), kForceFloor * largest);
+                           std::max(sample.force.norm(), floor);
                   });
 }
 
@@ -245,6 +260,11 @@ Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d
   const Eigen::Vector3d x = polynomial.to_unit * displacement;
   return polynomial.to_unit.transpose() *
          (hermite_rows(x, 2, polynomial.degree + 1, 1).bottomRows<3>() * polynomial.energy);
+}
+
+SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, double force_floor) {
+  const Eigen::Vector3d& d = sample.displacement;
+  return errors_at({field_at(polynomial, d), force_at(polynomial, d)}, sample, force_floor);
 }
 
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded) {

@@ -9,13 +9,14 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "offline/precompute/error_survey.hpp"
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/sampling.hpp"
 
 namespace palpate {
 
 // What polynomials of a site are fitted to. `to_unit` is A: x = A d maps the sampled domain, an ellipsoid, to the
-// unit ball.
+// unit ball; a sample may lie beyond it.
 struct SiteSamples {
   std::vector<Sample> samples;
   SiteLinearResponse linear;
@@ -35,6 +36,11 @@ struct SitePolynomial {
   double basis_error = 0;  // of reduce_basis: max |u - what it was| / |d|
 };
 
+bool is_in_domain(const SiteSamples& samples, const Sample& sample);
+
+// What a force counts as where it is smaller: kForceFloor of the largest of the samples in the domain.
+double force_floor(const SiteSamples& samples);
+
 // The shortest semi-axis of a sampled domain.
 double least_reach(const Eigen::Matrix3d& to_unit);
 
@@ -42,8 +48,8 @@ double least_reach(const Eigen::Matrix3d& to_unit);
 // that beyond degree 7 their coefficients cancel to more digits than single precision has to spare.
 int highest_fit_degree(bool half);
 
-// How wrong a fit is at pushes that it was not given, the root mean square over the samples but that of rest, each left
-// out in turn.
+// How wrong a fit is at pushes that it was not given: the root mean square over the samples in the domain but that of
+// rest, each left out in turn; infinite where there is none.
 struct HeldOutError {
   double all;
   // Over samples well inside of the domain, where there are a few; else `all`. At the edge, a fit without the sample
@@ -60,7 +66,7 @@ struct HeldOutError {
 // multiply-adds a packed dof.
 HeldOutError held_out_error(const SiteSamples& samples, int degree);
 
-// The same of the force: |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest of the samples.
+// The same of the force: |f - f_FE| / |f_FE|, |f_FE| no smaller than force_floor().
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree);
 
 // Least squares over the samples. The basis is that of orthonormal polynomials, one column each. Throws
@@ -73,6 +79,9 @@ Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d
 
 // The force that the tool applies there, force unit: the gradient of the energy.
 Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
+
+// How wrong it is at a sample.
+SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, double force_floor);
 
 // The polynomial in so few directions of its field that they leave out at most `tolerance` of |d| at any packed node,
 // measured at points all over the domain; at most pack::kMostRank, and `basis_error` says what they leave out.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "offline/precompute/ball_polynomials.hpp"
+#include "offline/precompute/degree_choice.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
@@ -180,13 +181,6 @@ Eigen::VectorXd value_of(const SitePolynomial& polynomial, const Eigen::Vector3d
   return field;
 }
 
-double largest_node(const Eigen::VectorXd& field) {
-  double largest = 0;
-  for (Eigen::Index node = 0; node < field.size() / 3; ++node)
-    largest = std::max(largest, field.segment<3>(3 * node).norm());
-  return largest;
-}
-
 TEST(PolynomialFit, GivesBackThePolynomialThatWasSampled) {
   for (const int degree : {2, 3, 5, 7}) {
     const Synthetic truth(degree);
@@ -265,15 +259,24 @@ void weigh(int degree, int unweighed, Eigen::MatrixXd& rows) {
   }
 }
 
-double weight_at(const Eigen::Vector3d& x) {
-  return 1 / std::max(x.norm(), 0.1);
+// Beyond the domain a sample counts less, by what a fit leaves there.
+double weight_at(const Eigen::Vector3d& x, int degree) {
+  return std::pow(std::max(x.norm(), 1.0), -degree) / std::max(x.norm(), 0.1);
+}
+
+// Three more samples, beyond the domain.
+void add_beyond(int degree, SiteSamples& samples) {
+  for (const Eigen::Vector3d& x :
+       {Eigen::Vector3d(1.3, 0, 0), Eigen::Vector3d(0, -0.9, 0.9), Eigen::Vector3d(1, 1, 1)})
+    samples.samples.push_back(Synthetic(degree + 2).at(x));
 }
 
 // Samples of more degrees than are fitted: the normal equations hold, so that no other polynomial of the degree is
 // nearer in the weighted sum of squares.
 TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
   constexpr int kDegree = 3;
-  const SiteSamples samples = rough_samples(12, kDegree);
+  SiteSamples samples = rough_samples(12, kDegree);
+  add_beyond(kDegree, samples);
   const SitePolynomial fit = fit_polynomial(samples, kDegree);
   Polynomial truth = Synthetic(kDegree + 2).field;
   Polynomial energy = Synthetic(kDegree + 2).energy;
@@ -309,8 +312,8 @@ TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
     };
     Eigen::MatrixXd residual = (rows_of(truth) - rows_of(fitted)).topRows<10>();
     Eigen::MatrixXd design = hermite_rows(x, 2, kDegree, 2);
-    residual *= weight_at(x);
-    design *= weight_at(x);
+    residual *= weight_at(x, kDegree);
+    design *= weight_at(x, kDegree);
     weigh(kDegree, 0, residual);
     weigh(kDegree, 0, design);
     gradient += design.transpose() * residual;
@@ -318,8 +321,8 @@ TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
 
     Eigen::MatrixXd energy_residual = rows_of(energy) - rows_of(fitted_energy);
     Eigen::MatrixXd energy_design = hermite_rows(x, 3, kDegree + 1, 3);
-    energy_residual *= weight_at(x);
-    energy_design *= weight_at(x);
+    energy_residual *= weight_at(x, kDegree + 1);
+    energy_design *= weight_at(x, kDegree + 1);
     weigh(kDegree, 1, energy_residual);
     weigh(kDegree, 1, energy_design);
     energy_gradient += energy_design.transpose() * energy_residual;
@@ -409,6 +412,22 @@ TEST(PolynomialFit, HeldOutErrorInsideIsThatOfRefitsThere) {
   EXPECT_LT(error.inside, 0.9 * error.all);
 }
 
+// Samples beyond it are fitted to, and are no measure of it.
+TEST(PolynomialFit, HeldOutErrorsAreOfTheDomain) {
+  constexpr int kDegree = 3;
+  SiteSamples samples = rough_samples(16, kDegree);
+  add_beyond(kDegree, samples);
+  const double expected = error_by_refits(samples, kDegree, 1.1);
+  EXPECT_NEAR(held_out_error(samples, kDegree).all, expected, 1e-8 * expected);
+  EXPECT_GT(error_by_refits(samples, kDegree, 2), 1.1 * expected) << "else this test shows nothing";
+  double largest = 0;
+  for (size_t i = 0; i < 16; ++i) largest = std::max(largest, samples.samples[i].force.norm());
+  EXPECT_EQ(force_floor(samples), 0.05 * largest);
+  SiteSamples none = samples;
+  none.to_unit *= 1e3;
+  EXPECT_EQ(held_out_error(none, kDegree).all, HUGE_VAL) << "no sample is in that domain";
+}
+
 // Of the force, the gradient of the fitted energy.
 TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
   for (const int degree : {2, 4}) {
@@ -431,6 +450,39 @@ TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
     EXPECT_GT(expected, 1e-3);
     EXPECT_NEAR(held_out_force_error(samples, degree).all, expected, 1e-8 * expected) << degree;
   }
+}
+
+// A function of degree 9: the usual degrees, to 7, do not hold it, and of the higher ones 9 is the first that does.
+TEST(PolynomialFit, DegreesAreRaisedToWhatAFunctionIs) {
+  const SiteSamples samples = Synthetic(9).samples(60);
+  const DegreeChoice usual = choose_degree(samples);
+  EXPECT_LE(usual.degree, 7);
+  EXPECT_GT(usual.error, 1e-6);
+  EXPECT_NEAR(usual.error, held_out_error(samples, usual.degree).all, 1e-12 * usual.error);
+  EXPECT_EQ(usual.force_error, held_out_force_error(samples, usual.degree).all);
+  for (int degree = usual.degree + 1; degree <= 7; ++degree)
+    EXPECT_GE(held_out_error(samples, degree).all, usual.error);
+  const DegreeChoice raised = raise_degree(samples, usual);
+  EXPECT_GE(raised.degree, 9);
+  EXPECT_LE(raised.error, 1e-3 * usual.error);
+  EXPECT_TRUE(raised.keeps(1e-3 * usual.error + raised.force_error));
+  EXPECT_FALSE(raised.keeps(0.5 * std::max(raised.error, raised.force_error)));
+}
+
+TEST(PolynomialFit, DegreesOfAHalfAreNotRaised) {
+  const SiteSamples samples = Synthetic(9).samples(60, true);
+  const DegreeChoice usual = choose_degree(samples);
+  EXPECT_EQ(raise_degree(samples, usual).degree, usual.degree);
+}
+
+// Ten equations a sample, and some to spare.
+TEST(PolynomialFit, FewSamplesBearLowDegrees) {
+  const int degree = choose_degree(Synthetic(9).samples(4)).degree;  // that of rest and three: 30 equations
+  EXPECT_GT(degree, 1);
+  EXPECT_LE(degree, 3) << "16 terms; the next degree has 31";
+  const DegreeChoice none = choose_degree(Synthetic(9).samples(1));
+  EXPECT_EQ(none.degree, 1);
+  EXPECT_FALSE(none.keeps(1e9)) << "nothing is known of it";
 }
 
 TEST(PolynomialFit, HeldOutErrorOfWhatItHoldsIsRounding) {
