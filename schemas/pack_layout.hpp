@@ -50,15 +50,15 @@ static_assert(sizeof(PackHeader) == kAlignment);
 // A site of PolynomialDd.
 struct PolynomialSite {
   double to_unit[9];            // A, row-major; 1 / length unit
-  double min_jacobian;          // smallest det F of any element in its samples
+  double min_jacobian;          // smallest det F of any element in its samples that lie in the domain
   double basis_error;           // max |u of L, B and C - u as it was fitted| / |d|, over the sampled domain
   uint64_t energy_start;        // in `energy`, numbers
   uint64_t coefficients_start;  // in `coefficients`, numbers
   uint64_t field_start;         // in `field`, bytes; a multiple of 64
   uint32_t degree;
   uint32_t rank;  // columns of B; even where they are int16
-  uint32_t
-      samples;  // nonlinear solves that it was fitted to; 0: none, these are its derivatives at rest (affine_site)
+  // Nonlinear solves that its sampling took, fitted to or not; 0: these are its derivatives at rest (affine_site)
+  uint32_t samples;
   uint32_t reserved;
 };
 static_assert(sizeof(PolynomialSite) == 128);

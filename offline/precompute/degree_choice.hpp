@@ -18,8 +18,8 @@ struct DegreeChoice {
   bool keeps(double target) const;
 };
 
-// Where so many solves do not keep the target by polynomials of the usual degree, 7, higher ones are tried: a frame
-// rather takes longer than a build.
+// Where so many solves do not keep the target by polynomials of the usual degrees, to 7, higher ones are tried, and of
+// hard sites (site_survey.cpp) with fewer: a frame rather takes longer than a build.
 inline constexpr size_t kUsualSamples = 60;
 
 // The usual degree that does best. Errors fall with the degree until the samples no longer bear it, so that only the

@@ -102,7 +102,7 @@ PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request
   each_field([&](double&) { ++num_fields; });
   std::optional<SolvedPush> push;
   if (kept_ != nullptr) push = kept_->find(request, num_numbers, num_fields);
-  const bool is_solve = request.kind != PushRequest::Kind::series;
+  const bool is_solve = request.kind != PushRequest::Kind::series && !request.displacement.isZero(0);
   if (push) {
     counts_.reused += is_solve ? 1 : 0;
   } else {

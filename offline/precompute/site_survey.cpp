@@ -24,46 +24,64 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   return sample;
 }
 
+void take(SampledDomain& domain, const Eigen::Vector3d& x) {
+  while (!domain.sample(x)) {
+  }
+}
+
+// The samples of a site, one after the other, at the points that all sites share.
+class SampleSequence {
+ public:
+  SampleSequence(SampledDomain& domain, SamplePoints& points) : domain_(domain), points_(points) {}
+
+  void sample_to(size_t num_solves) {
+    while (domain_.num_solves() < num_solves) next_ += domain_.sample(points_[next_]);
+  }
+
+ private:
+  SampledDomain& domain_;
+  SamplePoints& points_;
+  size_t next_ = 0;
+};
+
+DegreeChoice choose_any_degree(const SiteSamples& samples) {
+  return raise_degree(samples, choose_degree(samples));
+}
+
+// The rest of the solves of a site that does not keep its target by the usual degrees. What polynomials do not follow
+// is left out: crushed samples, where no higher degree keeps the target either, and what a fit is far off from that
+// has not seen it, the last samples, where fits of two degrees differ most.
+DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, SampleSequence& sequence,
+                              const SiteSamples& samples) {
+  constexpr size_t kTrials = 8;  // chosen, as two thirds are, not measured
+  if (!choose_any_degree(samples).keeps(plan.target)) domain.leave_crushed();
+  const bool is_tried = plan.most_samples >= domain.num_solves() + kTrials;
+  sequence.sample_to(plan.most_samples - (is_tried ? kTrials : 0));
+  const DegreeChoice choice = choose_any_degree(samples);
+  if (!is_tried || choice.degree == 1) return choice;
+  domain.try_fit(fit_polynomial(samples, choice.degree), plan.target, kTrials);
+  return choose_any_degree(samples);
+}
+
 // Samples a site until its fit keeps the target, and fits it. One that does not keep it with two thirds of its solves
-// is hard: of it, what polynomials do not follow is left out, crushed samples, and what a fit is far off from that
-// has not seen it: its last samples, where fits of two degrees differ most.
+// is hard.
 SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
-  const size_t two_thirds = (2 * plan.most_samples + 2) / 3;
-  // A fit is tried at the last ones, before they are added.
-  constexpr size_t kTrials = 8;
-  const size_t num_trials = plan.most_samples - two_thirds > kTrials ? kTrials : 0;
-  size_t most = plan.most_samples - num_trials;
-  size_t next = 0;
-  bool is_hard = false;
-  for (size_t wanted = std::min(most, plan.least_samples);;
-       wanted = std::min(most, std::max(wanted + 2, wanted * 5 / 4))) {
-    while (domain.num_samples() < wanted) domain.sample(points[next++]);
-    DegreeChoice choice = choose_degree(samples);
-    if (!is_hard && wanted >= two_thirds && !choice.keeps(plan.target)) {
-      is_hard = true;
-      const size_t num_left_out = domain.leave_crushed();
-      most -= num_left_out;
-      if (num_left_out > 0) continue;
-    }
-    const bool may_raise = wanted == most || wanted >= kUsualSamples;
-    const auto raise = [&] {
-      if (may_raise && !choice.keeps(plan.target)) choice = raise_degree(samples, choice);
-    };
-    raise();
-    if (wanted < most && !choice.keeps(plan.target)) continue;
-    SitePolynomial fit = fit_polynomial(samples, choice.degree);
-    if (is_hard && num_trials > 0) {
-      domain.try_fit(fit, plan.target, num_trials);
-      choice = choose_degree(samples);
-      raise();
-      fit = fit_polynomial(samples, choice.degree);
-    }
-    result.samples = domain.num_samples();
-    result.held_out_error = choice.error;
-    result.held_out_force_error = choice.force_error;
-    return fit;
+  const size_t two_thirds = std::max(plan.least_samples, (2 * plan.most_samples + 2) / 3);
+  SampleSequence sequence(domain, points);
+  DegreeChoice choice;
+  for (size_t solves = plan.least_samples;;
+       solves = std::min(two_thirds, std::max(solves + 2, solves * 5 / 4))) {
+    sequence.sample_to(solves);
+    choice = choose_degree(samples);
+    if (!choice.keeps(plan.target) && solves >= kUsualSamples) choice = raise_degree(samples, choice);
+    if (choice.keeps(plan.target) || solves == two_thirds) break;
   }
+  if (!choice.keeps(plan.target)) choice = sample_hard_site(domain, plan, sequence, samples);
+  result.samples = domain.num_solves();
+  result.held_out_error = choice.error;
+  result.held_out_force_error = choice.force_error;
+  return fit_polynomial(samples, choice.degree);
 }
 
 // affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to;
@@ -76,19 +94,15 @@ SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, con
   if (!series) return fit_to_target(domain, plan, points, samples, result);
   const SitePolynomial unsampled =
       unsampled_polynomial(samples.linear, *series, samples.to_unit, samples.half);
-  for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) domain.sample(x);
-  double largest_force = 0;
-  for (const Sample& sample : samples.samples) largest_force = std::max(largest_force, sample.force.norm());
+  for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) take(domain, x);
+  const double floor = force_floor(samples);
   SampleErrors largest = {0, 0};
   for (size_t i = 1; i < samples.samples.size(); ++i) {
-    const Eigen::Vector3d& d = samples.samples[i].displacement;
-    const SampleErrors errors = errors_at({field_at(unsampled, d), force_at(unsampled, d)},
-                                          samples.samples[i], kForceFloor * largest_force);
+    const SampleErrors errors = errors_of(unsampled, samples.samples[i], floor);
     largest.displacement = std::max(largest.displacement, errors.displacement);
     largest.force = std::max(largest.force, errors.force);
   }
-  const bool is_kept = std::max(largest.displacement, largest.force) <= plan.target;
-  if (domain.cut_by() != PushOutcome::solved || !is_kept)
+  if (domain.cut_by() != PushOutcome::solved || largest.larger() > plan.target)
     return fit_to_target(domain, plan, points, samples, result);
   result.held_out_error = largest.displacement;
   result.held_out_force_error = largest.force;
@@ -101,8 +115,8 @@ SitePolynomial fit_as_paper(SampledDomain& domain, const Scene& scene, const Eig
       scene.polynomial_method == PolynomialMethod::paper_grid
           ? grid_points(samples.half)
           : ray_points(scene.max_displacement * samples.to_unit * inward);
-  for (const Eigen::Vector3d& x : points) domain.sample(x);
-  result.samples = domain.num_samples();
+  for (const Eigen::Vector3d& x : points) take(domain, x);
+  result.samples = domain.num_solves();
   return fit_paper_quadratic(samples);
 }
 

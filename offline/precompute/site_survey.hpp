@@ -35,13 +35,13 @@ struct SamplingPlan {
 struct SiteResult {
   SitePolynomial polynomial;           // of degree 0 when none was asked for
   std::vector<SitePolynomial> others;  // of SamplingPlan::other_settings
-  size_t samples = 0;                  // nonlinear solves that it was fitted to; 0: affine_site
+  size_t samples = 0;                  // nonlinear solves that it took, fitted to or not; 0: affine_site
   // Of the fit, displacement, HeldOutError::all, but of degrees that were raised ::inside; 0 for the paper's, which
   // has none
   double held_out_error = 0;
   double held_out_force_error = 0;           // the same of the force
   PushOutcome cut_by = PushOutcome::solved;  // why the domain was shortened last, if it was
-  double min_jacobian = 1;                   // smallest det F over the samples
+  double min_jacobian = 1;                   // smallest det F over the samples in the domain
   std::vector<SurveySample> survey;
   int unsolved = 0;  // of the survey
   SolveCounts counts;

@@ -17,16 +17,16 @@
 
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
-#include "offline/precompute/sampled_domain.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/monomials.hpp"
-#include "tests/support/touched_block.hpp"
+#include "tests/support/sampling_site.hpp"
 
 namespace palpate {
 namespace {
 
 using test::BlockShape;
 using test::nodes_on_plane;
+using test::SamplingSite;
 using test::tetrahedral_block;
 using test::touched_block;
 using test::TouchedBlock;
@@ -202,22 +202,6 @@ TEST(SamplingPoints, ThereAreEnough) {
     }
   }
 }
-
-struct SamplingSite : ::testing::Test {
-  TouchedBlock block = touched_block(4, 0.26);
-  Assembly assembly{block.model, block.model.fixed_dofs()};
-  StaticSolver solver{assembly};
-  const ContactSite& site = block.sites.sites[4];  // of nine: in the middle
-  LinearDd linear = compute_linear_dd(assembly, block.sites);
-  const RestState rest;
-
-  static Sample solved(SiteSampler& sampler, const Eigen::Vector3d& d) {
-    Sample sample;
-    EXPECT_EQ(sampler.solve(d, sample), PushOutcome::solved);
-    EXPECT_EQ(sample.displacement, d);
-    return sample;
-  }
-};
 
 // The path from rest and the neighbours lead to the one equilibrium that there is.
 TEST_F(SamplingSite, FromRestAndFromANeighbourItIsTheSame) {
@@ -412,113 +396,6 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
       }
     }
   }
-}
-
-// Where two thirds of the solves leave a fit far off, it gives up what is crushed; where they do not, it keeps that.
-TEST_F(SamplingSite, WhatAFitCannotFollowIsLeftOut) {
-  SamplingPlan plan;
-  plan.least_samples = plan.most_samples = 8;
-  plan.survey_samples = 1;
-  block.scene.max_displacement = 0.8;
-  block.scene.directions = Directions::inward;
-  const auto sample = [&](double target) {
-    plan.target = target;
-    return sample_sites(assembly, block.scene, block.sites, linear, plan)[4];
-  };
-  const SiteResult kept = sample(10);
-  EXPECT_GE(kept.min_jacobian, kLeastSampledJacobian);
-  ASSERT_LT(kept.min_jacobian, kFollowedJacobian);
-  const SiteResult left = sample(1e-4);
-  EXPECT_GE(left.min_jacobian, kFollowedJacobian);
-  EXPECT_LT(left.samples, plan.most_samples) << "those left out were solves, too";
-  EXPECT_EQ(left.cut_by, PushOutcome::not_followed);
-  EXPECT_LT(least_reach(left.polynomial.to_unit), least_reach(kept.polynomial.to_unit));
-}
-
-// A domain with five samples, which bear no fit that would be right all over it.
-struct SamplingTrial : SamplingSite {
-  static constexpr double kReach = 0.5;
-  SamplingTrial() {
-    block.scene.max_displacement = kReach;
-    samples.to_unit = site.frame.transpose() / kReach;
-    samples.linear = linear_response(linear, site);
-    domain.sample_rest();
-    SamplePoints points(false);
-    for (size_t i = 0; i < 5; ++i) domain.sample(points[i]);
-  }
-  SiteSampler sampler{solver, block.sites, site, rest};
-  SiteSamples samples;
-  SampledDomain domain{sampler, block.scene, site, 1, samples};
-};
-
-// A fit is tried at samples that it has not seen; the domain ends before those that it is far off from, and no sooner.
-TEST_F(SamplingTrial, LeavesOutWhatAFitIsFarOffFrom) {
-  constexpr double kTarget = 0.03;
-  const SitePolynomial fit = fit_polynomial(samples, 3);
-  const Eigen::Matrix3d before = samples.to_unit;
-  domain.try_fit(fit, 10, 2);
-  EXPECT_EQ(samples.to_unit, before) << "everything is within such a target";
-  EXPECT_EQ(domain.cut_by(), PushOutcome::solved);
-  double largest_force = 0;
-  for (const Sample& sample : samples.samples) largest_force = std::max(largest_force, sample.force.norm());
-  const size_t num_seen = samples.samples.size();
-  domain.try_fit(fit, kTarget, 8);
-  EXPECT_EQ(domain.cut_by(), PushOutcome::not_followed);
-  EXPECT_GE(least_reach(samples.to_unit), 0.25 * kReach);
-  ASSERT_EQ(samples.samples.size(), num_seen + 8);
-  int num_far = 0;
-  for (size_t i = num_seen; i < samples.samples.size(); ++i) {
-    const Sample& sample = samples.samples[i];
-    EXPECT_NEAR((before * sample.displacement).norm(), 0.95, 1e-12);
-    const SampleErrors errors =
-        errors_at({field_at(fit, sample.displacement), force_at(fit, sample.displacement)}, sample,
-                  0.05 * largest_force);
-    const bool is_far = std::max(errors.displacement, errors.force) > 2 * kTarget;
-    num_far += is_far;
-    EXPECT_TRUE(!is_far || (samples.to_unit * sample.displacement).norm() > 1);
-  }
-  EXPECT_GT(num_far, 0);
-  EXPECT_LT(num_far, 8);
-}
-
-// Nothing is followed to such a target: what is left is a quarter, and no less.
-TEST_F(SamplingTrial, LeavesAQuarter) {
-  SitePolynomial wrong = fit_polynomial(samples, 3);
-  wrong.linear *= 2;
-  for (int trial = 0; trial < 6; ++trial) {
-    const double reach = least_reach(samples.to_unit);
-    domain.try_fit(wrong, 1e-6, 8);
-    EXPECT_GE(least_reach(samples.to_unit), 0.25 * kReach);
-    EXPECT_TRUE(least_reach(samples.to_unit) < reach || trial > 0);
-  }
-  EXPECT_LT(least_reach(samples.to_unit), 0.35 * kReach);
-}
-
-// Sites whose domains end for what polynomials do not follow are the same on any number of threads.
-TEST_F(SamplingSite, WhatIsLeftOutDoesNotDependOnTheSchedule) {
-  SamplingPlan plan;
-  plan.least_samples = plan.most_samples = 30;
-  plan.target = 1e-4;
-  plan.survey_samples = 1;
-  block.scene.max_displacement = 0.6;
-  const std::vector<SiteResult> one = sample_sites(assembly, block.scene, block.sites, linear, plan);
-  plan.jobs = 3;
-  const std::vector<SiteResult> three = sample_sites(assembly, block.scene, block.sites, linear, plan);
-  ASSERT_EQ(one.size(), three.size());
-  int num_cut = 0;
-  for (size_t i = 0; i < one.size(); ++i) {
-    num_cut += one[i].cut_by == PushOutcome::not_followed;
-    EXPECT_EQ(one[i].cut_by, three[i].cut_by);
-    EXPECT_EQ(one[i].samples, three[i].samples);
-    EXPECT_EQ(one[i].polynomial.to_unit, three[i].polynomial.to_unit);
-    EXPECT_EQ(one[i].polynomial.coefficients, three[i].polynomial.coefficients);
-    EXPECT_EQ(one[i].held_out_error, three[i].held_out_error);
-    EXPECT_LE(one[i].samples, plan.most_samples);
-    for (const SurveySample& push : one[i].survey)
-      EXPECT_LE((one[i].polynomial.to_unit * push.truth.displacement).norm(), 1 + 1e-12)
-          << "of the domain that is left";
-  }
-  EXPECT_GT(num_cut, 0);
 }
 
 // A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
