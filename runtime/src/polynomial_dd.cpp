@@ -148,6 +148,24 @@ void pull_back(const double A[9], Part& part) {
   }
 }
 
+// From the answer at d' = r d, which was shortened to 4 radii: along the ray energy goes on by the force there,
+//   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g),
+// u = d' / 4 on the ellipsoid, g = A^T x / |x| the gradient of |A d|: still the gradient of an energy.
+void continue_beyond(const double* A, const double d[3], const double x[3], double r,
+                     PolynomialAnswer& answer) {
+  answer.energy += (1.0 - r) * dot(answer.force, d);
+  double u[3];
+  double g[3];
+  for (int i = 0; i < 3; ++i) {
+    u[i] = r * d[i] / kLargestExtrapolation;
+    g[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
+  }
+  double pull[3];
+  for (int i = 0; i < 3; ++i) pull[i] = dot(answer.stiffness + 3 * i, u);
+  const double along = dot(u, pull);
+  for (int i = 0; i < 3; ++i) answer.force[i] += kLargestExtrapolation * (1.0 - r) * (pull[i] - along * g[i]);
+}
+
 }  // namespace
 
 bool is_sampled(const pal_pack& pack, uint32_t site, const double d[3]) {
@@ -217,6 +235,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
     }
     field.x[i] = static_cast<pal_real>(x[i]);
   }
+  if (shortened < 1.0) continue_beyond(A, d, x, shortened, answer);
   field.site = site;
   field.fade = static_cast<pal_real>(fade.phi);
 }

@@ -104,6 +104,33 @@ TEST_F(Passivity, AClosedPathMakesNoEnergy) {
   EXPECT_EQ(work.reduced(), 0);
 }
 
+// So far out the force is that of a shortened displacement, which is no gradient: round and round it would give energy
+// without end.
+TEST_F(Passivity, ClampedPathsMakeNoEnergy) {
+  constexpr double kRadius = 0.5;
+  constexpr int kTurn = 1000;
+  for (const double sense : {1.0, -1.0}) {
+    ToolSession tools(pack_.get(), config_);
+    Work work(tools);
+    tools.hold(0, pal_default_hold(6));
+    int num_clamped = 0;
+    const auto move = [&](const Eigen::Vector3d& d) {
+      work.frame({at(d)});
+      num_clamped += (tools.last()[0].flags & PAL_FLAG_CLAMPED) != 0;
+    };
+    const Eigen::Vector3d centre(0, 0, -kRadius);
+    const auto on_circle = [&](double t) {
+      return Eigen::Vector3d(centre +
+                             kRadius * Eigen::Vector3d(std::cos(t), sense * std::sin(t), 0.3 * std::sin(t)));
+    };
+    for (int frame = 0; frame <= kTurn; ++frame) move(on_circle(0) * frame / kTurn);
+    for (int frame = 0; frame <= 10 * kTurn; ++frame) move(on_circle(2 * M_PI * frame / kTurn));
+    for (int frame = kTurn; frame >= 0; --frame) move(on_circle(0) * frame / kTurn);
+    EXPECT_GT(num_clamped, 10 * kTurn);
+    EXPECT_GE(work.done(), -kAllowed * work.peak()) << sense;
+  }
+}
+
 // Each cycle goes in along the softer model and comes out along the stiffer one.
 struct Detour {
   const char* name;

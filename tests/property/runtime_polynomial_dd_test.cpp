@@ -17,6 +17,7 @@
 
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
+#include "runtime/src/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tetrahedral_block.hpp"
@@ -441,15 +442,42 @@ TEST_P(RuntimePolynomialDd, ClampedBeyondFourRadii) {
     const Eigen::Vector3d limit = at(site, 4 * any_direction());
     const auto at_limit = touch(site, (1 - kGap) * limit);
     const Eigen::VectorXd field = as_vector(session_.field());
+    const double energy = session_.get()->stored_energy;
+    const Eigen::Vector3d force(at_limit.force);
     EXPECT_EQ(at_limit.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
     for (const double beyond : {1 + 1e-9, 2.0, 1e3, 1e12, 1e300}) {
       const auto result = touch(site, beyond * limit);
       EXPECT_EQ(result.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED | PAL_FLAG_CLAMPED));
-      EXPECT_LE((Eigen::Vector3d(result.force) - Eigen::Vector3d(at_limit.force)).norm(),
-                1e-10 * Eigen::Vector3d(at_limit.force).norm());
+      const Eigen::Vector3d goes_on(result.force);
+      EXPECT_NEAR(goes_on.dot(limit), force.dot(limit), 1e-8 * force.norm() * limit.norm())
+          << "along the ray";
+      if (beyond < 1.1) {
+        EXPECT_LE((goes_on - force).norm(), 1e-7 * force.norm()) << "it is continuous";
+      }
+      if (beyond < 1e4) {
+        const double rise = (beyond - 1) * force.dot(limit);
+        EXPECT_NEAR(session_.get()->stored_energy, energy + rise, 1e-9 * (std::abs(energy) + std::abs(rise)));
+      }
       EXPECT_EQ(result.displacement_error, 1);
       EXPECT_LE((as_vector(session_.field()) - field).lpNorm<Eigen::Infinity>(),
                 2 * packed_field_at(site, limit).rounding + 10 * kGap * field.lpNorm<Eigen::Infinity>());
+    }
+  }
+}
+
+// There, too, the force is the gradient of what is stored: a closed path gives no energy.
+TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
+  for (uint32_t site = 0; site < 12; ++site) {
+    const Eigen::Vector3d d = at(site, 6.5 * any_direction());
+    const auto energy_at = [&](const Eigen::Vector3d& place) {
+      touch(site, place);
+      return session_.get()->stored_energy;
+    };
+    const Eigen::Vector3d force(touch(site, d).force);
+    const double step = 1e-5 * d.norm();
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d by = step * Eigen::Vector3d::Unit(axis);
+      EXPECT_NEAR((energy_at(d + by) - energy_at(d - by)) / (2 * step), force[axis], 1e-6 * force.norm());
     }
   }
 }
