@@ -99,7 +99,13 @@ void SampledDomain::sample_rest() {
 }
 
 bool SampledDomain::sample(const Eigen::Vector3d& x) {
-  std::optional<Sample> taken = take(samples_.to_unit.inverse() * x);
+  const Eigen::Vector3d displacement = samples_.to_unit.inverse() * x;
+  const bool is_known =
+      std::any_of(samples_.samples.begin(), samples_.samples.end(), [&](const Sample& sample) {
+        return (sample.displacement - displacement).norm() <= kRounding * displacement.norm();
+      });
+  if (is_known) return true;
+  std::optional<Sample> taken = take(displacement);
   if (!taken) return false;
   samples_.samples.push_back(*std::move(taken));
   return true;

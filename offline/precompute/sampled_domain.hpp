@@ -24,8 +24,9 @@ class SampledDomain {
   // Adds what is known at rest.
   void sample_rest();
 
-  // Takes a sample at x = A d. False where there is none to be had: the domain now ends before it, and x is of a smaller
-  // displacement. Throws std::runtime_error that names the node where it would end before a quarter of the largest.
+  // Takes a sample at x = A d, unless there is one already. False where there is none to be had: the domain now ends
+  // before it, and x is of a smaller displacement. Throws std::runtime_error that names the node where it would end
+  // before a quarter of the largest.
   [[nodiscard]] bool sample(const Eigen::Vector3d& x);
 
   // Ends the domain before the samples below kFollowedJacobian, which are no longer fitted to, and before further ones

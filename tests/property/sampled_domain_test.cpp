@@ -35,6 +35,15 @@ struct SampledDomainOf : test::SamplingSite {
   SampledDomain domain{sampler, block.scene, site, 1, samples};
 };
 
+// One that is known is not solved again, nor fitted to twice.
+TEST_F(SampledDomainOf, APlaceIsSampledOnce) {
+  sample_to(0.5, 5);
+  SamplePoints points(false);
+  for (size_t i = 0; i < 5; ++i) EXPECT_TRUE(domain.sample(points[i]));
+  EXPECT_EQ(domain.num_solves(), 5U);
+  EXPECT_EQ(samples.samples.size(), 6U) << "and rest";
+}
+
 // What is crushed is given up, and no more of it is taken.
 TEST_F(SampledDomainOf, CrushedSamplesAreLeftOut) {
   constexpr double kReach = 0.8;
