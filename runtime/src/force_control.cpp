@@ -18,7 +18,7 @@ constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
 }  // namespace
 
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
-                            const PlaceAnswer* moved, double* displacements) {
+                            const PlaceAnswer* moved, const double* couplings, double* displacements) {
   uint32_t axes[kMostAxes];  // 3 x contact + axis
   uint32_t size = 0;
   double push = 1e-6 * pack.max_displacement;
@@ -37,7 +37,11 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     for (uint32_t j = i; j < size; ++j) {
       double& entry = K[i * size + j];
       entry = set.stiffness[axes[i]][axes[j]];
-      if (axes[j] / 3 == contact) entry += moved[contact].stiffness[3 * axis + axes[j] % 3];
+      if (axes[j] / 3 == contact) {
+        entry += moved[contact].stiffness[3 * axis + axes[j] % 3];
+      } else if (couplings != nullptr) {
+        entry += couplings[axes[i] * 3 * set.num_contacts + axes[j]];
+      }
     }
   }
   if (size == 0) return {true, 0};

@@ -27,8 +27,8 @@ struct ForceControl {
 inline constexpr double kMostGiven = 4.0;
 
 // Takes displacements[contacts][3], model units, a step on. `moved`: what moves the zone's answer to each contact's
-// place.
+// place; `couplings`: [3 contacts][3 contacts] of its stiffness between contacts, or null.
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
-                            const PlaceAnswer* moved, double* displacements);
+                            const PlaceAnswer* moved, const double* couplings, double* displacements);
 
 }  // namespace palpate

@@ -94,9 +94,32 @@ void for_each_set(const LinearState& state, Visit&& visit) {
   const uint32_t* places = blend.places;
   for (uint32_t i = 0; i < blend.num_sets; ++i) {
     const LinearSet& set = state.sets[blend.sets[i]];
-    if (blend.weights[i] > 0) visit(blend.weights[i], set, places);
+    if (blend.weights[i] != 0) visit(blend.weights[i], set, places);
     places += set.num_held;
   }
+}
+
+// Of each set the product of its corners' weights.
+void weigh_sets(const pal_contact* contacts, LinearBlend& blend) {
+  uint32_t length = 1;
+  blend.weights[0] = 1;
+  for (uint32_t c = 0; c < blend.num_contacts && blend.num_sets > 1; ++c) {
+    const ContactPlace place = place_of(contacts[c]);
+    double weights[kCorners] = {};
+    for (uint32_t i = 0; i < place.count; ++i)
+      weights[find_corner(blend, c, place.corners[i].site)] += place.corners[i].weight;
+    add_contact(weights, blend.num_corners[c], length, blend.weights);
+    length *= blend.num_corners[c];
+  }
+}
+
+void sum_own_stiffness(LinearState& state) {
+  LinearBlend& blend = state.answering;
+  const uint32_t size = 9 * blend.num_contacts;
+  memset(blend.own_stiffness, 0, size * sizeof *blend.own_stiffness);
+  for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
+    for (uint32_t i = 0; i < size; ++i) blend.own_stiffness[i] += weight * set.own_stiffness[i];
+  });
 }
 
 // S_PP, upper triangle, P the axes of given force: a row of S is E^T of a row of X.
@@ -289,22 +312,18 @@ void swap_blends(LinearState& state) {
 }
 
 void place_contacts(const pal_contact* contacts, LinearState& state) {
+  weigh_sets(contacts, state.answering);
+  sum_own_stiffness(state);
+}
+
+void place_difference(const pal_contact* contacts, const uint32_t* sites, LinearState& state) {
   LinearBlend& blend = state.answering;
-  uint32_t length = 1;
-  blend.weights[0] = 1;
-  for (uint32_t c = 0; c < blend.num_contacts && blend.num_sets > 1; ++c) {
-    const ContactPlace place = place_of(contacts[c]);
-    double weights[kCorners] = {};
-    for (uint32_t i = 0; i < place.count; ++i)
-      weights[find_corner(blend, c, place.corners[i].site)] += place.corners[i].weight;
-    add_contact(weights, blend.num_corners[c], length, blend.weights);
-    length *= blend.num_corners[c];
-  }
-  const uint32_t size = 9 * blend.num_contacts;
-  memset(blend.own_stiffness, 0, size * sizeof *blend.own_stiffness);
-  for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
-    for (uint32_t i = 0; i < size; ++i) blend.own_stiffness[i] += weight * set.own_stiffness[i];
-  });
+  weigh_sets(contacts, blend);
+  uint32_t of_sites = 0;
+  for (uint32_t c = blend.num_contacts; c-- > 0;)
+    of_sites = of_sites * blend.num_corners[c] + find_corner(blend, c, sites[c]);
+  blend.weights[of_sites] -= 1;
+  sum_own_stiffness(state);
 }
 
 void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame) {

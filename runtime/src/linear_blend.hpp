@@ -42,7 +42,7 @@ struct LinearBlend {
   uint32_t num_held;            // by any set
   uint32_t* held;               // [max_shown] contact nodes
   uint32_t* places;             // for each set, [num_held] of that set: where in `held` its nodes are
-  // Of the last place_contacts()
+  // Of the last place_contacts() or place_difference()
   double weights[kMostBlended];  // of the sets
   double* own_stiffness;         // [max_contacts][3][3] of S
 };
@@ -89,6 +89,10 @@ void swap_blends(LinearState& state);
 
 // Takes in where contacts are in the blend that answers, which is for them.
 void place_contacts(const pal_contact* contacts, LinearState& state);
+
+// The same for what contacts at their places have beyond contacts at `sites`, corners of theirs: the weight of the set
+// of those is less by 1, so that all sum up to 0.
+void place_difference(const pal_contact* contacts, const uint32_t* sites, LinearState& state);
 
 // What a frame asks of the blend that answers, and its answer; model units.
 struct LinearFrame {

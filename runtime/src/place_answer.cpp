@@ -1,7 +1,5 @@
 #include "runtime/src/place_answer.hpp"
 
-#include <string.h>
-
 #include "runtime/src/linear_point.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/polynomial_dd.hpp"
@@ -25,18 +23,39 @@ PlaceAnswer blend_polynomials(const pal_pack& pack, const ContactPlace& place, c
   return blend;
 }
 
+namespace {
+
+// By `sign` times linear_dd at a difference of places.
+void add_linear(const pal_pack& pack, const ContactPlace& difference, double sign, const double d[3],
+                PlaceAnswer& moved, FieldState& field) {
+  const double signed_d[3] = {sign * d[0], sign * d[1], sign * d[2]};
+  const uint32_t end = field.num_held + field.num_moved;
+  LinearPointAnswer answer;
+  field.num_moved += evaluate_linear_point(pack, difference, signed_d, answer, field.held + end,
+                                           field.weights + size_t{3} * end);
+  moved.energy += sign * answer.energy;
+  for (int k = 0; k < 3; ++k) moved.force[k] += answer.force[k];
+  for (int k = 0; k < 9; ++k) moved.stiffness[k] += sign * answer.stiffness[k];
+}
+
+}  // namespace
+
 PlaceAnswer move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place, const double d[3],
                           FieldState& field) {
   const ContactPlace difference = difference_from(place, site);
   if (difference.count == 0) return {};
   if (pack.polynomial_sites != nullptr) return blend_polynomials(pack, difference, d, field);
-  const uint32_t end = field.num_held + field.num_moved;
-  LinearPointAnswer answer;
-  field.num_moved +=
-      evaluate_linear_point(pack, difference, d, answer, field.held + end, field.weights + size_t{3} * end);
-  PlaceAnswer moved = {0, answer.energy, {}, {}};
-  memcpy(moved.force, answer.force, sizeof moved.force);
-  memcpy(moved.stiffness, answer.stiffness, sizeof moved.stiffness);
+  PlaceAnswer moved = {};
+  add_linear(pack, difference, 1.0, d, moved, field);
+  return moved;
+}
+
+PlaceAnswer move_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                               const double d[3], FieldState& field) {
+  const ContactPlace difference = difference_from(place, site);
+  if (difference.count == 0 || pack.polynomial_sites == nullptr) return {};
+  PlaceAnswer moved = blend_polynomials(pack, difference, d, field);
+  add_linear(pack, difference, -1.0, d, moved, field);
   return moved;
 }
 

@@ -7,9 +7,9 @@
 //   f = f_zone,s(d) + sum_i w_i g_i(d) - g_s(d)
 //
 // g the answer of one contact alone, of polynomial_dd where the pack has it, else of linear_dd; energy, stiffness and
-// field likewise. What contacts do to each other is then that at their sites, so that only those are moved that share
-// their zone with no other. Along a path it is continuous but where s changes: there it jumps by what the zone and g
-// differ in from site to site.
+// field likewise. Of several contacts, and where nodes are fixed, g is linear_dd of all of them (linear_blend.hpp) and,
+// of one that shares its zone with no other, what polynomial_dd has beyond that of the contact alone. Along a path it
+// is continuous but where s changes: there it jumps by what the zone and g differ in from site to site.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -41,5 +41,9 @@ PlaceAnswer blend_polynomials(const pal_pack& pack, const ContactPlace& place, c
 // of the zone. Cost: that of four polynomials, or of linear_dd at a point.
 PlaceAnswer move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
                           const double displacement[3], FieldState& field);
+
+// What of that linear_dd does not have. Nothing of a pack without polynomials. Cost: both.
+PlaceAnswer move_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                               const double displacement[3], FieldState& field);
 
 }  // namespace palpate

@@ -290,11 +290,63 @@ void answer_linear_point(pal_session& session, const pal_contact& contact, pal_c
   give_result(session, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
+// Whether one of the two blends is ready for these contacts; it then answers.
+bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
+                      uint32_t fixed_version) {
+  if (linear.answering.ready && is_for(linear.answering, contacts, count, fixed_version)) return true;
+  if (!linear.next.ready || !is_for(linear.next, contacts, count, fixed_version)) return false;
+  swap_blends(linear);
+  return true;
+}
+
+// Whether a zone takes linear_dd to move these contacts to their places (place_answer.hpp).
+bool is_moved_together(const LinearState& linear, const pal_contact* contacts, uint32_t count,
+                       uint32_t num_fixed) {
+  if (linear.sets == nullptr || count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
+  return std::any_of(contacts, contacts + count,
+                     [](const pal_contact& contact) { return !is_at_site(contact); });
+}
+
+// Adds it to what moves each of them, and to the field. `couplings`: [3 count][3 count] of the stiffness. Returns its
+// energy.
+double move_together(pal_session& session, const pal_contact* contacts, uint32_t count, PlaceAnswer* moved,
+                     double* couplings, FieldState& field) {
+  const pal_pack& pack = *session.pack;
+  const ZoneSet& set = session.zone.answering;
+  LinearState& linear = session.linear;
+  place_difference(contacts, set.sites, linear);
+  LinearFrame frame = {};
+  frame.displacements = set.followed;
+  frame.forces = session.forces;
+  evaluate_linear(pack, linear, frame);
+  for (uint32_t c = 0; c < count; ++c) {
+    moved[c].flags |= frame.flags;
+    for (uint32_t i = 0; i < 3; ++i) moved[c].force[i] += frame.forces[3 * c + i];
+    for (uint32_t i = 0; i < 9; ++i) moved[c].stiffness[i] += linear.answering.own_stiffness[9 * c + i];
+    for (uint32_t other = 0; other < count; ++other) {
+      double block[9];
+      if (other == c) continue;
+      contact_stiffness(pack, linear, c, other, block);
+      for (uint32_t i = 0; i < 9; ++i) couplings[(3 * c + i / 3) * 3 * count + 3 * other + i % 3] = block[i];
+    }
+  }
+  const uint32_t end = field.num_held + field.num_moved;
+  const LinearBlend& blend = linear.answering;
+  memcpy(field.held + end, blend.held, blend.num_held * sizeof *field.held);
+  for (uint32_t i = 0; i < 3 * blend.num_held; ++i)
+    field.weights[3 * end + i] = static_cast<pal_real>(linear.nodal_force[i] * pack.metres);
+  field.num_moved += blend.num_held;
+  return frame.energy;
+}
+
 void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t count, const double* turns,
                  pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   const ZoneSet& set = session.zone.answering;
+  const bool is_together = is_moved_together(session.linear, contacts, count, set.num_fixed) &&
+                           find_ready_blend(session.linear, contacts, count, set.fixed_version);
+  session.moved_together = is_together;
   for (uint32_t at = 0; at < 3 * count; ++at) {
     if (is_force_given(contacts[at / 3], at % 3))
       session.displacements[at] = session.zone.strained ? set.wanted[at] : 0.0;
@@ -303,6 +355,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   ZoneAnswer answer;
   ForceControl control;
   PlaceAnswer moved[pack::kMostZoneContacts];
+  double couplings[9 * kMostBetween * kMostBetween] = {};
   // A frame's iterations are for all that the given forces take.
   for (uint32_t left = session.config.zone_iterations;;) {
     answer = solve_zone(pack, session.displacements, left, session.zone);
@@ -310,14 +363,16 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     fill_zone_field(pack, session.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
-      // Of contacts that share one, what moves one would drag the patches of the others from where they are held, and
-      // with it nodes that are fixed.
+      // Of contacts that share one, what moves one alone would drag the patches of the others from where they are
+      // held, and with it nodes that are fixed.
       if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
-      moved[c] =
-          move_to_place(pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);
+      moved[c] = (is_together ? move_beyond_linear : move_to_place)(pack, set.sites[c], place_of(contacts[c]),
+                                                                    set.followed + size_t{3} * c, field);
       answer.energy += moved[c].energy;
     }
-    control = control_forces(pack, set, contacts, moved, session.displacements);
+    if (is_together) answer.energy += move_together(session, contacts, count, moved, couplings, field);
+    control =
+        control_forces(pack, set, contacts, moved, is_together ? couplings : nullptr, session.displacements);
     if (control.has_ended || answer.went_back || left == 0) break;
   }
   for (uint32_t at = 0; at < 3 * count; ++at) {
@@ -355,7 +410,8 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     // Surveyed were contacts at sites with all rings, once they had come to rest.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    if ((count > 1 || set.num_fixed > 0) && difference.count > 0) result.flags |= PAL_FLAG_NEAREST_SITE;
+    if (difference.count > 0 && !is_together && (count > 1 || set.num_fixed > 0))
+      result.flags |= PAL_FLAG_NEAREST_SITE;
     is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
     double force[3];
     for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
@@ -395,22 +451,39 @@ bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool 
          session.pack->polynomial_sites != nullptr && num_contacts == 1 && session.num_fixed == 0;
 }
 
-bool is_zone_ready(const ZoneState& zone, const pal_contact* contacts, uint32_t count,
-                   uint32_t fixed_version) {
-  return zone.answering.ready && is_zone_for(zone.answering, contacts, count, fixed_version);
+// Whether what moves a zone to the places of these contacts is still to be made.
+bool lacks_blend(pal_session& session, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
+                 uint32_t fixed_version) {
+  return is_moved_together(session.linear, contacts, count, num_fixed) &&
+         !find_ready_blend(session.linear, contacts, count, fixed_version);
 }
 
-FixedNodes fixed_nodes(const pal_session& session) {
-  return {session.num_fixed, session.fixed, session.fixed_version};
+bool has_zone_for(const pal_session& session, const pal_contact* contacts, uint32_t count,
+                  uint32_t fixed_version) {
+  const ZoneSet& set = session.zone.answering;
+  return set.ready && is_zone_for(set, contacts, count, fixed_version);
 }
 
-// Whether one of the two blends is ready for these contacts; it then answers.
-bool find_ready_blend(pal_session& session, const pal_contact* contacts, uint32_t count) {
-  LinearState& linear = session.linear;
-  if (linear.answering.ready && is_for(linear.answering, contacts, count, session.fixed_version)) return true;
-  if (!linear.next.ready || !is_for(linear.next, contacts, count, session.fixed_version)) return false;
-  swap_blends(linear);
-  return true;
+// Begins what these contacts are not ready for: a blend, a zone, or both.
+void begin(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
+  const FixedNodes fixed = {session.num_fixed, session.fixed, session.fixed_version};
+  const bool is_zone = answering == Answering::zone;
+  session.zone_begun = is_zone && !has_zone_for(session, contacts, count, fixed.version);
+  session.linear_begun = !is_zone || lacks_blend(session, contacts, count, fixed.count, fixed.version);
+  if (session.zone_begun) begin_zone(*session.pack, contacts, count, fixed, session.zone);
+  if (session.linear_begun)
+    begin_linear(contacts, count, fixed.nodes, fixed.count, fixed.version, session.linear);
+}
+
+// Goes on with it for about so many multiply-adds. Once all of it is ready it answers, and true is returned.
+bool advance(pal_session& session, uint64_t operations) {
+  const pal_pack& pack = *session.pack;
+  if (session.linear_begun) {
+    session.linear_begun = !advance_linear(pack, operations, session.linear);
+    if (session.linear_begun || (session.zone_begun && operations != UINT64_MAX)) return false;
+  }
+  if (session.zone_begun) session.zone_begun = !advance_zone(pack, operations, session.zone);
+  return !session.zone_begun;
 }
 
 }  // namespace
@@ -434,46 +507,29 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
 }
 
 void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
-  if (answering == Answering::zone && !is_zone_ready(session.zone, contacts, count, session.fixed_version)) {
-    begin_zone(*session.pack, contacts, count, fixed_nodes(session), session.zone);
-    session.zone_begun = false;
-    advance_zone(*session.pack, UINT64_MAX, session.zone);
-  }
-  if (answering != Answering::linear || find_ready_blend(session, contacts, count)) return;
-  begin_linear(contacts, count, session.fixed, session.num_fixed, session.fixed_version, session.linear);
-  session.linear_begun = false;
-  advance_linear(*session.pack, UINT64_MAX, session.linear);
+  if (is_ready(session, answering, contacts, count, session.fixed_version)) return;
+  begin(session, answering, contacts, count);
+  advance(session, UINT64_MAX);
 }
 
-bool is_ready(const pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+bool is_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
               uint32_t fixed_version) {
-  if (answering == Answering::zone) return is_zone_ready(session.zone, contacts, count, fixed_version);
-  return answering != Answering::linear ||
-         (session.linear.answering.ready && is_for(session.linear.answering, contacts, count, fixed_version));
+  if (answering == Answering::linear) return find_ready_blend(session.linear, contacts, count, fixed_version);
+  return answering != Answering::zone ||
+         (has_zone_for(session, contacts, count, fixed_version) &&
+          !lacks_blend(session, contacts, count, session.zone.answering.num_fixed, fixed_version));
 }
 
 bool make_ready_within(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
                        bool& began, bool& finished) {
   began = false;
   finished = false;
-  if (answering == Answering::linear ? find_ready_blend(session, contacts, count)
-                                     : is_ready(session, answering, contacts, count, session.fixed_version))
-    return true;
+  if (is_ready(session, answering, contacts, count, session.fixed_version)) return true;
   if (!session.zone_begun && !session.linear_begun) {
-    if (answering == Answering::zone) {
-      begin_zone(*session.pack, contacts, count, fixed_nodes(session), session.zone);
-    } else {
-      begin_linear(contacts, count, session.fixed, session.num_fixed, session.fixed_version, session.linear);
-    }
-    session.zone_begun = answering == Answering::zone;
-    session.linear_begun = answering == Answering::linear;
+    begin(session, answering, contacts, count);
     began = true;
   }
-  const bool is_made = session.zone_begun ? advance_zone(*session.pack, session.operations, session.zone)
-                                          : advance_linear(*session.pack, session.operations, session.linear);
-  if (!is_made) return false;
-  session.zone_begun = false;
-  session.linear_begun = false;
+  if (!advance(session, session.operations)) return false;
   finished = true;
   return is_ready(session, answering, contacts, count, session.fixed_version);
 }
@@ -523,6 +579,11 @@ void add_coupling(const pal_session& session, Answering answered, const pal_cont
   if (row != column && answered == Answering::zone) {
     for (uint32_t i = 0; i < 9; ++i)
       block[i] = session.zone.answering.stiffness[3 * row + i / 3][3 * column + i % 3];
+    if (session.moved_together) {
+      double of_move[9];
+      contact_stiffness(pack, session.linear, row, column, of_move);
+      for (uint32_t i = 0; i < 9; ++i) block[i] += of_move[i];
+    }
   }
   for (uint32_t i = 0; i < 9; ++i)
     sum[i] += row == column ? results[row].stiffness[i / 3][i % 3] : scale * block[i];

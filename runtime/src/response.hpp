@@ -25,8 +25,8 @@ void make_ready(pal_session& session, Answering answering, const pal_contact* co
 bool make_ready_within(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
                        bool& began, bool& finished);
 
-// Whether what answered these contacts still can.
-bool is_ready(const pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
+// Whether what answered these contacts still can; of two blends that one then answers.
+bool is_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
               uint32_t fixed_version);
 
 // Forces and stiffness of contacts by what is ready for them, for finite displacements; API units,

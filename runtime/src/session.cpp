@@ -52,7 +52,9 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
   arrays.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.linear;
-  if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model))
+  const bool has_others = config.max_contacts > 1 || config.max_fixed > 0;
+  if (pack.field_compliance != nullptr &&
+      (!is_nonlinear_alone(config.model) || (has_zone(pack, config) && has_others)))
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
@@ -61,8 +63,9 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
                arena, arrays.zone);
-    const uint32_t of_zone =
-        arrays.zone.max_boundary + arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes;
+    const uint32_t of_zone = arrays.zone.max_boundary +
+                             arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes +
+                             linear.max_shown;
     most_held = of_zone > most_held ? of_zone : most_held;
     most_own = arrays.zone.max_nodes;
     most_exterior = arrays.zone.max_contacts;

@@ -43,7 +43,8 @@ struct pal_session {
   uint32_t* given_axes;   // [max_contacts] pal_contact::force_axes
   double* given_forces;   // [max_contacts][3] model units
   palpate::LinearState linear;
-  bool linear_begun;  // linear.next is being made ready
+  bool linear_begun;    // linear.next is being made ready
+  bool moved_together;  // linear.answering has moved the zone that answered last
   palpate::ZoneState zone;
   bool zone_begun;      // zone.next is being made ready
   uint64_t operations;  // multiply-adds that a haptic frame may spend on that

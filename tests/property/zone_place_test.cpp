@@ -17,6 +17,8 @@ namespace {
 
 const Eigen::Vector3d kPush(0.01, -0.012, -0.03);
 
+using test::force_of;
+
 Eigen::Vector3d force_of(const pal_contact_result& result) {
   return Eigen::Vector3d(result.force);
 }
@@ -97,24 +99,114 @@ TEST_P(ZonePlaces, AreNearlyTheBlendOfZonesAtTheirCorners) {
             tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
 }
 
-// Contacts that share a zone are not moved: each patch stays where it is held, and the answer says that it is the
-// nearest site's.
-TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreTheNearestSiteAndSaySo) {
-  const Eigen::Vector3d place(0.09, 0.14, 0.375);
-  const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
-  const pal_surface_point point = point_at(place);
-  const uint32_t nearest = point.sites[std::max_element(point.weights, point.weights + 3) - point.weights];
-  OwnedSession between(pack_.get(), PAL_MODEL_ZONE);
-  OwnedSession at_nearest(pack_.get(), PAL_MODEL_ZONE);
-  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
-    const auto results = between.touch({contact_at(place, kPush), other});
-    const auto expected = at_nearest.touch({at_site(nearest, kPush), other});
-    EXPECT_NE(results[0].flags & PAL_FLAG_NEAREST_SITE, 0U);
-    EXPECT_EQ(results[1].flags & PAL_FLAG_NEAREST_SITE, 0U);
-    EXPECT_EQ(results[0].displacement_error, 1);
-    EXPECT_LE((force_of(results[0]) - force_of(expected[0])).norm(), 1e-9 * force_of(expected[0]).norm());
+// Contacts that share a zone: beside blends of the zones at all corners of both.
+TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreNearlyTheBlendToo) {
+  const Eigen::Vector3d places[2] = {{0.09, 0.14, 0.375}, {0.2, 0.16, 0.375}};
+  const Eigen::Vector3d pushes[2] = {kPush, {0, 0.004, -0.015}};
+  const auto answer = [&](const std::vector<pal_contact>& contacts) {
+    OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+    for (const pal_contact_result& result : results)
+      EXPECT_EQ(result.flags & ~uint32_t{PAL_FLAG_OVERLAPPING}, 0U) << "patches at some corners share nodes";
+    Eigen::Matrix<double, 6, 1> forces;
+    forces << force_of(results[0]), force_of(results[1]);
+    return std::pair(forces, as_vector(session.field()));
+  };
+  const pal_surface_point points[2] = {point_at(places[0]), point_at(places[1])};
+  Eigen::Matrix<double, 6, 1> blend = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::VectorXd field = Eigen::VectorXd::Zero(3 * Eigen::Index{pack_.info().num_nodes});
+  double largest = 0;
+  Eigen::Matrix<double, 6, 1> nearest = blend;
+  Eigen::VectorXd nearest_field;
+  for (int one = 0; one < 3; ++one) {
+    for (int other = 0; other < 3; ++other) {
+      const double weight = points[0].weights[one] * points[1].weights[other];
+      const auto [forces, shown] =
+          answer({at_site(points[0].sites[one], pushes[0]), at_site(points[1].sites[other], pushes[1])});
+      blend += weight * forces;
+      field += weight * shown;
+      if (weight <= largest) continue;
+      largest = weight;
+      nearest = forces;
+      nearest_field = shown;
+    }
   }
-  EXPECT_EQ(between.field(), at_nearest.field());
+  const auto [forces, shown] = answer({contact_at(places[0], pushes[0]), contact_at(places[1], pushes[1])});
+  EXPECT_LE((forces - blend).norm(), 0.3 * (nearest - blend).norm());
+  EXPECT_LE((shown - field).lpNorm<Eigen::Infinity>(),
+            0.3 * (nearest_field - field).lpNorm<Eigen::Infinity>());
+}
+
+// As one of two that share a zone slides: it changes triangles, and the zone its sites.
+TEST_P(ZonePlaces, SlideBesideAnotherWithoutJumps) {
+  const Eigen::Vector3d from(0.09, 0.12, 0.375);
+  const Eigen::Vector3d way(0, 0.14, 0);
+  const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
+  constexpr int kSteps = 280;
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  Eigen::Vector3d before[2];
+  double peak = 0;
+  double jump = 0;
+  for (int step = -30; step <= kSteps; ++step) {
+    const double part = std::max(0, step) / static_cast<double>(kSteps);
+    const auto results = session.touch({contact_at(from + part * way, kPush), other});
+    for (int c = 0; c < 2; ++c) {
+      EXPECT_EQ(results[c].flags & PAL_FLAG_NEAREST_SITE, 0U);
+      if (step > 0) jump = std::max(jump, (force_of(results[c]) - before[c]).norm());
+      before[c] = force_of(results[c]);
+      peak = std::max(peak, before[c].norm());
+    }
+  }
+  EXPECT_LE(jump, 0.03 * peak);
+}
+
+// Of contacts that share one, energy, forces and stiffness belong together at a place, too.
+TEST_P(ZonePlaces, OfContactsThatShareAZoneStiffnessIsTheDerivative) {
+  const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  const auto settle_at = [&](const Eigen::Vector3d& d) {
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame)
+      results = session.touch({contact_at({0.09, 0.14, 0.375}, d), other});
+    return results.front();
+  };
+  const pal_contact_result at_push = settle_at(kPush);
+  constexpr double kStep = 1e-4;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const Eigen::Vector3d ahead = force_of(settle_at(kPush + step));
+    const Eigen::Vector3d behind = force_of(settle_at(kPush - step));
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(at_push.stiffness[i][axis], (ahead[i] - behind[i]) / (2 * kStep),
+                  2e-3 * at_push.stiffness[2][2]);
+  }
+}
+
+// Given forces that displacements at two such places take bring both there.
+TEST_P(ZonePlaces, GivenForcesActWhereBothContactsAre) {
+  std::vector<pal_contact> pressed = {contact_at({0.09, 0.14, 0.375}, kPush),
+                                      contact_at({0.2, 0.16, 0.375}, {0, 0.004, -0.015})};
+  const std::vector<pal_contact> moved = pressed;
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  std::vector<pal_contact_result> there;
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) there = session.touch(moved);
+  for (size_t c = 0; c < 2; ++c) {
+    pressed[c].force_axes = 7;
+    for (int axis = 0; axis < 3; ++axis) {
+      pressed[c].displacement[axis] = 0;
+      pressed[c].force[axis] = there[c].force[axis];
+    }
+  }
+  OwnedSession again(pack_.get(), PAL_MODEL_ZONE);
+  std::vector<pal_contact_result> results;
+  for (int frame = 0; frame < 40; ++frame) results = again.touch(pressed);
+  for (size_t c = 0; c < 2; ++c) {
+    const Eigen::Vector3d wanted(moved[c].displacement);
+    EXPECT_EQ(results[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+    EXPECT_LE((Eigen::Vector3d(results[c].displacement) - wanted).norm(), 1e-3 * kPush.norm());
+    EXPECT_LE((force_of(results[c]) - force_of(there[c])).norm(), 1e-3 * force_of(there[0]).norm());
+  }
 }
 
 TEST_P(ZonePlaces, StiffnessIsTheDerivativeOfTheForce) {
@@ -220,8 +312,93 @@ TEST_P(ZonePlaces, GivenForcesAreBorneByOneIterationAFrame) {
   EXPECT_LT(frames, 60);
 }
 
-// Two contacts whose zones share no node: each is moved to its place as if alone, beside blends of the pair's zones
-// at the corners of the first one's.
+// Tools that hold two such places: what moves their zone is made ready in pieces, too.
+class ZonePlacesOfTools : public ZonePlaces {
+ protected:
+  static constexpr double kSecondsPerOperation = 1e-9;
+
+  pal_session_config config_with(double operations) const {
+    pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 3, 0);
+    config.budget_seconds = operations * kSecondsPerOperation;
+    config.seconds_per_operation = operations > 0 ? kSecondsPerOperation : 0;
+    return config;
+  }
+  pal_hold hold_at(const Eigen::Vector3d& position) const {
+    const pal_surface_point point = point_at(position);
+    pal_hold hold = pal_default_hold(point.sites[0]);
+    for (int i = 0; i < 3; ++i) {
+      hold.sites[i] = point.sites[i];
+      hold.weights[i] = point.weights[i];
+    }
+    return hold;
+  }
+  static bool is_preparing(const pal_tool_result& result) { return (result.flags & PAL_FLAG_PREPARING) != 0; }
+
+  const Eigen::Vector3d places_[3] = {{0.09, 0.14, 0.375}, {0.2, 0.16, 0.375}, {0.15, 0.28, 0.375}};
+  const std::vector<pal_pose> poses_ = {at({0.005, 0, -0.02}), at({0, 0.004, -0.015}), at({0, 0, -0.01})};
+};
+
+INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlacesOfTools, testing::Bool(),
+                         [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
+
+TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
+  ToolSession tools(pack_.get(), config_with(20000));
+  ToolSession at_once(pack_.get(), config_with(0));
+  for (uint32_t tool = 0; tool < 2; ++tool) {
+    for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold_at(places_[tool]));
+  }
+  int frames = 0;
+  while (is_preparing(tools.frame(poses_)[0])) {
+    EXPECT_EQ(force_of(tools.last()[0]).norm(), 0) << "not before all of it is ready";
+    ASSERT_LT(++frames, 10000);
+  }
+  EXPECT_GT(frames, 3);
+  for (int frame = 0; frame < 60; ++frame) {
+    tools.frame(poses_);
+    at_once.frame(poses_);
+  }
+  for (size_t tool = 0; tool < 2; ++tool) {
+    EXPECT_EQ(tools.last()[tool].flags & PAL_FLAG_NEAREST_SITE, 0U);
+    EXPECT_LE((force_of(tools.last()[tool]) - force_of(at_once.last()[tool])).norm(),
+              1e-5 * force_of(at_once.last()[tool]).norm());
+  }
+}
+
+// A third tool grasps and lets go all the time, while contact frames ask for other places: what was begun is finished.
+TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
+  ToolSession tools(pack_.get(), config_with(20000));
+  for (uint32_t tool = 0; tool < 2; ++tool) tools.hold(tool, hold_at(places_[tool]));
+  int answered = 0;
+  for (int frame = 0; frame < 3000; ++frame) {
+    if (frame % 6 == 3) tools.hold(2, hold_at(places_[2]));
+    if (frame % 6 == 0) require(pal_tool_release(tools.get(), 2), "release");
+    answered += force_of(tools.frame(poses_)[1]).norm() > 0;
+    for (const pal_tool_result& result : tools.last()) EXPECT_TRUE(force_of(result).allFinite());
+  }
+  EXPECT_GT(answered, 1000);
+}
+
+// What a tool feels of two places that it holds, their action on each other included.
+TEST_P(ZonePlacesOfTools, OfOneToolHaveItsStiffness) {
+  ToolSession tools(pack_.get(), config_with(0));
+  for (int i = 0; i < 2; ++i) tools.hold(0, hold_at(places_[i]));
+  const auto settled_at = [&](const Eigen::Vector3d& p) {
+    for (int frame = 0; frame < 2 * PAL_ZONE_STIFFNESS_FRAMES; ++frame) tools.frame({at(p)});
+    return tools.last()[0];
+  };
+  const Eigen::Vector3d place(0.004, -0.006, -0.02);
+  const Eigen::Matrix3d stiffness = stiffness_of(settled_at(place));
+  constexpr double kStep = 1e-4;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const Eigen::Vector3d ahead = force_of(settled_at(place + step));
+    const Eigen::Vector3d behind = force_of(settled_at(place - step));
+    EXPECT_LE(((ahead - behind) / (2 * kStep) - stiffness.col(axis)).norm(), 3e-3 * stiffness.norm());
+  }
+}
+
+// Two contacts whose zones share no node, beside blends of the pair's zones at the corners of the first one's: the
+// other feels that it moved.
 TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   const ZoneBlock organ(1, CompressibleNeoHookean{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 8, 0.1);
   const uint32_t corners[3] = {8, 9, 16};
@@ -234,10 +411,12 @@ TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   };
   pal_contact between = at_site(corners[0], kPush);
   Eigen::Vector3d blend = Eigen::Vector3d::Zero();
+  Eigen::Vector3d others = Eigen::Vector3d::Zero();
   Eigen::VectorXd field = Eigen::VectorXd::Zero(3 * Eigen::Index{organ.pack->info().num_nodes});
   for (int corner = 0; corner < 3; ++corner) {
     const auto [results, force, own_field] = settled(at_site(corners[corner], kPush));
     blend += weights[corner] * force;
+    others += weights[corner] * force_of(results[1]);
     field += weights[corner] * own_field;
     if (corner == 0) continue;
     between.neighbours[corner - 1] = corners[corner];
@@ -245,11 +424,11 @@ TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   }
   const auto [at_nearest, nearest, nearest_field] = settled(at_site(corners[0], kPush));
   const auto [results, force, own_field] = settled(between);
-  EXPECT_NE(results[0].flags & PAL_FLAG_NEAREST_SITE, 0U) << "the other does not feel that it moved";
-  EXPECT_LE((force - blend).norm(), 0.5 * (nearest - blend).norm());
+  EXPECT_EQ(results[0].flags & PAL_FLAG_NEAREST_SITE, 0U);
+  EXPECT_LE((force - blend).norm(), 0.3 * (nearest - blend).norm());
   EXPECT_LE((own_field - field).lpNorm<Eigen::Infinity>(),
-            0.5 * (nearest_field - field).lpNorm<Eigen::Infinity>());
-  EXPECT_LE((force_of(results[1]) - force_of(at_nearest[1])).norm(), 1e-6 * force_of(at_nearest[1]).norm());
+            0.3 * (nearest_field - field).lpNorm<Eigen::Infinity>());
+  EXPECT_LE((force_of(results[1]) - others).norm(), 0.3 * (force_of(at_nearest[1]) - others).norm());
 }
 
 }  // namespace

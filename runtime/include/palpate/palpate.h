@@ -138,7 +138,8 @@ enum {
    * at which the error was as large as the displacement in the pack's survey. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
   /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
-   * force), or a patch turned by more than a quarter: the answer is for the shortened one. */
+   * force), or a patch turned by more than a quarter: the answer is for the shortened one; polynomials' force goes on as the
+   * gradient of an energy that rises along the ray as it does there. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
@@ -168,9 +169,9 @@ enum {
   /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
-  /* The contact is at a point between sites, and one of more than three that linear_dd answers, or one of several of
-   * nonlinear_zone, or of a zone with fixed nodes: the site of the largest weight answered instead, or, of a contact of
-   * nonlinear_zone far from all others, the zone as if each were alone. */
+  /* The contact is at a point between sites, and one of more than three: the site of the largest weight answered instead,
+   * or, of a contact of nonlinear_zone far from all others, the zone as if it were alone. So it did where the pack has no linear
+   * model, of two or three and where nodes are fixed. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
    * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
@@ -399,8 +400,9 @@ PAL_NODISCARD pal_status pal_session_set_inclusion(pal_session* session,
  * once: their mean is over all ways to choose a corner for each. Of four and more every one acts at its site of the largest weight, and is
  * PAL_FLAG_NEAREST_SITE. nonlinear_zone answers about the site of the largest weight, or nearly, and adds what polynomial_dd, or
  * linear_dd where the pack has no other, says of the contact alone at the point instead of that site; where the site
- * changes the answer jumps by what those models are wrong by. Of several contacts only those that share their zone with no other are
- * moved so, as if each were alone; those that do, and any where nodes are fixed, act at that site. All of these are
+ * changes the answer jumps by what those models are wrong by. To two or three contacts, and where nodes are fixed, it adds
+ * what linear_dd says of all of them at their points instead of those sites, with no estimate of the error; one of more is moved as
+ * if it were alone, or, where it shares its zone or nodes are fixed, acts at that site, and is
  * PAL_FLAG_NEAREST_SITE. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
