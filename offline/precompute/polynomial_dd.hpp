@@ -69,8 +69,8 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree);
 // The same of the force: |f - f_FE| / |f_FE|, |f_FE| no smaller than force_floor().
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree);
 
-// Least squares over the samples, errors as parts of |d|; one at x beyond the domain weighs |x|^-degree. The basis is that
-// of orthonormal polynomials, one column each. Throws std::invalid_argument when they do not determine the polynomial.
+// Least squares over the samples, errors as parts of |d|; one at x beyond the domain weighs |x|^-n, n the degree of what is
+// fitted, field or energy. The basis is that of orthonormal polynomials, one column each. Throws std::invalid_argument when they do not determine the polynomial.
 // Cost: as held_out_error.
 SitePolynomial fit_polynomial(const SiteSamples& samples, int degree);
 

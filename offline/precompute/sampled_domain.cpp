@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -43,14 +44,17 @@ bool is_far_off(double error, double target) {
   return error > std::max(kFarOff, 2 * target);
 }
 
-// Ends the ellipsoid |A d| <= 1 at a part of d that is in it. Of a half, the displacements inward of the surface stay
-// those with x_3 >= 0: d . n = (A^-T n) . x.
-void shorten(const Eigen::Vector3d& displacement, double part, const Eigen::Vector3d& inward,
+// Ends the ellipsoid |A d| <= 1 at a part of d that is in it, but reaches `least` along all axes. Of a half, the
+// displacements inward of the surface stay those with x_3 >= 0: d . n = (A^-T n) . x.
+void shorten(const Eigen::Vector3d& displacement, double part, double least, const Eigen::Vector3d& inward,
              SiteSamples& samples) {
   Eigen::Matrix3d& A = samples.to_unit;
   const Eigen::Vector3d x = A * displacement;
   const Eigen::Vector3d along = x.normalized();
   A += (1 / (part * x.norm()) - 1) * along * (along.transpose() * A);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.singularValues()[0] * least > 1)
+    A = svd.matrixU() * svd.singularValues().cwiseMin(1 / least).asDiagonal() * svd.matrixV().transpose();
   if (samples.half) A = frame_about((A.inverse().transpose() * inward).normalized()).transpose() * A;
 }
 
@@ -105,43 +109,43 @@ bool SampledDomain::sample(const Eigen::Vector3d& x) {
         return (sample.displacement - displacement).norm() <= kRounding * displacement.norm();
       });
   if (is_known) return true;
-  std::optional<Sample> taken = take(displacement);
-  if (!taken) return false;
-  samples_.samples.push_back(*std::move(taken));
+  Taken taken = take(displacement);
+  if (taken.refused != PushOutcome::solved) {
+    throw std::runtime_error(
+        fmt::format("{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
+                    "max_displacement, or raise tip_radius",
+                    scene_.file.string(), words_for(taken.refused), displacement.norm(), label_,
+                    scene_.max_displacement));
+  }
+  if (!taken.sample) return false;
+  samples_.samples.push_back(*std::move(taken.sample));
   return true;
 }
 
-// The sample there; none where the domain now ends before it.
-std::optional<Sample> SampledDomain::take(const Eigen::Vector3d& displacement) {
+// The sample there; none where the domain now ends before it, or it is refused.
+SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
   Sample sample;
   ++num_solves_;
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
-    if (end_before(displacement, part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian), outcome))
-      return {};
-    throw std::runtime_error(fmt::format(
-        "{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
-        "max_displacement, or raise tip_radius",
-        scene_.file.string(), words_for(outcome), displacement.norm(), label_, scene_.max_displacement));
+    const double part = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
+    return {{}, end_before(displacement, part, outcome) ? PushOutcome::solved : outcome};
   }
   if (sample.min_jacobian < least_jacobian_ &&
       end_before(displacement, part_by_jacobian(sample.min_jacobian, least_jacobian_),
                  PushOutcome::not_followed))
     return {};
-  return sample;
+  return {std::move(sample)};
 }
 
-// Shortens the domain to a part of this displacement, or to a quarter of the largest. Where no more is left of it
-// already, leaves it as it is and returns false.
+// Shortens the domain to a part of this displacement, or as far as a quarter of the largest along all axes leaves room.
+// Where that is not before it, leaves the domain as it is and returns false.
 bool SampledDomain::end_before(const Eigen::Vector3d& displacement, double part, PushOutcome outcome) {
-  const double size = (samples_.to_unit * displacement).norm();
-  if (part * size >= 1) return true;
-  const double least = kSmallestReach * scene_.max_displacement;
-  const double kept = std::max(part, least / displacement.norm());
-  if (kept > 1 - kRounding) return size > 1 + kRounding;
+  constexpr double kOutside = 1.01;  // by less it is not worth a solve
+  if (part * (samples_.to_unit * displacement).norm() >= 1) return true;
   const Eigen::Matrix3d before = samples_.to_unit;
-  shorten(displacement, kept, site_.inward, samples_);
-  if (least_reach(samples_.to_unit) < (1 - kRounding) * least) {
+  shorten(displacement, part, kSmallestReach * scene_.max_displacement, site_.inward, samples_);
+  if ((samples_.to_unit * displacement).norm() < kOutside) {
     samples_.to_unit = before;
     return false;
   }
@@ -166,12 +170,12 @@ void SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num
   const double floor = force_floor(samples_);
   const Eigen::Matrix3d from_unit = samples_.to_unit.inverse();
   for (const Eigen::Vector3d& x : doubtful_points(samples_, fit, num_pushes)) {
-    std::optional<Sample> taken = take(from_unit * x);
-    if (!taken) continue;
-    const double error = errors_of(fit, *taken, floor).larger();
+    std::optional<Sample> sample = take(from_unit * x).sample;
+    if (!sample) continue;
+    const double error = errors_of(fit, *sample, floor).larger();
     if (is_far_off(error, target))
-      end_before(taken->displacement, part_by_error(error, target, fit.degree), PushOutcome::not_followed);
-    samples_.samples.push_back(*std::move(taken));
+      end_before(sample->displacement, part_by_error(error, target, fit.degree), PushOutcome::not_followed);
+    samples_.samples.push_back(*std::move(sample));
   }
 }
 

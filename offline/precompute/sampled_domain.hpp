@@ -25,28 +25,31 @@ class SampledDomain {
   void sample_rest();
 
   // Takes a sample at x = A d, unless there is one already. False where there is none to be had: the domain now ends
-  // before it, and x is of a smaller displacement. Throws std::runtime_error that names the node where it would end
-  // before a quarter of the largest.
+  // before it, and x is of a smaller displacement. Throws std::runtime_error that names the node where a quarter of the
+  // largest displacement does not leave room for that.
   [[nodiscard]] bool sample(const Eigen::Vector3d& x);
 
   // Ends the domain before the samples below kFollowedJacobian, which are no longer fitted to, and before further ones
-  // below it; or at a quarter of the largest displacement, within which they stay.
+  // below it, where a quarter of the largest displacement leaves room for that.
   void leave_crushed();
 
   // Takes so many samples near the edge, where fits of two degrees differ most, and ends the domain before those that
-  // `fit`, of two degrees or more, is far off from without having seen them, or at a quarter. One that cannot be had
-  // ends it likewise. A fit made before is not of the domain after. Throws as sample(). Cost: that of the samples, a
-  // fit, and 800 fields.
+  // `fit`, of two degrees or more, is far off from without having seen them, and before those that cannot be had, where
+  // a quarter leaves room. A fit made before is not of the domain after. Cost: that of the samples, a fit, and 800
+  // fields.
   void try_fit(const SitePolynomial& fit, double target, size_t num_pushes);
 
-  size_t num_solves() const {
-    return num_solves_;
-  }                             // pushes that were asked for, with those that could not be had
-  double min_jacobian() const;  // over the samples in the domain
+  // Pushes that were asked for, with those that could not be had.
+  size_t num_solves() const { return num_solves_; }
+  double min_jacobian() const;                    // over the samples in the domain
   PushOutcome cut_by() const { return cut_by_; }  // why it was shortened last, if it was
 
  private:
-  std::optional<Sample> take(const Eigen::Vector3d& displacement);
+  struct Taken {
+    std::optional<Sample> sample;
+    PushOutcome refused = PushOutcome::solved;  // why it cannot be had, though it is in the domain
+  };
+  Taken take(const Eigen::Vector3d& displacement);
   bool end_before(const Eigen::Vector3d& displacement, double part, PushOutcome outcome);
 
   SiteSampler& sampler_;

@@ -47,14 +47,6 @@ bool feels_the_models(const pal_session& session) {
   return true;
 }
 
-// Of a shortened displacement a force is no gradient, but that of polynomials.
-bool are_gradients(const ToolStates& states) {
-  for (uint32_t i = 0; i < states.num_answered && states.answered != Answering::polynomial; ++i) {
-    if ((states.answered_results[i].flags & PAL_FLAG_CLAMPED) != 0) return false;
-  }
-  return true;
-}
-
 // What contacts that were taken hold of under strain bring with them, once: the energy that goes where they alone go
 // back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of
 // it, if there are no others.
@@ -110,7 +102,7 @@ void begin_account(pal_session& session) {
   }
   const double stored = session.stored_energy;
   const double larger = stored > passivity.stored ? stored : passivity.stored;
-  passivity.one_set = !states.changed && felt && are_gradients(states);
+  passivity.one_set = !states.changed && felt;
   // By the tools' motion alone: not by what answers it.
   if (!states.changed) passivity.account += session.energy_brought;
   if (passivity.one_set) passivity.stored += session.energy_brought;

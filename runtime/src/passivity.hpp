@@ -9,10 +9,9 @@
 // The session keeps an account E of the work that all its tools have done since they last held nothing, or
 // the tissue was last at rest:
 //   E += part (W - W_before)         while one set answers and tools feel its forces: exact where frames are
-//                                    short
+//                                    short and displacements not clamped
 //   E += sum of F . dx + T . dtheta  by the trapezoidal rule over frames in which what answers changes,
-//                                    blends, is limited, fades or is of a displacement that was shortened: F and
-//                                    T are what comes out
+//                                    blends, is limited or fades: F and T are what comes out
 // The models' forces are multiplied by `part`, which is 1 until E no longer covers W. From then on it goes
 // towards E / W while the tools are on their way out, so that they end at E = 0, and towards 1 while they are
 // on their way in. It moves with the energy that comes or goes, not with time: tools that stand still feel a

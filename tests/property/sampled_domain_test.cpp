@@ -165,6 +165,22 @@ TEST_F(SampledDomainOf, AQuarterIsLeft) {
   EXPECT_LT(least_reach(samples.to_unit), 0.26 * kReach);
 }
 
+// Where one axis is at a quarter already, an oblique trial that cannot be had ends the domain as far as the others let.
+TEST_F(SampledDomainOf, TrialsBesideAnAxisAtAQuarterStopNothing) {
+  constexpr double kReach = 0.8;
+  sample_to(kReach, 12);
+  domain.leave_crushed();
+  const SitePolynomial fit = fit_polynomial(samples, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d shortened = Eigen::Vector3d::Ones();
+    shortened[axis] = 4;
+    samples.to_unit = shortened.asDiagonal() * site.frame.transpose() / kReach;
+    EXPECT_NO_THROW(domain.try_fit(fit, 1e-3, 8));
+    EXPECT_GE(least_reach(samples.to_unit), (1 - 1e-9) * 0.25 * kReach);
+    EXPECT_LT(samples.to_unit.inverse().determinant(), kReach * kReach * kReach / 4) << "it has ended sooner";
+  }
+}
+
 // Of a build: hard sites take all of their solves, and no more; what is left of them does not depend on the schedule.
 TEST_F(SampledDomainOf, HardSitesAreTheSameOnAnyNumberOfThreads) {
   SamplingPlan plan;
