@@ -9,7 +9,7 @@
 // The session keeps an account E of the work that all its tools have done since they last held nothing, or
 // the tissue was last at rest:
 //   E += part (W - W_before)         while one set answers and tools feel its forces: exact where frames are
-//                                    short and displacements not clamped
+//                                    short
 //   E += sum of F . dx + T . dtheta  by the trapezoidal rule over frames in which what answers changes,
 //                                    blends, is limited or fades: F and T are what comes out
 // The models' forces are multiplied by `part`, which is 1 until E no longer covers W. From then on it goes

@@ -12,7 +12,8 @@
 //   energy  s^n -> q_n(s) = 1 + n (s - 1) + n (n - 1)/2 (s - 1)^2      (C2: continuous stiffness)
 //   field   s^n -> l_n(s) = 1 + n (s - 1)                              (C1)
 // that is, E_n(x) is multiplied by q_n(s) / s^n and u_n(x) by l_n(s) / s^n. From s = 4 on field and stiffness are those
-// there, and the energy goes on along the ray by the force there (C1: the force is still its gradient).
+// there, and the energy goes on along the ray by the force there (C1: the force is still its gradient, but the
+// stiffness not that of the force).
 //
 // Where only inward displacements were sampled (n the inward normal, c = d . n |A n|, 1 at the end of the domain
 // along n), the nonlinear part fades out behind the surface: E_n and u_(n-1) with n > 2 are multiplied by phi(c), 1

@@ -300,15 +300,14 @@ bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t
 }
 
 // Whether a zone takes linear_dd to move these contacts to their places (place_answer.hpp).
-bool is_moved_together(const LinearState& linear, const pal_contact* contacts, uint32_t count,
-                       uint32_t num_fixed) {
-  if (linear.sets == nullptr || count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
+bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
+  if (count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
   return std::any_of(contacts, contacts + count,
-                     [](const pal_contact& contact) { return !is_at_site(contact); });
+                     [](const pal_contact& contact) { return place_of(contact).count > 1; });
 }
 
-// Adds it to what moves each of them, and to the field. `couplings`: [3 count][3 count] of the stiffness. Returns its
-// energy.
+// Adds it to what moves each of them, and to the field. `couplings`: [3 count][3 count] of the stiffness, above the
+// diagonal, where forces are given. Returns its energy.
 double move_together(pal_session& session, const pal_contact* contacts, uint32_t count, PlaceAnswer* moved,
                      double* couplings, FieldState& field) {
   const pal_pack& pack = *session.pack;
@@ -319,13 +318,14 @@ double move_together(pal_session& session, const pal_contact* contacts, uint32_t
   frame.displacements = set.followed;
   frame.forces = session.forces;
   evaluate_linear(pack, linear, frame);
+  const bool are_forces_given = std::any_of(
+      contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
   for (uint32_t c = 0; c < count; ++c) {
     moved[c].flags |= frame.flags;
     for (uint32_t i = 0; i < 3; ++i) moved[c].force[i] += frame.forces[3 * c + i];
     for (uint32_t i = 0; i < 9; ++i) moved[c].stiffness[i] += linear.answering.own_stiffness[9 * c + i];
-    for (uint32_t other = 0; other < count; ++other) {
+    for (uint32_t other = c + 1; other < count && are_forces_given; ++other) {
       double block[9];
-      if (other == c) continue;
       contact_stiffness(pack, linear, c, other, block);
       for (uint32_t i = 0; i < 9; ++i) couplings[(3 * c + i / 3) * 3 * count + 3 * other + i % 3] = block[i];
     }
@@ -344,7 +344,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   const pal_pack& pack = *session.pack;
   FieldState& field = session.snapshots.slots[session.snapshots.back];
   const ZoneSet& set = session.zone.answering;
-  const bool is_together = is_moved_together(session.linear, contacts, count, set.num_fixed) &&
+  const bool is_together = is_moved_together(contacts, count, set.num_fixed) &&
                            find_ready_blend(session.linear, contacts, count, set.fixed_version);
   session.moved_together = is_together;
   for (uint32_t at = 0; at < 3 * count; ++at) {
@@ -454,7 +454,7 @@ bool polynomial_answers(const pal_session& session, uint32_t num_contacts, bool 
 // Whether what moves a zone to the places of these contacts is still to be made.
 bool lacks_blend(pal_session& session, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
                  uint32_t fixed_version) {
-  return is_moved_together(session.linear, contacts, count, num_fixed) &&
+  return is_moved_together(contacts, count, num_fixed) &&
          !find_ready_blend(session.linear, contacts, count, fixed_version);
 }
 
@@ -464,25 +464,30 @@ bool has_zone_for(const pal_session& session, const pal_contact* contacts, uint3
   return set.ready && is_zone_for(set, contacts, count, fixed_version);
 }
 
+struct Begun {
+  bool blend;
+  bool zone;
+};
+
 // Begins what these contacts are not ready for: a blend, a zone, or both.
-void begin(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
+Begun begin(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
   const FixedNodes fixed = {session.num_fixed, session.fixed, session.fixed_version};
   const bool is_zone = answering == Answering::zone;
-  session.zone_begun = is_zone && !has_zone_for(session, contacts, count, fixed.version);
-  session.linear_begun = !is_zone || lacks_blend(session, contacts, count, fixed.count, fixed.version);
-  if (session.zone_begun) begin_zone(*session.pack, contacts, count, fixed, session.zone);
-  if (session.linear_begun)
-    begin_linear(contacts, count, fixed.nodes, fixed.count, fixed.version, session.linear);
+  const Begun begun = {!is_zone || lacks_blend(session, contacts, count, fixed.count, fixed.version),
+                       is_zone && !has_zone_for(session, contacts, count, fixed.version)};
+  if (begun.blend) begin_linear(contacts, count, fixed.nodes, fixed.count, fixed.version, session.linear);
+  if (begun.zone) begin_zone(*session.pack, contacts, count, fixed, session.zone);
+  return begun;
 }
 
-// Goes on with it for about so many multiply-adds. Once all of it is ready it answers, and true is returned.
-bool advance(pal_session& session, uint64_t operations) {
+// Goes on with what is begun by a frame's share of work. Once all of it is ready it answers, and true is returned.
+bool advance(pal_session& session) {
   const pal_pack& pack = *session.pack;
   if (session.linear_begun) {
-    session.linear_begun = !advance_linear(pack, operations, session.linear);
-    if (session.linear_begun || (session.zone_begun && operations != UINT64_MAX)) return false;
+    session.linear_begun = !advance_linear(pack, session.operations, session.linear);
+    return !session.linear_begun && !session.zone_begun;
   }
-  if (session.zone_begun) session.zone_begun = !advance_zone(pack, operations, session.zone);
+  session.zone_begun = !advance_zone(pack, session.operations, session.zone);
   return !session.zone_begun;
 }
 
@@ -508,8 +513,12 @@ Answering answering_for(const pal_session& session, const pal_contact* contacts,
 
 void make_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count) {
   if (is_ready(session, answering, contacts, count, session.fixed_version)) return;
-  begin(session, answering, contacts, count);
-  advance(session, UINT64_MAX);
+  const Begun begun = begin(session, answering, contacts, count);
+  if (begun.blend) advance_linear(*session.pack, UINT64_MAX, session.linear);
+  if (begun.zone) advance_zone(*session.pack, UINT64_MAX, session.zone);
+  // What tools had begun of the same kind is lost.
+  session.linear_begun = session.linear_begun && !begun.blend;
+  session.zone_begun = session.zone_begun && !begun.zone;
 }
 
 bool is_ready(pal_session& session, Answering answering, const pal_contact* contacts, uint32_t count,
@@ -526,10 +535,12 @@ bool make_ready_within(pal_session& session, Answering answering, const pal_cont
   finished = false;
   if (is_ready(session, answering, contacts, count, session.fixed_version)) return true;
   if (!session.zone_begun && !session.linear_begun) {
-    begin(session, answering, contacts, count);
+    const Begun begun = begin(session, answering, contacts, count);
+    session.linear_begun = begun.blend;
+    session.zone_begun = begun.zone;
     began = true;
   }
-  if (!advance(session, session.operations)) return false;
+  if (!advance(session)) return false;
   finished = true;
   return is_ready(session, answering, contacts, count, session.fixed_version);
 }

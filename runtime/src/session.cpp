@@ -5,6 +5,8 @@
 
 #include <palpate/palpate.h>
 
+#include <algorithm>
+
 #include "runtime/src/arena.hpp"
 #include "runtime/src/calibration.hpp"
 #include "runtime/src/compliance.hpp"
@@ -52,10 +54,12 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.given_axes = arena.take<uint32_t>(config.max_contacts);
   arrays.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.linear;
-  const bool has_others = config.max_contacts > 1 || config.max_fixed > 0;
-  if (pack.field_compliance != nullptr &&
-      (!is_nonlinear_alone(config.model) || (has_zone(pack, config) && has_others)))
+  if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model)) {
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
+  } else if (has_zone(pack, config) && config.max_contacts + config.max_fixed > 1) {
+    // To move contacts of zones.
+    carve_linear(pack, std::min(config.max_contacts, kMostBetween), config.max_fixed, arena, linear);
+  }
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
   uint32_t most_own = 0;

@@ -104,8 +104,8 @@ TEST_F(Passivity, AClosedPathMakesNoEnergy) {
   EXPECT_EQ(work.reduced(), 0);
 }
 
-// So far out the force is that of a shortened displacement, which is no gradient: round and round it would give energy
-// without end.
+// So far out displacements are shortened: the force of the shortened one is no gradient, and round and round would give
+// energy without end.
 TEST_F(Passivity, ClampedPathsMakeNoEnergy) {
   constexpr double kRadius = 0.5;
   constexpr int kTurn = 1000;

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "runtime/src/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
@@ -162,25 +163,75 @@ TEST_P(ZonePlaces, SlideBesideAnotherWithoutJumps) {
 }
 
 // Of contacts that share one, energy, forces and stiffness belong together at a place, too.
-TEST_P(ZonePlaces, OfContactsThatShareAZoneStiffnessIsTheDerivative) {
+TEST_P(ZonePlaces, OfContactsThatShareAZoneForcesAreGradients) {
   const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
   OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
   const auto settle_at = [&](const Eigen::Vector3d& d) {
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame)
       results = session.touch({contact_at({0.09, 0.14, 0.375}, d), other});
-    return results.front();
+    return std::pair(results.front(), session.get()->stored_energy);
   };
-  const pal_contact_result at_push = settle_at(kPush);
+  const pal_contact_result at_push = settle_at(kPush).first;
   constexpr double kStep = 1e-4;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
-    const Eigen::Vector3d ahead = force_of(settle_at(kPush + step));
-    const Eigen::Vector3d behind = force_of(settle_at(kPush - step));
+    const auto [ahead, energy_ahead] = settle_at(kPush + step);
+    const auto [behind, energy_behind] = settle_at(kPush - step);
+    EXPECT_NEAR(at_push.force[axis], (energy_ahead - energy_behind) / (2 * kStep),
+                2e-3 * force_of(at_push).norm());
     for (int i = 0; i < 3; ++i)
-      EXPECT_NEAR(at_push.stiffness[i][axis], (ahead[i] - behind[i]) / (2 * kStep),
+      EXPECT_NEAR(at_push.stiffness[i][axis], (ahead.force[i] - behind.force[i]) / (2 * kStep),
                   2e-3 * at_push.stiffness[2][2]);
   }
+}
+
+// Beside nodes that are fixed, one contact, too.
+TEST_P(ZonePlaces, BesideFixedNodesTheyAreNearlyTheBlendToo) {
+  const auto answer = [&](const pal_contact& contact) {
+    OwnedSession session(pack_.get(), session_config(pack_.get(), PAL_MODEL_ZONE, 1, 1));
+    session.fix({1});
+    pal_contact_result result;
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame)
+      result = session.touch({contact}).front();
+    EXPECT_EQ(result.flags & PAL_FLAG_NEAREST_SITE, 0U);
+    return std::pair(force_of(result), as_vector(session.field()));
+  };
+  const pal_surface_point point = point_at(kPlace);
+  Eigen::Vector3d blend = Eigen::Vector3d::Zero();
+  Eigen::VectorXd field = Eigen::VectorXd::Zero(3 * Eigen::Index{pack_.info().num_nodes});
+  for (int corner = 0; corner < 3; ++corner) {
+    const auto [force, shown] = answer(at_site(point.sites[corner], kPush));
+    blend += point.weights[corner] * force;
+    field += point.weights[corner] * shown;
+  }
+  const auto [nearest, nearest_field] =
+      answer(at_site(point.sites[std::max_element(point.weights, point.weights + 3) - point.weights], kPush));
+  const auto [force, shown] = answer(contact_at(kPlace, kPush));
+  EXPECT_LE((force - blend).norm(), 0.3 * (nearest - blend).norm());
+  EXPECT_LE((shown - field).lpNorm<Eigen::Infinity>(),
+            0.3 * (nearest_field - field).lpNorm<Eigen::Infinity>());
+}
+
+// Contacts whose place is all at a neighbour are at that site, whatever was answered before.
+TEST_P(ZonePlaces, OfAllOfTheWeightAtANeighbourTheyAreThere) {
+  const std::vector<pal_contact> there = {at_site(small_pack().site_at(54), kPush),
+                                          at_site(small_pack().site_at(60), {0, 0.004, -0.015})};
+  std::vector<pal_contact> said_so = there;
+  for (pal_contact& contact : said_so) {
+    contact.neighbours[0] = contact.site;
+    contact.neighbour_weights[0] = 1;
+    contact.site = 0;
+  }
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  session.touch({contact_at({0.09, 0.14, 0.375}, kPush), contact_at({0.2, 0.16, 0.375}, kPush)});
+  OwnedSession expected(pack_.get(), PAL_MODEL_ZONE);
+  for (int frame = 0; frame < 40; ++frame) {
+    session.touch(said_so);
+    expected.touch(there);
+  }
+  const Eigen::VectorXd field = as_vector(expected.field());
+  EXPECT_LE((as_vector(session.field()) - field).lpNorm<Eigen::Infinity>(), 1e-5 * kPush.norm());
 }
 
 // Given forces that displacements at two such places take bring both there.
@@ -364,7 +415,7 @@ TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
   }
 }
 
-// A third tool grasps and lets go all the time, while contact frames ask for other places: what was begun is finished.
+// A third tool grasps and lets go all the time: what was begun is finished.
 TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
   ToolSession tools(pack_.get(), config_with(20000));
   for (uint32_t tool = 0; tool < 2; ++tool) tools.hold(tool, hold_at(places_[tool]));

@@ -170,8 +170,7 @@ enum {
    * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
   /* The contact is at a point between sites, and one of more than three: the site of the largest weight answered instead,
-   * or, of a contact of nonlinear_zone far from all others, the zone as if it were alone. So it did where the pack has no linear
-   * model, of two or three and where nodes are fixed. */
+   * or, of a contact of nonlinear_zone far from all others, the zone as if it were alone. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, or the
    * next step would have turned an element inside out. It goes on in the next frame; the contact's displacement
@@ -308,7 +307,7 @@ typedef struct pal_session_config {
   double max_force_rate;  /* N/s */
   double max_torque_rate; /* N m/s */
   /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between sites
-   * (pal_contact), or another nonlinear zone. A haptic frame
+   * (pal_contact), or another nonlinear zone, or both, one after the other. A haptic frame
    * spends this time on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a
    * zone: what listing its nodes or assembling its elements once takes); until it is ready, over as
    * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
@@ -443,8 +442,8 @@ typedef struct pal_contact_result {
  * ready lately are kept, and a contact that slides into the next triangle needs at most a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
  * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
  * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
- * them. Real-time safe: yes,
- * for the n that the budget allows. */
+ * them; between sites that of what moves it besides: of one contact of its corners, of two or three and beside fixed nodes of linear_dd
+ * between sites for each iteration, and where the places are new. Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 
