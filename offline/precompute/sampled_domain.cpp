@@ -129,7 +129,9 @@ SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
     const double part = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
-    return {{}, end_before(displacement, part, outcome) ? PushOutcome::solved : outcome};
+    const bool is_ended = part * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
+                          end_before(displacement, part, outcome);
+    return {{}, is_ended ? PushOutcome::solved : outcome};
   }
   if (sample.min_jacobian < least_jacobian_ &&
       end_before(displacement, part_by_jacobian(sample.min_jacobian, least_jacobian_),
