@@ -188,6 +188,7 @@ void study(const std::filesystem::path& folder) {
   const std::vector<Eigen::Vector3d> test_tips = cylinder.tips_under(tested);
   constexpr double kHeight = kPaperHeight;
   constexpr double kFine = 1e-3;
+  constexpr double kCoarse = 5e-3;  // where the finer one would end the domain sooner
   const SitePolynomial ray = cylinder.paper_fit(tips);
   const SiteResult grid = cylinder.fit(test_tips.back().norm(), PolynomialMethod::paper_grid, kFine);
   const SiteResult ours =
@@ -230,15 +231,17 @@ void study(const std::filesystem::path& folder) {
   }
   write(table3, folder, "table3");
 
-  StudyTable off_axis("off_axis",
-                      "Any node, percent of |d|, over 200 pushes in all directions that no fit has seen.",
-                      {"strain %", "way", "solves", "degree", "median", "p95", "max"});
+  StudyTable off_axis(
+      "off_axis",
+      "Any node, percent of |d|, over 200 pushes in all directions that no fit has seen. Ours to a "
+      "target of 0.1 %, at 40 % strain of 0.5: there the finer one would end the domain sooner.",
+      {"strain %", "way", "solves", "degree", "median", "p95", "max"});
   for (const double strain : {0.1, 0.2, 0.23, 0.3, 0.4}) {
     const double reach = strain * kHeight;
     for (const auto& [name, method] : {std::pair("paper, ray", PolynomialMethod::paper_ray),
                                        std::pair("paper, grid", PolynomialMethod::paper_grid),
                                        std::pair("ours", PolynomialMethod::hermite)}) {
-      const SiteResult result = cylinder.fit(reach, method, kFine);
+      const SiteResult result = cylinder.fit(reach, method, strain < 0.35 ? kFine : kCoarse);
       std::vector<double> errors;
       if (result.unsolved > 0 || is_shortened(least_reach(result.polynomial.to_unit), reach))
         throw std::runtime_error(fmt::format("not all pushes to {:g} % strain are to be had", 100 * strain));
