@@ -150,8 +150,8 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-// Root mean squares over the samples in the domain but that of rest of part(sample, error): `error`, functions x `count`, of the
-// rows first_row .. of its block, by a fit that the sample was left out of.
+// Root mean squares over the samples in the domain but that of rest of part(sample, error): `error`, functions x
+// `count`, of the rows first_row .. of its block, by a fit that the sample was left out of.
 template <typename Part>
 HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
                       Eigen::Index count, Part&& part) {

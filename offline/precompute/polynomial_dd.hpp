@@ -36,6 +36,7 @@ struct SitePolynomial {
   double basis_error = 0;  // of reduce_basis: max |u - what it was| / |d|
 };
 
+// Whether |A d| <= 1, to rounding.
 bool is_in_domain(const SiteSamples& samples, const Sample& sample);
 
 // What a force counts as where it is smaller: kForceFloor of the largest of the samples in the domain.
@@ -69,9 +70,9 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree);
 // The same of the force: |f - f_FE| / |f_FE|, |f_FE| no smaller than force_floor().
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree);
 
-// Least squares over the samples, errors as parts of |d|; one at x beyond the domain weighs |x|^-n, n the degree of what is
-// fitted, field or energy. The basis is that of orthonormal polynomials, one column each. Throws std::invalid_argument when they do not determine the polynomial.
-// Cost: as held_out_error.
+// Least squares over the samples, errors as parts of |d|; one at x beyond the domain weighs |x|^-n, n the degree of
+// what is fitted, field or energy. The basis is that of orthonormal polynomials, one column each. Throws
+// std::invalid_argument when they do not determine the polynomial. Cost: as held_out_error.
 SitePolynomial fit_polynomial(const SiteSamples& samples, int degree);
 
 // u of a displacement within the sampled domain: 3 packed nodes, length unit.
@@ -80,7 +81,7 @@ Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d
 // The force that the tool applies there, force unit: the gradient of the energy.
 Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
 
-// How wrong it is at a sample.
+// How wrong it is at a sample of some displacement; forces below `force_floor` count as that. Cost: a field.
 SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, double force_floor);
 
 // The polynomial in so few directions of its field that they leave out at most `tolerance` of |d| at any packed node,

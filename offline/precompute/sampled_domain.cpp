@@ -37,8 +37,8 @@ double part_by_error(double error, double target, int degree) {
   return std::clamp(std::pow(target / error, 1.0 / degree), kLeastPart, kMostPart);
 }
 
-// An error that is to be mended by leaving out what polynomials do not follow. The fit is made anew with the sample, and
-// may follow it then.
+// An error that is to be mended by leaving out what polynomials do not follow. The fit is made anew with the sample,
+// and may follow it then.
 bool is_far_off(double error, double target) {
   constexpr double kFarOff = 0.01;
   return error > std::max(kFarOff, 2 * target);
@@ -129,6 +129,7 @@ SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
     const double part = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
+    // No quarter is tried for its own sake: of ten times the organ it is answered, by something else.
     const bool is_ended = part * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
                           end_before(displacement, part, outcome);
     return {{}, is_ended ? PushOutcome::solved : outcome};

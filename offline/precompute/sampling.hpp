@@ -30,8 +30,8 @@ struct Sample {
 
 // det F of an element that nearly inverts: no sample has less.
 inline constexpr double kLeastSampledJacobian = 0.1;
-// Sites that are hard to fit leave out samples below this: of slivers that collapse in a few directions. On the brain at
-// 2 h, 60 solves a site, the largest errors of 320 pushes at its eight hardest sites, at nu = 0.147 and 0.4: 1.6 and
+// Sites that are hard to fit leave out samples below this: of slivers that collapse in a few directions. On the brain
+// at 2 h, 60 solves a site, the largest errors of 320 pushes at its eight hardest sites, at nu = 0.147 and 0.4: 1.6 and
 // 0.5 % with 0.2, 0.4 and 0.4 with 0.25, 0.34 and 0.35 with 0.3, where domains reach a tenth less far.
 inline constexpr double kFollowedJacobian = 0.25;
 

@@ -44,8 +44,8 @@ class SampleSequence {
   size_t next_ = 0;
 };
 
-// Of a hard site the one that does best, though one of the usual keeps the target: at the brain's eight hardest sites to
-// 2 h that leaves 0.3 % at most of 320 pushes in place of 0.9.
+// Of a hard site the one that does best, though one of the usual keeps the target: at the brain's eight hardest sites
+// to 2 h that leaves 0.3 % at most of 320 pushes in place of 0.9.
 DegreeChoice choose_any_degree(const SiteSamples& samples) {
   return raise_degree(samples, choose_degree(samples));
 }

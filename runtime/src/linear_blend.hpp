@@ -91,7 +91,7 @@ void swap_blends(LinearState& state);
 void place_contacts(const pal_contact* contacts, LinearState& state);
 
 // The same for what contacts at their places have beyond contacts at `sites`, corners of theirs: the weight of the set
-// of those is less by 1, so that all sum up to 0.
+// of those is less by 1, so that all sum up to 0. Cost of both: 9 multiply-adds for each set and contact.
 void place_difference(const pal_contact* contacts, const uint32_t* sites, LinearState& state);
 
 // What a frame asks of the blend that answers, and its answer; model units.

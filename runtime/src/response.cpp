@@ -306,14 +306,13 @@ bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num
                      [](const pal_contact& contact) { return place_of(contact).count > 1; });
 }
 
-// Adds it to what moves each of them, and to the field. `couplings`: [3 count][3 count] of the stiffness, above the
+// Adds it to what moves each of them, once the difference is placed, and to the field. `couplings`: [3 count][3 count] of the stiffness, above the
 // diagonal, where forces are given. Returns its energy.
 double move_together(pal_session& session, const pal_contact* contacts, uint32_t count, PlaceAnswer* moved,
                      double* couplings, FieldState& field) {
   const pal_pack& pack = *session.pack;
   const ZoneSet& set = session.zone.answering;
   LinearState& linear = session.linear;
-  place_difference(contacts, set.sites, linear);
   LinearFrame frame = {};
   frame.displacements = set.followed;
   frame.forces = session.forces;
@@ -347,6 +346,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
   const bool is_together = is_moved_together(contacts, count, set.num_fixed) &&
                            find_ready_blend(session.linear, contacts, count, set.fixed_version);
   session.moved_together = is_together;
+  if (is_together) place_difference(contacts, set.sites, session.linear);
   for (uint32_t at = 0; at < 3 * count; ++at) {
     if (is_force_given(contacts[at / 3], at % 3))
       session.displacements[at] = session.zone.strained ? set.wanted[at] : 0.0;
