@@ -14,6 +14,7 @@
 #include "offline/cli/nodal_table.hpp"
 #include "offline/cli/patch_pressure.hpp"
 #include "offline/output/finished_file.hpp"
+#include "offline/precompute/error_survey.hpp"
 
 namespace palpate {
 namespace {
@@ -98,10 +99,6 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
   }
   if (push > 0) reference.displacement_error /= push;
   return reference;
-}
-
-double largest_displacement(const Eigen::VectorXd& field) {
-  return field.reshaped(3, field.size() / 3).colwise().norm().maxCoeff();
 }
 
 // Of the patches that answer, weighed as they are.
@@ -209,7 +206,7 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
       fmt::print("; {}", fmt::join(flags, ", "));
     fmt::print("\n");
   }
-  fmt::print("largest displacement {:.6g}{}\n", largest_displacement(answer.field), length);
+  fmt::print("largest displacement {:.6g}{}\n", largest_node(answer.field), length);
 }
 
 double force_error(const ContactAnswer& answer, const Reference& reference, size_t contact) {
