@@ -70,11 +70,9 @@ struct RoundedPanels {
         count(panels * panel_bytes),
         bytes(static_cast<unsigned char*>(::operator new(count, std::align_val_t(64)))) {
     for (size_t panel = 0; panel < panels; ++panel) {
-      unsigned char* to = bytes + panel * panel_bytes;
-      auto* columns = reinterpret_cast<pal_real*>(to);
-      for (size_t i = 0; i < size_t{3} * kPanelRows; ++i) columns[i] = static_cast<pal_real>(i % 17) / 10;
-      auto* pairs = reinterpret_cast<int16_t*>(columns + size_t{3} * kPanelRows);
-      for (size_t i = 0; i < size_t{rank} * kPanelRows; ++i) pairs[i] = static_cast<int16_t>(997 * i % 32767);
+      auto* pairs = reinterpret_cast<int16_t*>(bytes + panel * panel_bytes);
+      for (size_t i = 0; i < panel_bytes / sizeof *pairs; ++i)
+        pairs[i] = static_cast<int16_t>(997 * i % 32767);
     }
   }
   ~RoundedPanels() { ::operator delete(bytes, std::align_val_t(64)); }
@@ -89,17 +87,15 @@ void rounded_field(benchmark::State& state, palpate::AddRounded add_rounded) {
   const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
   const auto rank = static_cast<uint32_t>(state.range(1));
   const RoundedPanels field(panels, rank);
-  const pal_real weights[3] = {0.5f, -0.25f, 0.125f};
   palpate::RoundedWeights rounded = {};
-  rounded.num_pairs = rank / 2;
+  rounded.num_pairs = palpate::pack::num_column_pairs(rank);
   rounded.unit = pal_real(1e-9);
-  for (uint32_t k = 0; k < rank; ++k) rounded.weights[k] = static_cast<int16_t>(65000 / rank);
+  for (uint32_t k = 0; k < 3 + rank; ++k) rounded.weights[k] = static_cast<int16_t>(65000 / (3 + rank));
   alignas(64) pal_real sum[kPanelRows];
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {
-      const auto* columns = reinterpret_cast<const pal_real*>(field.bytes + panel * field.panel_bytes);
-      add_rounded(columns, weights, reinterpret_cast<const int16_t*>(columns + size_t{3} * kPanelRows),
-                  rounded, false, sum);
+      add_rounded(reinterpret_cast<const int16_t*>(field.bytes + panel * field.panel_bytes), rounded, false,
+                  sum);
       benchmark::DoNotOptimize(sum);
     }
   }

@@ -17,13 +17,13 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 13;
+inline constexpr uint32_t kFormatVersion = 14;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
 inline constexpr uint32_t kMaxDegree = 14;     // of a displacement polynomial
 inline constexpr uint32_t kMostRank = 96;      // of a site's basis
-inline constexpr int kBasisUnit = 32767;       // 1 in a basis of int16
+inline constexpr int kBasisUnit = 32767;       // 1 in columns of int16
 inline constexpr uint32_t kSurveyBins = 4;     // at most, of |d| / max_displacement
 inline constexpr uint32_t kMostContacts = 64;  // of a session, and that a scene may ask for
 
@@ -56,10 +56,10 @@ struct PolynomialSite {
   uint64_t coefficients_start;  // in `coefficients`, numbers
   uint64_t field_start;         // in `field`, bytes; a multiple of 64
   uint32_t degree;
-  uint32_t rank;  // columns of B; even where they are int16
+  uint32_t rank;  // columns of B
   // Nonlinear solves that its sampling took, fitted to or not; 0: these are its derivatives at rest (affine_site)
   uint32_t samples;
-  uint32_t reserved;
+  float linear_unit;  // length unit; where L is int16, what its integers are multiples of, times kBasisUnit
 };
 static_assert(sizeof(PolynomialSite) == 128);
 
@@ -176,9 +176,15 @@ constexpr void find_lower_block(uint32_t place, uint32_t& i, uint32_t& j) {
   j = place;
 }
 
+// Pairs of columns of L and B, which are int16: the last of an odd number is beside zeros.
+constexpr uint32_t num_column_pairs(uint32_t rank) {
+  return (3 + rank + 1) / 2;
+}
+
 // Of a panel of a polynomial's field.
 constexpr uint64_t polynomial_panel_bytes(uint32_t rank, bool rounded) {
-  return kPanelRows * (3 * sizeof(Real) + rank * (rounded ? sizeof(int16_t) : sizeof(Real)));
+  return kPanelRows *
+         (rounded ? 2 * sizeof(int16_t) * num_column_pairs(rank) : sizeof(Real) * (uint64_t{3} + rank));
 }
 
 constexpr uint32_t num_panels(uint32_t num_nodes) {

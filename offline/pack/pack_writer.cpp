@@ -328,13 +328,19 @@ void append_bytes(const void* data, size_t count, std::vector<unsigned char>& by
   bytes.insert(bytes.end(), from, from + count);
 }
 
-// The panel's rows of a basis, two columns by turns, in units of 1 / kBasisUnit.
-void append_rounded(const Eigen::MatrixXd& basis, size_t panel, std::vector<unsigned char>& bytes) {
+// The panel's rows of L, over its unit, and of B, two columns by turns, times kBasisUnit.
+void append_rounded(const SitePolynomial& polynomial, float linear_unit, size_t panel,
+                    std::vector<unsigned char>& bytes) {
   const auto first = static_cast<Eigen::Index>(panel * pack::kPanelRows);
-  for (Eigen::Index pair = 0; pair < basis.cols(); pair += 2) {
+  const Eigen::Index num_rows = polynomial.linear.rows();
+  const Eigen::Index num_columns = 3 + polynomial.basis.cols();
+  const double of_linear = linear_unit > 0 ? 1 / static_cast<double>(linear_unit) : 0;
+  for (Eigen::Index pair = 0; pair < num_columns; pair += 2) {
     for (Eigen::Index row = first; row < first + Eigen::Index{pack::kPanelRows}; ++row) {
       for (Eigen::Index column = pair; column < pair + 2; ++column) {
-        const double entry = row < basis.rows() ? basis(row, column) : 0;
+        double entry = 0;
+        if (row < num_rows && column < num_columns)
+          entry = column < 3 ? of_linear * polynomial.linear(row, column) : polynomial.basis(row, column - 3);
         const auto integer = static_cast<std::int16_t>(std::lround(pack::kBasisUnit * entry));
         append_bytes(&integer, sizeof integer, bytes);
       }
@@ -377,16 +383,20 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
     site.degree = static_cast<std::uint32_t>(polynomial.degree);
     site.rank = static_cast<std::uint32_t>(polynomial.basis.cols());
     site.samples = static_cast<std::uint32_t>(result.samples);
+    if (rounded) site.linear_unit = linear_unit(polynomial.linear);
     sites.push_back(site);
     append_energy(polynomial, energy);
     const std::vector<double> rows = by_rows(polynomial.coefficients);
     for (const double number : rows) coefficients.push_back(static_cast<pack::Real>(number));
     for (size_t panel = 0; panel < panels; ++panel) {
+      if (rounded) {
+        append_rounded(polynomial, site.linear_unit, panel, field);
+        continue;
+      }
       columns.clear();
       append_panel(polynomial.linear, panel, columns);
-      if (!rounded) append_panel(polynomial.basis, panel, columns);
+      append_panel(polynomial.basis, panel, columns);
       append_bytes(columns.data(), columns.size() * sizeof(pack::Real), field);
-      if (rounded) append_rounded(polynomial.basis, panel, field);
     }
   }
   return {store.add(sites), store.add(energy), store.add(coefficients), store.add(field)};

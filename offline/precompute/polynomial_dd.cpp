@@ -105,7 +105,8 @@ HermiteSystem field_system(const SiteSamples& samples, int degree) {
   const Eigen::MatrixXd& L = samples.linear.field;
   return hermite_system(samples, 2, degree, 2, 0, [&](const Sample& sample) {
     Eigen::MatrixXd known(10, L.rows());
-    known.row(0) = (sample.field - L * sample.displacement).transpose();
+    const Eigen::VectorXd linear = L * sample.displacement;
+    known.row(0) = (sample.field - linear).transpose();
     known.middleRows<3>(1) = (sample.field_tangent - L).transpose();
     known.middleRows<6>(4) = sample.field_curvature.transpose();
     return known;
@@ -267,40 +268,54 @@ SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, d
   return errors_at({field_at(polynomial, d), force_at(polynomial, d)}, sample, force_floor);
 }
 
+float linear_unit(const Eigen::MatrixXd& linear) {
+  const double largest = linear.cwiseAbs().maxCoeff();
+  const auto unit = static_cast<float>(largest);
+  return static_cast<double>(unit) < largest ? std::nextafter(unit, HUGE_VALF) : unit;
+}
+
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded) {
-  if (polynomial.basis.cols() == 0) return polynomial;
-  // Eigenvectors of B^T B: where the columns of B belong to orthonormal functions, the directions in which the field
-  // varies most over the domain.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
-                                                                  polynomial.basis);
-  const Eigen::MatrixXd V = directions.eigenvectors().rowwise().reverse();
+  constexpr double kUnit = pack::kBasisUnit;
   SitePolynomial reduced = polynomial;
-  reduced.basis = polynomial.basis * V;
-  reduced.coefficients = polynomial.coefficients * V;
+  if (polynomial.basis.cols() > 0) {
+    // Eigenvectors of B^T B: where the columns of B belong to orthonormal functions, the directions in which the field
+    // varies most over the domain.
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
+                                                                    polynomial.basis);
+    const Eigen::MatrixXd V = directions.eigenvectors().rowwise().reverse();
+    reduced.basis = polynomial.basis * V;
+    reduced.coefficients = polynomial.coefficients * V;
+  }
+  if (rounded) {
+    const double entry = static_cast<double>(linear_unit(polynomial.linear)) / kUnit;
+    if (entry > 0) reduced.linear = (polynomial.linear / entry).array().round() * entry;
+  }
 
   constexpr int kPoints = 128;
+  Eigen::MatrixXd points(3, kPoints);
   Eigen::MatrixXd monomials(polynomial.coefficients.rows(), kPoints);
   Eigen::VectorXd sizes(kPoints);  // |d|
   const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
-  const std::vector<Eigen::Vector3d> points = choose_survey_points(kPoints, half, 0);
+  const std::vector<Eigen::Vector3d> chosen = choose_survey_points(kPoints, half, 0);
   for (int i = 0; i < kPoints; ++i) {
-    const Eigen::Vector3d& x = points[static_cast<size_t>(i)];
+    const Eigen::Vector3d& x = chosen[static_cast<size_t>(i)];
+    points.col(i) = x;
     monomials.col(i) = hermite_rows(x, 2, polynomial.degree, 0).transpose();
     sizes[i] = (from_unit * x).norm();
   }
   const Eigen::MatrixXd z = reduced.coefficients.transpose() * monomials;
-  Eigen::MatrixXd left_out = reduced.basis * z;
+  Eigen::MatrixXd left_out = (polynomial.linear - reduced.linear) * points + reduced.basis * z;
   const auto error = [&] {
     double largest = 0;
     for (int i = 0; i < kPoints; ++i) largest = std::max(largest, largest_node(left_out.col(i)) / sizes[i]);
     return largest;
   };
-  constexpr double kUnit = pack::kBasisUnit;
   const auto most = std::min<Eigen::Index>(pack::kMostRank, reduced.basis.cols());
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
+    // With the three of L an even number, as they are packed.
+    for (const Eigen::Index next = std::min(most, rank + (rank == 0 ? 1 : 2)); rank < next; ++rank) {
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
       if (size > 0) {
@@ -312,13 +327,8 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
     }
     reduced.basis_error = error();
   }
-  const Eigen::Index kept = rounded ? (rank + 1) / 2 * 2 : rank;
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(reduced.basis.rows(), kept);
-  Eigen::MatrixXd coefficients = Eigen::MatrixXd::Zero(reduced.coefficients.rows(), kept);
-  basis.leftCols(rank) = reduced.basis.leftCols(rank);
-  coefficients.leftCols(rank) = reduced.coefficients.leftCols(rank);
-  reduced.basis = std::move(basis);
-  reduced.coefficients = std::move(coefficients);
+  reduced.basis.conservativeResize(Eigen::NoChange, rank);
+  reduced.coefficients.conservativeResize(Eigen::NoChange, rank);
   return reduced;
 }
 

@@ -84,9 +84,13 @@ Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d
 // How wrong it is at a sample of some displacement; forces below `force_floor` count as that. Cost: a field.
 SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, double force_floor);
 
+// The largest entry, in single precision and no smaller: what entries of a rounded L are multiples of, times 1/32767.
+float linear_unit(const Eigen::MatrixXd& linear);
+
 // The polynomial in so few directions of its field that they leave out at most `tolerance` of |d| at any packed node,
 // measured at points all over the domain; at most pack::kMostRank, and `basis_error` says what they leave out.
-// Entries of the basis then are within 1, and multiples of 1/32767 where it is `rounded` (the rank is then even).
+// Entries of the basis then are within 1, and multiples of 1/32767 where it is `rounded`; so then are those of `linear`,
+// of linear_unit().
 // Cost: an eigenvalue problem of the terms, and terms x 128 multiply-adds a packed dof.
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded);
 

@@ -18,15 +18,14 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
   }
 }
 
-void add_rounded_scalar(const pal_real* columns, const pal_real* weights, const int16_t* pairs,
-                        const RoundedWeights& rounded, bool onto, pal_real* sum) {
+void add_rounded_scalar(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum) {
   int32_t integers[pack::kPanelRows] = {};
   for (uint32_t p = 0; p < rounded.num_pairs; ++p) {
     const int16_t* weight = rounded.weights + 2 * p;
     for (uint32_t i = 0; i < pack::kPanelRows; ++i, pairs += 2)
       integers[i] += weight[0] * pairs[0] + weight[1] * pairs[1];
   }
-  add_columns_scalar(columns, pack::kPanelRows, weights, 3, onto, sum);
+  if (!onto) clear_panels(1, sum);
   for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += rounded.unit * static_cast<pal_real>(integers[i]);
 }
 
@@ -121,8 +120,7 @@ int pair_of(const RoundedWeights& rounded, uint32_t p) {
 }
 
 // 12 sums of 8 rows, as above, in registers while the pairs stream by; then through memory, once a panel.
-__attribute__((target("avx2,fma"))) void add_rounded_avx2(const pal_real* columns, const pal_real* weights,
-                                                          const int16_t* pairs, const RoundedWeights& rounded,
+__attribute__((target("avx2,fma"))) void add_rounded_avx2(const int16_t* pairs, const RoundedWeights& rounded,
                                                           bool onto, pal_real* sum) {
   constexpr uint32_t kRegisters = 12;
   constexpr uint32_t kLanes = 8;
@@ -143,19 +141,14 @@ __attribute__((target("avx2,fma"))) void add_rounded_avx2(const pal_real* column
   const __m256 unit = _mm256_set1_ps(rounded.unit);
 #pragma GCC unroll 1
   for (uint32_t r = 0; r < kRegisters; ++r) {
-    const pal_real* column = columns + kLanes * r;
-    __m256 rows = onto ? _mm256_loadu_ps(sum + kLanes * r) : _mm256_setzero_ps();
-    for (uint32_t j = 0; j < 3; ++j, column += pack::kPanelRows)
-      rows = _mm256_fmadd_ps(_mm256_set1_ps(weights[j]), _mm256_load_ps(column), rows);
-    const __m256 rest = _mm256_cvtepi32_ps(_mm256_load_si256(stored + r));
-    _mm256_storeu_ps(sum + kLanes * r, _mm256_fmadd_ps(unit, rest, rows));
+    const __m256 rows = onto ? _mm256_loadu_ps(sum + kLanes * r) : _mm256_setzero_ps();
+    const __m256 added = _mm256_cvtepi32_ps(_mm256_load_si256(stored + r));
+    _mm256_storeu_ps(sum + kLanes * r, _mm256_fmadd_ps(unit, added, rows));
   }
 }
 
 // 6 sums of 16 rows; product and sum are one instruction. (Conversion without a mask is one that GCC warns of.)
-__attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const pal_real* columns,
-                                                                          const pal_real* weights,
-                                                                          const int16_t* pairs,
+__attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* pairs,
                                                                           const RoundedWeights& rounded,
                                                                           bool onto, pal_real* sum) {
   constexpr uint32_t kRegisters = 6;
@@ -176,12 +169,9 @@ __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const 
   const __m512 unit = _mm512_set1_ps(rounded.unit);
 #pragma GCC unroll 1
   for (uint32_t r = 0; r < kRegisters; ++r) {
-    const pal_real* column = columns + kLanes * r;
-    __m512 rows = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
-    for (uint32_t j = 0; j < 3; ++j, column += pack::kPanelRows)
-      rows = _mm512_fmadd_ps(_mm512_set1_ps(weights[j]), _mm512_load_ps(column), rows);
-    const __m512 rest = _mm512_maskz_cvtepi32_ps(0xffff, _mm512_load_si512(stored + r));
-    _mm512_storeu_ps(sum + kLanes * r, _mm512_fmadd_ps(unit, rest, rows));
+    const __m512 rows = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
+    const __m512 added = _mm512_maskz_cvtepi32_ps(0xffff, _mm512_load_si512(stored + r));
+    _mm512_storeu_ps(sum + kLanes * r, _mm512_fmadd_ps(unit, added, rows));
   }
 }
 #else

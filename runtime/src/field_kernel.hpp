@@ -19,15 +19,13 @@ using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_re
 struct RoundedWeights {
   uint32_t num_pairs;
   pal_real unit;
-  alignas(4) int16_t weights[pack::kMostRank];  // [num_pairs][2]
+  alignas(4) int16_t weights[2 * pack::num_column_pairs(pack::kMostRank)];  // [num_pairs][2]
 };
 
-// sum[i] = (onto ? sum[i] : 0) + sum over j < 3 of weights[j] * columns[96 j + i]
-//          + unit * sum over p < num_pairs, c < 2 of rounded.weights[p][c] * pairs[p][i][c],  i < pack::kPanelRows.
-// The integers are summed in 32 bits, exactly: the caller's weights are small enough. Columns and pairs are
+// sum[i] = (onto ? sum[i] : 0) + unit * sum over p < num_pairs, c < 2 of weights[p][c] * pairs[p][i][c],
+// i < pack::kPanelRows. The integers are summed in 32 bits, exactly: the caller's weights are small enough. Pairs are
 // aligned to 64 bytes.
-using AddRounded = void (*)(const pal_real* columns, const pal_real* weights, const int16_t* pairs,
-                            const RoundedWeights& rounded, bool onto, pal_real* sum);
+using AddRounded = void (*)(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum);
 
 // sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows, four at a time: `count` is a multiple
 // of that.
@@ -48,7 +46,7 @@ struct FieldKernel {
 // them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same bits), avx512vnni
 // (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of
 // `count` products at most: |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|),
-// epsilon that of pal_real, the sum of integers counting as a fourth column. add_bytes is the same to the bit in all.
+// epsilon that of pal_real, a sum of integers counting as one column. add_bytes is the same to the bit in all.
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

@@ -12,21 +12,22 @@ namespace {
 constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
 constexpr uint32_t kTogether = 8;
 
-// z as integers times one scale: as large as leaves every sum of products in 32 bits.
-void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
-  constexpr pal_real kMostSum =
-      65000;  // 32767 of it, and of half a unit for each of 96 roundings, is below 2^31
+// Weights as integers times one scale: as large as leaves every sum of products in 32 bits.
+void round_weights(const pal_real* weights, uint32_t count, RoundedWeights& rounded) {
+  // 32768 times it, and half a unit more for each of 99 roundings, is below 2^31.
+  constexpr pal_real kMostSum = 65000;
   pal_real largest = 0;
   pal_real sum = 0;
-  for (uint32_t k = 0; k < rank; ++k) {
-    const pal_real size = fabs(z[k]);
+  for (uint32_t k = 0; k < count; ++k) {
+    const pal_real size = fabs(weights[k]);
     if (size > largest) largest = size;
     sum += size;
   }
-  rounded.num_pairs = rank / 2;
-  if (!isfinite(sum)) {  // a damaged pack that nobody verified: as without rounding
+  rounded.num_pairs = (count + 1) / 2;
+  rounded.weights[2 * rounded.num_pairs - 1] = 0;  // of no column where their number is odd
+  if (!isfinite(sum)) {                            // a damaged pack that nobody verified: as without rounding
     rounded.unit = sum;
-    memset(rounded.weights, 0, rank * sizeof *rounded.weights);
+    memset(rounded.weights, 0, count * sizeof *rounded.weights);
     return;
   }
   const pal_real by_largest = largest / pack::kBasisUnit;
@@ -35,8 +36,8 @@ void round_weights(const pal_real* z, uint32_t rank, RoundedWeights& rounded) {
   constexpr pal_real kLeast = pal_real(1e-30);
   const pal_real per_unit = unit > kLeast ? 1 / unit : 0;
   rounded.unit = unit / pack::kBasisUnit;
-  for (uint32_t k = 0; k < rank; ++k) {
-    const pal_real value = z[k] * per_unit;
+  for (uint32_t k = 0; k < count; ++k) {
+    const pal_real value = weights[k] * per_unit;
     rounded.weights[k] = static_cast<int16_t>(value + (value < 0 ? pal_real(-0.5) : pal_real(0.5)));
   }
 }
@@ -58,7 +59,7 @@ void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, P
   const pack::PolynomialSite& site = pack.polynomial_sites[state.site];
   weights.field = pack.polynomial_field + site.field_start;
   weights.panel_bytes = pack::polynomial_panel_bytes(site.rank, pack.basis_rounded);
-  weights.rank = site.rank;
+  weights.num_columns = 3 + site.rank;
 
   pal_real monomials[kMostMonomials];
   const pal_real* at = state.x;
@@ -84,20 +85,20 @@ void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, P
   for (; k < site.rank; ++k)
     add_terms<1>(monomials + pack::monomial_start(2), terms, coefficients + k, site.rank, z + k);
   weights.rounded.num_pairs = 0;
-  if (pack.basis_rounded) round_weights(z, site.rank, weights.rounded);
+  if (!pack.basis_rounded) return;
+  for (uint32_t axis = 0; axis < 3; ++axis) weights.columns[axis] *= static_cast<pal_real>(site.linear_unit);
+  round_weights(weights.columns, weights.num_columns, weights.rounded);
 }
 
 void fill_polynomial_field(const PolynomialWeights& weights, uint32_t first, uint32_t count,
                            const FieldKernel& kernel, bool onto, pal_real* sum) {
   const unsigned char* panel = weights.field + first * weights.panel_bytes;
   for (uint32_t i = 0; i < count; ++i, panel += weights.panel_bytes, sum += pack::kPanelRows) {
-    const auto* columns = reinterpret_cast<const pal_real*>(panel);
     if (weights.rounded.num_pairs == 0) {
-      kernel.add_columns(columns, pack::kPanelRows, weights.columns, 3 + weights.rank, onto, sum);
+      kernel.add_columns(reinterpret_cast<const pal_real*>(panel), pack::kPanelRows, weights.columns,
+                         weights.num_columns, onto, sum);
     } else {
-      kernel.add_rounded(columns, weights.columns,
-                         reinterpret_cast<const int16_t*>(columns + size_t{3} * pack::kPanelRows),
-                         weights.rounded, onto, sum);
+      kernel.add_rounded(reinterpret_cast<const int16_t*>(panel), weights.rounded, onto, sum);
     }
   }
 }

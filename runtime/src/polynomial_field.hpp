@@ -14,12 +14,12 @@ namespace palpate {
 struct PolynomialWeights {
   const unsigned char* field;  // of the site
   uint64_t panel_bytes;
-  uint32_t rank;
-  pal_real columns[3 + pack::kMostRank];  // x, and z where the basis is not rounded
-  RoundedWeights rounded;                 // z where it is
+  uint32_t num_columns;
+  pal_real columns[3 + pack::kMostRank];  // x and z
+  RoundedWeights rounded;                 // the same where columns are int16; else none
 };
 
-// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by rank / 2 units at
+// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by (3 + rank) / 2 units at
 // most, of about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at
 // degree 7 and rank 16, 65,000 at degree 14 and rank 96.
 void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights);

@@ -36,8 +36,11 @@ bool is_map(const double A[9], double max_displacement) {
 
 bool is_site(const pack::PolynomialSite& site, const pal_pack& pack) {
   return site.degree >= 1 && site.degree <= pack.degree && site.rank <= pack::kMostRank &&
-         (!pack.basis_rounded || site.rank % 2 == 0) && isfinite(site.min_jacobian) &&
-         site.basis_error >= 0 && isfinite(site.basis_error) && is_map(site.to_unit, pack.max_displacement);
+         isfinite(site.min_jacobian) && site.basis_error >= 0 && isfinite(site.basis_error) &&
+         is_map(site.to_unit, pack.max_displacement) &&
+         (!pack.basis_rounded ||
+          (site.linear_unit >= 0 &&
+           static_cast<double>(site.linear_unit) <= kLargestAmplification * pack.max_displacement));
 }
 
 }  // namespace
@@ -80,15 +83,16 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
       !all_within(pack.coefficients, coefficients.length, largest)) {
     return false;
   }
+  if (pack.basis_rounded) return true;  // any integer is a column's
   for (uint32_t i = 0; i < pack.num_sites; ++i) {
     const pack::PolynomialSite& site = pack.polynomial_sites[i];
-    const uint64_t panel_bytes = pack::polynomial_panel_bytes(site.rank, pack.basis_rounded);
+    const uint64_t panel_bytes = pack::polynomial_panel_bytes(site.rank, false);
     for (uint64_t panel = 0; panel < panels; ++panel) {
       const auto* columns =
           reinterpret_cast<const pal_real*>(pack.polynomial_field + site.field_start + panel * panel_bytes);
-      if (!all_within(columns, size_t{3} * pack::kPanelRows, largest)) return false;
-      if (!pack.basis_rounded && !all_within(columns + size_t{3} * pack::kPanelRows,
-                                             size_t{site.rank} * pack::kPanelRows, kLargestBasis)) {
+      if (!all_within(columns, size_t{3} * pack::kPanelRows, largest) ||
+          !all_within(columns + size_t{3} * pack::kPanelRows, size_t{site.rank} * pack::kPanelRows,
+                      kLargestBasis)) {
         return false;
       }
     }

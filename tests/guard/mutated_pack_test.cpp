@@ -492,7 +492,11 @@ TEST_F(Contradiction, PolynomialSites) {
     const uint32_t degree = polynomials_of(*bytes).degree();
     const auto changed = [&](auto&& change) { return status_with_site(change, *bytes); };
     EXPECT_EQ(changed([](Site&) {}), PAL_STATUS_OK);
-    EXPECT_EQ(changed([](Site& site) { site.reserved = 7; }), PAL_STATUS_OK) << "no frame reads it";
+    for (const float wrong : {std::nanf(""), HUGE_VALF, -1e-3f, 3e38f}) {
+      EXPECT_EQ(changed([&](Site& site) { site.linear_unit = wrong; }),
+                rounded ? PAL_STATUS_CORRUPT_CONTENT : PAL_STATUS_OK)
+          << wrong;
+    }
     EXPECT_EQ(changed([](Site& site) { site.samples = 0; }), PAL_STATUS_OK) << "no frame reads it";
     for (const uint32_t wrong : {0u, degree + 1, 8u, 0xffffffffu})
       EXPECT_EQ(changed([&](Site& site) { site.degree = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
@@ -542,6 +546,8 @@ TEST_F(Contradiction, PolynomialNumbers) {
   for (const AlignedBytes* bytes : {&small_pack_bytes(), &rounded_pack_bytes()}) {
     const bool rounded = bytes == &rounded_pack_bytes();
     SCOPED_TRACE(rounded ? "rounded" : "plain");
+    // Columns of int16 may hold any integer.
+    const pal_status of_columns = rounded ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT;
     const pack::PolynomialDd& polynomial = polynomials_of(*bytes);
     const auto with_energy = [&](double value) {
       return status_with<double>(
@@ -556,18 +562,16 @@ TEST_F(Contradiction, PolynomialNumbers) {
     for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1e20)}) {
       EXPECT_EQ(with(polynomial.coefficients(), 7, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
       // Columns of L in the first panel, and in the last of all.
-      EXPECT_EQ(with(polynomial.field(), 40, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+      EXPECT_EQ(with(polynomial.field(), 40, wrong), of_columns) << wrong;
       const auto& last = reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() +
                                                                        polynomial.sites()->offset())[11];
       const uint64_t panel = pack::polynomial_panel_bytes(last.rank, rounded);
       const uint64_t in_last = (polynomial.field()->bytes() - panel) / sizeof(pal_real) + 287;
-      EXPECT_EQ(with(polynomial.field(), in_last, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+      EXPECT_EQ(with(polynomial.field(), in_last, wrong), of_columns) << wrong;
     }
-    // A basis of the plain one is within 1; in the other any integer is.
+    // A basis of the plain one is within 1.
     for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1.01)}) {
-      EXPECT_EQ(with(polynomial.field(), 3 * pack::kPanelRows + 5, wrong),
-                rounded ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT)
-          << wrong;
+      EXPECT_EQ(with(polynomial.field(), 3 * pack::kPanelRows + 5, wrong), of_columns) << wrong;
     }
   }
 }
@@ -618,8 +622,8 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     EXPECT_EQ(status_of(kDegree, kRank + 2), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(status_of(kDegree + 1, kRank), PAL_STATUS_CORRUPT_CONTENT);
   }
-  // Half a pair of columns: the last site without its last column, and the arrays as much shorter.
-  const auto status_of_rank = [&](uint32_t fewer) {
+  // The last site without its last columns, and the arrays as much shorter: an odd column is one of a pair.
+  const auto status_of_rank = [&](uint32_t fewer, uint32_t fewer_packed) {
     AlignedBytes copy = written(3, 8, true);
     unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
     auto* polynomial =
@@ -631,16 +635,18 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     };
     const uint64_t panels = pack::num_panels(static_cast<uint32_t>(small_.sites.packed_nodes.size()));
     shorten(pack::PolynomialDd::VT_COEFFICIENTS, fewer * pack::num_monomials(2, 3) * sizeof(pal_real));
-    shorten(pack::PolynomialDd::VT_FIELD, fewer * panels * pack::kPanelRows * sizeof(int16_t));
+    shorten(pack::PolynomialDd::VT_FIELD, panels * (pack::polynomial_panel_bytes(8, true) -
+                                                    pack::polynomial_panel_bytes(8 - fewer_packed, true)));
     auto* sites =
         reinterpret_cast<pack::PolynomialSite*>(copy.bytes().data() + polynomials_of(copy).sites()->offset());
     sites[small_.sites.sites.size() - 1].rank -= fewer;
     repair_checksum(copy.bytes());
     return open_status(copy.bytes());
   };
-  EXPECT_EQ(status_of_rank(0), PAL_STATUS_OK);
-  EXPECT_EQ(status_of_rank(1), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_of_rank(2), PAL_STATUS_OK);
+  for (uint32_t fewer = 0; fewer <= 3; ++fewer)
+    EXPECT_EQ(status_of_rank(fewer, fewer), PAL_STATUS_OK) << fewer;
+  EXPECT_EQ(status_of_rank(1, 0), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_of_rank(1, 3), PAL_STATUS_CORRUPT_CONTENT);
 }
 
 // Opened without a look at its numbers, a damaged pack may answer with them, but no more than that.

@@ -143,7 +143,7 @@ void expect_sites(const AlignedBytes& bytes, const std::vector<SiteResult>& resu
     EXPECT_EQ(site.degree, static_cast<uint32_t>(polynomial.degree));
     EXPECT_EQ(site.rank, static_cast<uint32_t>(polynomial.basis.cols()));
     EXPECT_EQ(site.samples, results[i].samples);
-    EXPECT_EQ(site.reserved, 0U);
+    EXPECT_EQ(site.linear_unit, rounded ? linear_unit(polynomial.linear) : 0.0f);
     EXPECT_EQ(site.energy_start, energy);
     EXPECT_EQ(site.coefficients_start, coefficients);
     EXPECT_EQ(site.field_start, field);

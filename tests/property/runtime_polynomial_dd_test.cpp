@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/src/session_state.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
-#include "runtime/src/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tetrahedral_block.hpp"
@@ -46,7 +46,7 @@ std::vector<SiteResult> any_polynomials(bool rounded) {
   constexpr Eigen::Index kRanks[] = {0, 2, 8, 5, 16, pack::kMostRank, 33};
   for (size_t site = 0; site < results.size(); ++site) {
     const uint32_t degree = kDegrees[site % 7];
-    const Eigen::Index rank = rounded ? (kRanks[site % 7] + 1) / 2 * 2 : kRanks[site % 7];
+    const Eigen::Index rank = kRanks[site % 7];
     const Eigen::Matrix3d turn = Eigen::Quaterniond(random(), random(), random(), 2).normalized().matrix();
     const Eigen::Matrix3d other = Eigen::Quaterniond(random(), random(), random(), 0.5).normalized().matrix();
     SitePolynomial& polynomial = results[site].polynomial;
@@ -54,8 +54,13 @@ std::vector<SiteResult> any_polynomials(bool rounded) {
     polynomial.degree = static_cast<int>(degree);
     polynomial.linear = kMaxDisplacement * random.matrix(rows, 3);
     polynomial.basis = random.matrix(rows, rank);
-    if (rounded)
-      polynomial.basis = (polynomial.basis * pack::kBasisUnit).array().round().matrix() / pack::kBasisUnit;
+    if (rounded) {
+      const auto round = [](Eigen::MatrixXd& columns, double unit) {
+        columns = (columns * (pack::kBasisUnit / unit)).array().round().matrix() * (unit / pack::kBasisUnit);
+      };
+      round(polynomial.linear, static_cast<double>(linear_unit(polynomial.linear)));
+      round(polynomial.basis, 1);
+    }
     polynomial.coefficients = 0.1 * kMaxDisplacement * random.matrix(pack::num_monomials(2, degree), rank);
     if (rank == Eigen::Index{pack::kMostRank}) {
       // Every direction weighs as much and is as large as it can be: the largest sums of integers.
@@ -142,8 +147,8 @@ struct PackedField {
   double rounding;  // what a field may be off by
 };
 
-// Rounding of every sum, product and stored number, of `pal_real`: of so many terms, each at most as large. And of z:
-// of each part half a unit, 1/32767 of the largest or 1/65000 of the sum.
+// Rounding of every sum, product and stored number, of `pal_real`: of so many terms, each at most as large. And of x
+// and z: of each part half a unit, 1/32767 of the largest or 1/65000 of the sum.
 PackedField packed_field(const SitePolynomial& polynomial, const Eigen::Vector3d& n, bool rounded,
                          const Eigen::Vector3d& d) {
   const Eigen::Vector3d x = polynomial.to_unit * d;
@@ -165,14 +170,18 @@ PackedField packed_field(const SitePolynomial& polynomial, const Eigen::Vector3d
   packed.field = polynomial.linear * x;
   Eigen::VectorXd sizes = polynomial.linear.cwiseAbs() * x.cwiseAbs();
   packed.rounding = 0;
+  Eigen::VectorXd of_columns(3 + B.cols());
+  of_columns.head<3>() = static_cast<double>(linear_unit(polynomial.linear)) * x;
   if (B.cols() > 0) {
     const Eigen::VectorXd z = C.transpose() * weights;
+    of_columns.tail(z.size()) = z;
     packed.field += B * z;
     sizes += B.cwiseAbs() * (C.cwiseAbs().transpose() * weights.cwiseAbs());
-    if (rounded) {
-      const double unit = std::max(z.cwiseAbs().maxCoeff() / pack::kBasisUnit, z.cwiseAbs().sum() / 65000);
-      packed.rounding = 0.5 * static_cast<double>(B.cols()) * unit;
-    }
+  }
+  if (rounded) {
+    const Eigen::VectorXd w = of_columns.cwiseAbs();
+    packed.rounding =
+        0.5 * static_cast<double>(w.size()) * std::max(w.maxCoeff() / pack::kBasisUnit, w.sum() / 65000);
   }
   packed.rounding += terms * static_cast<double>(std::numeric_limits<pal_real>::epsilon()) * sizes.maxCoeff();
   return packed;
@@ -489,7 +498,7 @@ TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
   const OpenPack pack(rounded.bytes);
   OwnedSession session(pack.get(), PAL_MODEL_POLYNOMIAL, 1, 0);
   double worst = 0;
-  for (const uint32_t site : {1U, 2U, 4U}) {  // of even ranks
+  for (const uint32_t site : {1U, 2U, 4U}) {
     const SitePolynomial& polynomial = rounded.polynomials[site].polynomial;
     ASSERT_EQ(polynomial.basis.cols(), plain.polynomials[site].polynomial.basis.cols());
     for (int i = 0; i < 20; ++i) {
