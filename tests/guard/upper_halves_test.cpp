@@ -1,0 +1,132 @@
+// Every call of the runtime leaves the upper halves of vector registers clear (vzeroupper): where they are not, whatever
+// follows with vectors of 128 bits or with scalars, this library's next frame and its host's own code, takes two to three
+// times as long, until someone else clears them. GCC sees to it in what it does not compile for the smallest size.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "runtime/src/field_kernel.hpp"
+#include "tests/support/runtime_session.hpp"
+#include "tests/support/small_pack.hpp"
+
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
+namespace palpate::test {
+namespace {
+
+#if defined(__x86_64__)
+// Whether the processor says which of its registers are not as they begin (XGETBV with 1), and means it.
+bool tells_registers_in_use() {
+  uint32_t a = 0;
+  uint32_t b = 0;
+  uint32_t c = 0;
+  uint32_t d = 0;
+  constexpr uint32_t kXgetbv1 = 1U << 2;
+  return __builtin_cpu_supports("avx2") && __get_cpuid_count(0xd, 1, &a, &b, &c, &d) != 0 &&
+         (a & kXgetbv1) != 0;
+}
+
+bool upper_halves_in_use() {
+  uint32_t low = 0;
+  uint32_t high = 0;
+  asm volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(1));
+  constexpr uint32_t kOf256 = 1U << 2;
+  constexpr uint32_t kOf512 = 1U << 6;
+  return (low & (kOf256 | kOf512)) != 0;
+}
+
+void set_upper_halves() {
+  asm volatile("vpcmpeqd %%ymm1, %%ymm1, %%ymm1" ::: "xmm1");
+}
+void clear_upper_halves() {
+  asm volatile("vzeroupper");
+}
+#else
+bool tells_registers_in_use() {
+  return false;
+}
+bool upper_halves_in_use() {
+  return false;
+}
+void set_upper_halves() {}
+void clear_upper_halves() {}
+#endif
+
+class UpperHalves : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!tells_registers_in_use()) GTEST_SKIP() << "this processor does not tell";
+    clear_upper_halves();
+    if (upper_halves_in_use()) GTEST_SKIP() << "this processor tells too much";
+  }
+
+  template <typename Call>
+  static void expect_clear_after(const std::string& what, Call&& call) {
+    clear_upper_halves();
+    call();
+    const bool in_use = upper_halves_in_use();
+    clear_upper_halves();
+    EXPECT_FALSE(in_use) << what;
+  }
+};
+
+// The guard seen to fail.
+TEST_F(UpperHalves, ThoseThatAreSetAreSeen) {
+  set_upper_halves();
+  const bool in_use = upper_halves_in_use();
+  clear_upper_halves();
+  EXPECT_TRUE(in_use);
+}
+
+TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
+  FieldKernel kernels[kMostFieldKernels];
+  const uint32_t count = list_field_kernels(kernels);
+  alignas(64) const pal_real columns[4 * pack::kPanelRows] = {1};
+  alignas(64) const int16_t pairs[4 * pack::kPanelRows] = {1};
+  alignas(64) const int8_t bytes[4 * pack::kPanelRows] = {1};
+  const pal_real weights[4] = {1, 2, 3, 4};
+  const RoundedWeights rounded = {2, 1, {1, 2, 3, 4}};
+  alignas(64) pal_real sum[pack::kPanelRows] = {};
+  for (uint32_t k = 0; k < count; ++k) {
+    const std::string name = kernels[k].name;
+    expect_clear_after(name + " columns",
+                       [&] { kernels[k].add_columns(columns, pack::kPanelRows, weights, 4, true, sum); });
+    expect_clear_after(name + " rounded", [&] { kernels[k].add_rounded(pairs, rounded, true, sum); });
+    expect_clear_after(name + " bytes", [&] { kernels[k].add_bytes(bytes, weights, 4, sum); });
+  }
+}
+
+TEST_F(UpperHalves, ClearAfterEveryFrame) {
+  const OpenPack pack(zone_pack_bytes());
+  const pal_pack_info info = pack.info();
+  std::vector<pal_real> field(size_t{3} * info.num_nodes);
+  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
+    OwnedSession session(pack.get(), model, 3, 4);
+    for (uint32_t frame = 0; frame < 60; ++frame) {
+      const std::string at = "model " + std::to_string(model) + ", frame " + std::to_string(frame);
+      const uint32_t fixed[2] = {frame % info.num_contact_nodes, (frame / 3) % info.num_contact_nodes};
+      pal_contact contacts[3];
+      for (uint32_t c = 0; c < 3; ++c)
+        contacts[c] = {
+            (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01, -1e-4 * frame}, 0, {}, {}, {}};
+      pal_contact_result results[3];
+      pal_status status[3] = {};
+      expect_clear_after(at + ": fixed",
+                         [&] { status[0] = pal_session_set_fixed(session.get(), fixed, frame % 3); });
+      const uint32_t count = model == PAL_MODEL_POLYNOMIAL ? 1 : 1 + frame % 3;
+      expect_clear_after(at + ": contacts",
+                         [&] { status[1] = pal_contact_frame(session.get(), contacts, count, results); });
+      expect_clear_after(at + ": field",
+                         [&] { status[2] = pal_visual_frame(session.get(), field.data(), kNodeBytes); });
+      if (frame % 3 == 0) {
+        EXPECT_EQ(status[1], PAL_STATUS_OK) << at;
+        EXPECT_EQ(status[2], PAL_STATUS_OK) << at;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
