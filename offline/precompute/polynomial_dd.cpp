@@ -291,14 +291,16 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
     if (entry > 0) reduced.linear = (polynomial.linear / entry).array().round() * entry;
   }
 
-  constexpr int kPoints = 128;
+  constexpr int kInside = 128;
+  constexpr int kPoints = 2 * kInside;  // these, and as far out as the domain goes: there most is left out
   Eigen::MatrixXd points(3, kPoints);
   Eigen::MatrixXd monomials(polynomial.coefficients.rows(), kPoints);
   Eigen::VectorXd sizes(kPoints);  // |d|
   const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
-  const std::vector<Eigen::Vector3d> chosen = choose_survey_points(kPoints, half, 0);
+  const std::vector<Eigen::Vector3d> inside = choose_survey_points(kInside, half, 0);
   for (int i = 0; i < kPoints; ++i) {
-    const Eigen::Vector3d& x = chosen[static_cast<size_t>(i)];
+    const Eigen::Vector3d& of_pair = inside[static_cast<size_t>(i / 2)];
+    const Eigen::Vector3d x = i % 2 == 0 ? of_pair : of_pair.normalized();
     points.col(i) = x;
     monomials.col(i) = hermite_rows(x, 2, polynomial.degree, 0).transpose();
     sizes[i] = (from_unit * x).norm();

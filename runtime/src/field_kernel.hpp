@@ -46,7 +46,7 @@ struct FieldKernel {
 // them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same bits), avx512vnni
 // (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of
 // `count` products at most: |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|),
-// epsilon that of pal_real, a sum of integers counting as one column. add_bytes is the same to the bit in all.
+// epsilon that of pal_real, a sum of integers counting as three columns. add_bytes is the same to the bit in all.
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

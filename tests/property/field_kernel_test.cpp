@@ -156,7 +156,7 @@ double error_over_bound(AddRounded add_rounded, RoundedPanel& panel, const std::
       throw std::logic_error("more than the kernel need bear");
     const double product = static_cast<double>(panel.rounded.unit) * static_cast<double>(integer);
     const double error = std::abs(static_cast<double>(result[i]) - (from + product));
-    if (error > 0) worst = std::max(worst, error / (kEpsilon * (std::abs(from) + std::abs(product))));
+    if (error > 0) worst = std::max(worst, error / (3 * kEpsilon * (std::abs(from) + std::abs(product))));
   }
   return worst;
 }

@@ -527,12 +527,19 @@ double largest_difference(const SitePolynomial& a, const SitePolynomial& b,
   return largest;
 }
 
+// Where reduce_basis() measures.
+std::vector<Eigen::Vector3d> measured_points(bool half) {
+  std::vector<Eigen::Vector3d> points = choose_survey_points(128, half, 0);
+  for (size_t i = 0; i < 128; ++i) points.push_back(points[i].normalized());
+  return points;
+}
+
 TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
   constexpr double kRoundingError = 1e-12;  // of sums of a hundred terms with coefficients of a thousand
   for (const bool half : {false, true}) {
     for (const int degree : {3, 5, 7}) {
       const SitePolynomial whole = SmoothField(degree, half).polynomial;
-      const auto tested = choose_survey_points(128, half, 0);
+      const auto tested = measured_points(half);
       const auto others = choose_survey_points(2000, half, 1);
       const double size = reduce_basis(whole, half, HUGE_VAL, false).basis_error;
       for (const bool rounded : {false, true}) {
@@ -542,7 +549,9 @@ TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
           const SitePolynomial reduced = reduce_basis(whole, half, part * size, rounded);
           EXPECT_EQ(reduced.to_unit, whole.to_unit);
           EXPECT_EQ(reduced.degree, degree);
-          if (!rounded) EXPECT_EQ(reduced.linear, whole.linear);
+          if (!rounded) {
+            EXPECT_EQ(reduced.linear, whole.linear);
+          }
           EXPECT_EQ(reduced.energy, whole.energy);
           const Eigen::Index rank = reduced.basis.cols();
           ASSERT_EQ(reduced.coefficients.cols(), rank);
@@ -578,7 +587,7 @@ TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
 // The error that is said counts what rounding to int16 does, which no rank takes away.
 TEST(PolynomialBasis, RoundingIsPartOfTheErrorStated) {
   const SitePolynomial whole = SmoothField(4, false).polynomial;
-  const auto tested = choose_survey_points(128, false, 0);
+  const auto tested = measured_points(false);
   const double size = reduce_basis(whole, false, HUGE_VAL, false).basis_error;
   const SitePolynomial exact = reduce_basis(whole, false, 0, false);
   EXPECT_EQ(exact.basis.cols(), num_terms(2, 4));
@@ -603,7 +612,7 @@ TEST(PolynomialBasis, NoneWhereNoneIsNeeded) {
     const SitePolynomial none = reduce_basis(whole, true, HUGE_VAL, rounded);
     EXPECT_EQ(none.basis.cols(), 0);
     EXPECT_EQ(none.coefficients.cols(), 0);
-    EXPECT_NEAR(none.basis_error, largest_difference(none, whole, choose_survey_points(128, true, 0)),
+    EXPECT_NEAR(none.basis_error, largest_difference(none, whole, measured_points(true)),
                 1e-12 * none.basis_error);
   }
   SitePolynomial linear;
