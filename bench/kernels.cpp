@@ -63,7 +63,7 @@ void shapes(benchmark::internal::Benchmark* bench) {
   }
 }
 
-// A polynomial's panels with bases of int16.
+// A polynomial's panels with columns of int16.
 struct RoundedPanels {
   RoundedPanels(size_t panels, uint32_t rank)
       : panel_bytes(palpate::pack::polynomial_panel_bytes(rank, true)),
@@ -89,8 +89,9 @@ void rounded_field(benchmark::State& state, palpate::AddRounded add_rounded) {
   const RoundedPanels field(panels, rank);
   palpate::RoundedWeights rounded = {};
   rounded.num_pairs = palpate::pack::num_column_pairs(rank);
-  rounded.unit = pal_real(1e-9);
-  for (uint32_t k = 0; k < 3 + rank; ++k) rounded.weights[k] = static_cast<int16_t>(65000 / (3 + rank));
+  rounded.linear_unit = rounded.unit = pal_real(1e-9);
+  for (uint32_t k = 0; k < 2 * rounded.num_pairs; ++k)
+    rounded.weights[k] = static_cast<int16_t>(65000 / rank);
   alignas(64) pal_real sum[kPanelRows];
   for (auto _ : state) {
     for (size_t panel = 0; panel < panels; ++panel) {

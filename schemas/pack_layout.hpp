@@ -59,7 +59,7 @@ struct PolynomialSite {
   uint32_t rank;  // columns of B
   // Nonlinear solves that its sampling took, fitted to or not; 0: these are its derivatives at rest (affine_site)
   uint32_t samples;
-  float linear_unit;  // length unit; where L is int16, what its integers are multiples of, times kBasisUnit
+  float linear_unit;  // length unit; an int16 i of L is i linear_unit / kBasisUnit; 0 where L is real
 };
 static_assert(sizeof(PolynomialSite) == 128);
 
@@ -176,9 +176,11 @@ constexpr void find_lower_block(uint32_t place, uint32_t& i, uint32_t& j) {
   j = place;
 }
 
-// Pairs of columns of L and B, which are int16: the last of an odd number is beside zeros.
+// Columns of L and B that are int16, two by two: the third of L is beside one of zeros, and so is the last of an odd
+// number of B.
+inline constexpr uint32_t kLinearPairs = 2;
 constexpr uint32_t num_column_pairs(uint32_t rank) {
-  return (3 + rank + 1) / 2;
+  return kLinearPairs + (rank + 1) / 2;
 }
 
 // Of a panel of a polynomial's field.

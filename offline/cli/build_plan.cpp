@@ -108,8 +108,9 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
     plan.most_samples = kSolvesForFineTargets;
-  // Columns of int16 are wrong by 4e-5 together: nothing beside a target above a few times that.
-  constexpr double kRoundedFrom = 2e-4;
+  // Columns of int16 and their weights are wrong by 4e-5 together, by twice that where a domain is four times as long as
+  // wide: nothing beside a target above a few times that.
+  constexpr double kRoundedFrom = 5e-4;
   plan.rounded = scene.precision == FieldPrecision::rounded ||
                  (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
                   scene.accuracy_target >= kRoundedFrom);
@@ -208,7 +209,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   constexpr double kFactorsPerSeries = 5;
   if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
-  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 20};
+  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
   double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? usual : PolynomialSize(),
                                      plan.rounded, compressed);
   for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());

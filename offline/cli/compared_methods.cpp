@@ -20,7 +20,7 @@ std::string zone_name(std::uint32_t rings) {
 std::vector<PolynomialSetting> polynomial_settings(const Scene& scene, bool every) {
   constexpr int kUsualDegree = 5;
   constexpr double kAllOfIt = 1e-6;
-  const double usual = 0.2 * scene.accuracy_target;
+  const double usual = kBasisPart * scene.accuracy_target;
   if (!every) return {{2, usual, true}, {3, usual, true}, {kUsualDegree, usual, true}, {7, kAllOfIt, false}};
   std::vector<PolynomialSetting> settings;
   for (int degree = 2; degree <= 7; ++degree) {

@@ -332,20 +332,20 @@ void append_bytes(const void* data, size_t count, std::vector<unsigned char>& by
 void append_rounded(const SitePolynomial& polynomial, float linear_unit, size_t panel,
                     std::vector<unsigned char>& bytes) {
   const auto first = static_cast<Eigen::Index>(panel * pack::kPanelRows);
-  const Eigen::Index num_rows = polynomial.linear.rows();
-  const Eigen::Index num_columns = 3 + polynomial.basis.cols();
-  const double of_linear = linear_unit > 0 ? 1 / static_cast<double>(linear_unit) : 0;
-  for (Eigen::Index pair = 0; pair < num_columns; pair += 2) {
-    for (Eigen::Index row = first; row < first + Eigen::Index{pack::kPanelRows}; ++row) {
-      for (Eigen::Index column = pair; column < pair + 2; ++column) {
-        double entry = 0;
-        if (row < num_rows && column < num_columns)
-          entry = column < 3 ? of_linear * polynomial.linear(row, column) : polynomial.basis(row, column - 3);
-        const auto integer = static_cast<std::int16_t>(std::lround(pack::kBasisUnit * entry));
-        append_bytes(&integer, sizeof integer, bytes);
+  const auto append = [&](const Eigen::MatrixXd& columns, double scale) {
+    for (Eigen::Index pair = 0; pair < columns.cols(); pair += 2) {
+      for (Eigen::Index row = first; row < first + Eigen::Index{pack::kPanelRows}; ++row) {
+        for (Eigen::Index column = pair; column < pair + 2; ++column) {
+          const bool is_any = row < columns.rows() && column < columns.cols();
+          const double entry = is_any ? scale * columns(row, column) : 0;
+          const auto integer = static_cast<std::int16_t>(std::lround(pack::kBasisUnit * entry));
+          append_bytes(&integer, sizeof integer, bytes);
+        }
       }
     }
-  }
+  };
+  append(polynomial.linear, linear_unit > 0 ? 1 / static_cast<double>(linear_unit) : 0);
+  append(polynomial.basis, 1);
 }
 
 // Of divided monomials x^a/a! y^b/b! z^c/c!.

@@ -31,7 +31,7 @@ struct PackContent {
   const ContactSites& sites;
   const LinearDd* linear = nullptr;  // null: not carried, or compressed
   const std::vector<SiteResult>* polynomials = nullptr;
-  bool rounded = false;  // whose bases are in multiples of 1 / pack::kBasisUnit
+  bool rounded = false;  // whose columns are written as int16
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
   const RestState* rest = nullptr;                   // null, or that of the mesh: no gravity

@@ -316,8 +316,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    // With the three of L an even number, as they are packed.
-    for (const Eigen::Index next = std::min(most, rank + (rank == 0 ? 1 : 2)); rank < next; ++rank) {
+    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {  // as they are packed
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
       if (size > 0) {

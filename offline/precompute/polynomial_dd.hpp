@@ -88,10 +88,9 @@ SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, d
 float linear_unit(const Eigen::MatrixXd& linear);
 
 // The polynomial in so few directions of its field that they leave out at most `tolerance` of |d| at any packed node,
-// measured at points all over the domain and its boundary; at most pack::kMostRank, and `basis_error` says what they leave out.
-// Entries of the basis then are within 1, and multiples of 1/32767 where it is `rounded`; so then are those of `linear`,
-// of linear_unit().
-// Cost: an eigenvalue problem of the terms, and terms x 256 multiply-adds a packed dof.
+// measured at points all over the domain and its boundary; at most pack::kMostRank, and `basis_error` says what they
+// leave out. Entries of the basis then are within 1, and multiples of 1/32767 where it is `rounded`, as are those of
+// `linear` over linear_unit(). Cost: an eigenvalue problem of the terms, and terms x 256 multiply-adds a packed dof.
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded);
 
 }  // namespace palpate

@@ -168,7 +168,6 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     const SitePolynomial fit = fit_site();
     result.cut_by = domain.cut_by();
     result.min_jacobian = domain.min_jacobian();
-    constexpr double kBasisPart = 0.4;  // of the target
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
     for (const auto& [degree, tolerance, rounded] : plan.other_settings) {
       result.others.push_back(

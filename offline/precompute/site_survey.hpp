@@ -9,6 +9,9 @@
 
 namespace palpate {
 
+// What a basis may leave out, of the target.
+inline constexpr double kBasisPart = 0.4;
+
 // Of reduce_basis, and the degree of what it is given.
 struct PolynomialSetting {
   int degree = 2;
@@ -21,7 +24,7 @@ struct SamplingPlan {
   size_t least_samples = 10;  // nonlinear solves with their derivatives
   size_t most_samples = 60;
   bool fewest = false;     // sites are sampled: those where affine_site does not keep the target
-  bool rounded = false;    // the basis of the field, to int16
+  bool rounded = false;    // the columns of the field, to int16
   int survey_samples = 8;  // held-out solves a site, as many in each quarter of the range over all sites
   // Held-out solves of all sampled sites together, at the least, where `fewest` are sampled.
   int least_survey = 0;

@@ -19,14 +19,18 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
 }
 
 void add_rounded_scalar(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum) {
-  int32_t integers[pack::kPanelRows] = {};
-  for (uint32_t p = 0; p < rounded.num_pairs; ++p) {
-    const int16_t* weight = rounded.weights + 2 * p;
-    for (uint32_t i = 0; i < pack::kPanelRows; ++i, pairs += 2)
-      integers[i] += weight[0] * pairs[0] + weight[1] * pairs[1];
-  }
   if (!onto) clear_panels(1, sum);
-  for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += rounded.unit * static_cast<pal_real>(integers[i]);
+  const int16_t* weight = rounded.weights;
+  const auto add = [&](uint32_t count, pal_real unit) {
+    int32_t integers[pack::kPanelRows] = {};
+    for (uint32_t p = 0; p < count; ++p, weight += 2) {
+      for (uint32_t i = 0; i < pack::kPanelRows; ++i, pairs += 2)
+        integers[i] += weight[0] * pairs[0] + weight[1] * pairs[1];
+    }
+    for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += unit * static_cast<pal_real>(integers[i]);
+  };
+  add(pack::kLinearPairs, rounded.linear_unit);
+  add(rounded.num_pairs - pack::kLinearPairs, rounded.unit);
 }
 
 void add_bytes_scalar(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum) {
@@ -113,22 +117,23 @@ __attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const
 
 #if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
 // Both weights of a pair, as they lie.
-int pair_of(const RoundedWeights& rounded, uint32_t p) {
+int pair_of(const int16_t* weights, uint32_t p) {
   int pair;
-  memcpy(&pair, rounded.weights + 2 * p, sizeof pair);
+  memcpy(&pair, weights + 2 * p, sizeof pair);
   return pair;
 }
 
-// 12 sums of 8 rows, as above, in registers while the pairs stream by; then through memory, once a panel.
-__attribute__((target("avx2,fma"))) void add_rounded_avx2(const int16_t* pairs, const RoundedWeights& rounded,
-                                                          bool onto, pal_real* sum) {
+// 12 sums of 8 rows, as above, in registers while so many pairs stream by; then through memory.
+__attribute__((target("avx2,fma"))) void add_pairs_avx2(const int16_t* pairs, const int16_t* weights,
+                                                        uint32_t count, pal_real unit, bool onto,
+                                                        pal_real* sum) {
   constexpr uint32_t kRegisters = 12;
   constexpr uint32_t kLanes = 8;
   __m256i integers[kRegisters];
 #pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm256_setzero_si256();
-  for (uint32_t p = 0; p < rounded.num_pairs; ++p, pairs += 2 * pack::kPanelRows) {
-    const __m256i weight = _mm256_set1_epi32(pair_of(rounded, p));
+  for (uint32_t p = 0; p < count; ++p, pairs += 2 * pack::kPanelRows) {
+    const __m256i weight = _mm256_set1_epi32(pair_of(weights, p));
 #pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) {
       const __m256i pair = _mm256_load_si256(reinterpret_cast<const __m256i*>(pairs + 2 * kLanes * r));
@@ -138,41 +143,53 @@ __attribute__((target("avx2,fma"))) void add_rounded_avx2(const int16_t* pairs, 
   __m256i stored[kRegisters];
 #pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) _mm256_store_si256(stored + r, integers[r]);
-  const __m256 unit = _mm256_set1_ps(rounded.unit);
 #pragma GCC unroll 1
   for (uint32_t r = 0; r < kRegisters; ++r) {
     const __m256 rows = onto ? _mm256_loadu_ps(sum + kLanes * r) : _mm256_setzero_ps();
     const __m256 added = _mm256_cvtepi32_ps(_mm256_load_si256(stored + r));
-    _mm256_storeu_ps(sum + kLanes * r, _mm256_fmadd_ps(unit, added, rows));
+    _mm256_storeu_ps(sum + kLanes * r, _mm256_fmadd_ps(_mm256_set1_ps(unit), added, rows));
   }
 }
 
-// 6 sums of 16 rows; product and sum are one instruction. (Conversion without a mask is one that GCC warns of.)
+void add_rounded_avx2(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum) {
+  constexpr uint32_t kLinear = pack::kLinearPairs;
+  add_pairs_avx2(pairs, rounded.weights, kLinear, rounded.linear_unit, onto, sum);
+  add_pairs_avx2(pairs + size_t{2} * kLinear * pack::kPanelRows, rounded.weights + 2 * kLinear,
+                 rounded.num_pairs - kLinear, rounded.unit, true, sum);
+}
+
+// 6 sums of 16 rows, and the rows, in registers; product and sum are one instruction. (Conversion without a mask is one
+// that GCC warns of.)
 __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* pairs,
                                                                           const RoundedWeights& rounded,
                                                                           bool onto, pal_real* sum) {
   constexpr uint32_t kRegisters = 6;
   constexpr uint32_t kLanes = 16;
-  __m512i integers[kRegisters];
+  __m512 rows[kRegisters];
 #pragma GCC unroll 6
-  for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm512_setzero_si512();
-  for (uint32_t p = 0; p < rounded.num_pairs; ++p, pairs += 2 * pack::kPanelRows) {
-    const __m512i weight = _mm512_set1_epi32(pair_of(rounded, p));
-#pragma GCC unroll 6
-    for (uint32_t r = 0; r < kRegisters; ++r) {
-      integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_load_si512(pairs + 2 * kLanes * r), weight);
-    }
-  }
-  __m512i stored[kRegisters];
-#pragma GCC unroll 6
-  for (uint32_t r = 0; r < kRegisters; ++r) _mm512_store_si512(stored + r, integers[r]);
-  const __m512 unit = _mm512_set1_ps(rounded.unit);
+  for (uint32_t r = 0; r < kRegisters; ++r)
+    rows[r] = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
+  uint32_t p = 0;
 #pragma GCC unroll 1
-  for (uint32_t r = 0; r < kRegisters; ++r) {
-    const __m512 rows = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
-    const __m512 added = _mm512_maskz_cvtepi32_ps(0xffff, _mm512_load_si512(stored + r));
-    _mm512_storeu_ps(sum + kLanes * r, _mm512_fmadd_ps(unit, added, rows));
+  for (uint32_t part = 0; part < 2; ++part) {
+    const uint32_t end = part == 0 ? pack::kLinearPairs : rounded.num_pairs;
+    __m512i integers[kRegisters];
+#pragma GCC unroll 6
+    for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm512_setzero_si512();
+    for (; p < end; ++p, pairs += 2 * pack::kPanelRows) {
+      const __m512i weight = _mm512_set1_epi32(pair_of(rounded.weights, p));
+#pragma GCC unroll 6
+      for (uint32_t r = 0; r < kRegisters; ++r) {
+        integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_load_si512(pairs + 2 * kLanes * r), weight);
+      }
+    }
+    const __m512 unit = _mm512_set1_ps(part == 0 ? rounded.linear_unit : rounded.unit);
+#pragma GCC unroll 6
+    for (uint32_t r = 0; r < kRegisters; ++r)
+      rows[r] = _mm512_fmadd_ps(unit, _mm512_maskz_cvtepi32_ps(0xffff, integers[r]), rows[r]);
   }
+#pragma GCC unroll 6
+  for (uint32_t r = 0; r < kRegisters; ++r) _mm512_storeu_ps(sum + kLanes * r, rows[r]);
 }
 #else
 constexpr AddRounded add_rounded_avx2 = add_rounded_scalar;

@@ -15,16 +15,18 @@ namespace palpate {
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
                             bool onto, pal_real* sum);
 
-// Weights of columns that are rounded to int16: integers, and what one unit of the sum means.
+// Weights of columns that are rounded to int16: integers, and what one unit of their sum means. Those of L, in the
+// first pack::kLinearPairs, and those of B, which are much smaller, have a unit each.
 struct RoundedWeights {
   uint32_t num_pairs;
+  pal_real linear_unit;
   pal_real unit;
   alignas(4) int16_t weights[2 * pack::num_column_pairs(pack::kMostRank)];  // [num_pairs][2]
 };
 
-// sum[i] = (onto ? sum[i] : 0) + unit * sum over p < num_pairs, c < 2 of weights[p][c] * pairs[p][i][c],
-// i < pack::kPanelRows. The integers are summed in 32 bits, exactly: the caller's weights are small enough. Pairs are
-// aligned to 64 bytes.
+// sum[i] = (onto ? sum[i] : 0) + sum over p < num_pairs of (p < kLinearPairs ? linear_unit : unit) * sum over c < 2 of
+// weights[p][c] * pairs[p][i][c],  i < pack::kPanelRows; num_pairs >= kLinearPairs. The integers are summed in 32 bits,
+// exactly: the caller's weights are small enough. Pairs are aligned to 64 bytes.
 using AddRounded = void (*)(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum);
 
 // sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows, four at a time: `count` is a multiple
@@ -46,7 +48,7 @@ struct FieldKernel {
 // them but never contracts a product and a sum), avx2 and avx512 (both fuse them, and give the same bits), avx512vnni
 // (avx512 with its instruction for sums of products of int16). They differ from the scalar one by the rounding of
 // `count` products at most: |difference| <= count * epsilon * (|sum[i]| + sum over j of |weights[j] columns[j][i]|),
-// epsilon that of pal_real, a sum of integers counting as three columns. add_bytes is the same to the bit in all.
+// epsilon that of pal_real, each sum of integers counting as two columns. add_bytes is the same to the bit in all.
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

@@ -70,7 +70,7 @@ struct pal_pack {
 
   // PolynomialDd; polynomial_sites is null without the model
   uint32_t degree;                                        // the largest
-  bool basis_rounded;                                     // to int16
+  bool basis_rounded;                                     // and L, to int16
   const palpate::pack::PolynomialSite* polynomial_sites;  // [num_sites]
   const double* energy;
   const pal_real* coefficients;

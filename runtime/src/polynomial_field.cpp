@@ -12,9 +12,10 @@ namespace {
 constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
 constexpr uint32_t kTogether = 8;
 
-// Weights as integers times one scale: as large as leaves every sum of products in 32 bits.
-void round_weights(const pal_real* weights, uint32_t count, RoundedWeights& rounded) {
-  // 32768 times it, and half a unit more for each of 99 roundings, is below 2^31.
+// Weights as integers times one unit, which is returned: as small as leaves every sum of products in 32 bits. The last
+// of an odd number is followed by 0.
+pal_real round_weights(const pal_real* weights, uint32_t count, int16_t* integers) {
+  // 32768 times it, and half a unit more for each of 96 roundings, is below 2^31.
   constexpr pal_real kMostSum = 65000;
   pal_real largest = 0;
   pal_real sum = 0;
@@ -23,23 +24,21 @@ void round_weights(const pal_real* weights, uint32_t count, RoundedWeights& roun
     if (size > largest) largest = size;
     sum += size;
   }
-  rounded.num_pairs = (count + 1) / 2;
-  rounded.weights[2 * rounded.num_pairs - 1] = 0;  // of no column where their number is odd
-  if (!isfinite(sum)) {                            // a damaged pack that nobody verified: as without rounding
-    rounded.unit = sum;
-    memset(rounded.weights, 0, count * sizeof *rounded.weights);
-    return;
+  if (count % 2 != 0) integers[count] = 0;
+  if (!isfinite(sum)) {  // a damaged pack that nobody verified: as without rounding
+    memset(integers, 0, count * sizeof *integers);
+    return sum;
   }
   const pal_real by_largest = largest / pack::kBasisUnit;
   const pal_real unit = by_largest > sum / kMostSum ? by_largest : sum / kMostSum;
   // Below what float32 has digits for there is nothing to show.
   constexpr pal_real kLeast = pal_real(1e-30);
   const pal_real per_unit = unit > kLeast ? 1 / unit : 0;
-  rounded.unit = unit / pack::kBasisUnit;
   for (uint32_t k = 0; k < count; ++k) {
     const pal_real value = weights[k] * per_unit;
-    rounded.weights[k] = static_cast<int16_t>(value + (value < 0 ? pal_real(-0.5) : pal_real(0.5)));
+    integers[k] = static_cast<int16_t>(value + (value < 0 ? pal_real(-0.5) : pal_real(0.5)));
   }
+  return unit / pack::kBasisUnit;
 }
 
 // z_k = sum over terms m_j C_jk of so many k: sums that stay in registers.
@@ -86,8 +85,11 @@ void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, P
     add_terms<1>(monomials + pack::monomial_start(2), terms, coefficients + k, site.rank, z + k);
   weights.rounded.num_pairs = 0;
   if (!pack.basis_rounded) return;
-  for (uint32_t axis = 0; axis < 3; ++axis) weights.columns[axis] *= static_cast<pal_real>(site.linear_unit);
-  round_weights(weights.columns, weights.num_columns, weights.rounded);
+  RoundedWeights& rounded = weights.rounded;
+  rounded.num_pairs = pack::num_column_pairs(site.rank);
+  rounded.linear_unit =
+      static_cast<pal_real>(site.linear_unit) * round_weights(weights.columns, 3, rounded.weights);
+  rounded.unit = round_weights(z, site.rank, rounded.weights + 2 * pack::kLinearPairs);
 }
 
 void fill_polynomial_field(const PolynomialWeights& weights, uint32_t first, uint32_t count,

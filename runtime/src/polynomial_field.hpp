@@ -19,8 +19,8 @@ struct PolynomialWeights {
   RoundedWeights rounded;                 // the same where columns are int16; else none
 };
 
-// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by (3 + rank) / 2 units at
-// most, of about 1 / 32767 of the largest weight. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at
+// Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by 3 / 2 units of x and
+// rank / 2 of z at most, each 1/32767 of the largest or 1/65000 of the sum of such weights. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at
 // degree 7 and rank 16, 65,000 at degree 14 and rank 96.
 void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights);
 

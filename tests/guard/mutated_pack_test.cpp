@@ -565,8 +565,11 @@ TEST_F(Contradiction, PolynomialNumbers) {
       EXPECT_EQ(with(polynomial.field(), 40, wrong), of_columns) << wrong;
       const auto& last = reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() +
                                                                        polynomial.sites()->offset())[11];
-      const uint64_t panel = pack::polynomial_panel_bytes(last.rank, rounded);
-      const uint64_t in_last = (polynomial.field()->bytes() - panel) / sizeof(pal_real) + 287;
+      const uint64_t in_panel = pack::polynomial_panel_bytes(last.rank, rounded) / sizeof(pal_real);
+      const uint64_t of_linear =
+          rounded ? 2 * pack::kLinearPairs * pack::kPanelRows * sizeof(int16_t) / sizeof(pal_real)
+                  : 3 * pack::kPanelRows;
+      const uint64_t in_last = polynomial.field()->bytes() / sizeof(pal_real) - in_panel + of_linear - 1;
       EXPECT_EQ(with(polynomial.field(), in_last, wrong), of_columns) << wrong;
     }
     // A basis of the plain one is within 1.
@@ -619,7 +622,7 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     constexpr int kDegree = pack::kMaxDegree;
     constexpr uint32_t kRank = pack::kMostRank;
     EXPECT_EQ(status_of(kDegree, kRank), PAL_STATUS_OK);
-    EXPECT_EQ(status_of(kDegree, kRank + 2), PAL_STATUS_CORRUPT_CONTENT);
+    EXPECT_EQ(status_of(kDegree, kRank + 1), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(status_of(kDegree + 1, kRank), PAL_STATUS_CORRUPT_CONTENT);
   }
   // The last site without its last columns, and the arrays as much shorter: an odd column is one of a pair.
@@ -645,7 +648,7 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
   };
   for (uint32_t fewer = 0; fewer <= 3; ++fewer)
     EXPECT_EQ(status_of_rank(fewer, fewer), PAL_STATUS_OK) << fewer;
-  EXPECT_EQ(status_of_rank(1, 0), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(status_of_rank(2, 0), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_of_rank(1, 3), PAL_STATUS_CORRUPT_CONTENT);
 }
 

@@ -1,13 +1,12 @@
-// Every call of the runtime leaves the upper halves of vector registers clear (vzeroupper): where they are not, whatever
-// follows with vectors of 128 bits or with scalars, this library's next frame and its host's own code, takes two to three
-// times as long, until someone else clears them. GCC sees to it in what it does not compile for the smallest size.
+// Frames leave the upper halves of vector registers clear (vzeroupper): where they are not, whatever follows with
+// vectors of 128 bits or with scalars, the next frame and the host's own code, takes two to three times as long, until
+// someone else clears them. GCC sees to it from -O2 on, but not in what it compiles for the smallest size.
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "runtime/src/field_kernel.hpp"
 #include "tests/support/runtime_session.hpp"
-#include "tests/support/sanitizer.hpp"
 #include "tests/support/small_pack.hpp"
 
 #if defined(__x86_64__)
@@ -58,7 +57,9 @@ void clear_upper_halves() {}
 class UpperHalves : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (kSanitized) GTEST_SKIP() << "at -O1 GCC clears none";
+#if !defined(NDEBUG) || defined(__OPTIMIZE_SIZE__)
+    GTEST_SKIP() << "of a release build";
+#endif
     if (!tells_registers_in_use()) GTEST_SKIP() << "this processor does not tell";
     clear_upper_halves();
     if (upper_halves_in_use()) GTEST_SKIP() << "this processor tells too much";
@@ -86,10 +87,10 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
   FieldKernel kernels[kMostFieldKernels];
   const uint32_t count = list_field_kernels(kernels);
   alignas(64) const pal_real columns[4 * pack::kPanelRows] = {1};
-  alignas(64) const int16_t pairs[4 * pack::kPanelRows] = {1};
+  alignas(64) const int16_t pairs[2 * pack::kLinearPairs * pack::kPanelRows] = {1};
   alignas(64) const int8_t bytes[4 * pack::kPanelRows] = {1};
   const pal_real weights[4] = {1, 2, 3, 4};
-  const RoundedWeights rounded = {2, 1, {1, 2, 3, 4}};
+  const RoundedWeights rounded = {pack::kLinearPairs, 1, 1, {1, 2, 3}};
   alignas(64) pal_real sum[pack::kPanelRows] = {};
   for (uint32_t k = 0; k < count; ++k) {
     const std::string name = kernels[k].name;
@@ -100,34 +101,40 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
   }
 }
 
+// Of every model, with one contact and with several, nodes fixed and a tool, and fields of both kinds of columns.
 TEST_F(UpperHalves, ClearAfterEveryFrame) {
-  const OpenPack pack(zone_pack_bytes());
-  const pal_pack_info info = pack.info();
-  std::vector<pal_real> field(size_t{3} * info.num_nodes);
-  for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
-    OwnedSession session(pack.get(), model, 3, 4);
-    for (uint32_t frame = 0; frame < 60; ++frame) {
-      const std::string at = "model " + std::to_string(model) + ", frame " + std::to_string(frame);
-      const uint32_t fixed[2] = {frame % info.num_contact_nodes, (frame / 3) % info.num_contact_nodes};
-      pal_contact contacts[3];
-      for (uint32_t c = 0; c < 3; ++c)
-        contacts[c] = {
-            (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01, -1e-4 * frame}, 0, {}, {}, {}};
-      pal_contact_result results[3];
-      pal_status status[3] = {};
-      expect_clear_after(at + ": fixed",
-                         [&] { status[0] = pal_session_set_fixed(session.get(), fixed, frame % 3); });
-      const uint32_t count = model == PAL_MODEL_POLYNOMIAL ? 1 : 1 + frame % 3;
-      expect_clear_after(at + ": contacts",
-                         [&] { status[1] = pal_contact_frame(session.get(), contacts, count, results); });
-      expect_clear_after(at + ": field",
-                         [&] { status[2] = pal_visual_frame(session.get(), field.data(), kNodeBytes); });
-      if (frame % 3 == 0) {
-        EXPECT_EQ(status[1], PAL_STATUS_OK) << at;
-        EXPECT_EQ(status[2], PAL_STATUS_OK) << at;
+  int answered = 0;
+  for (const AlignedBytes* bytes : {&zone_pack_bytes(), &rounded_pack_bytes()}) {
+    const OpenPack pack(*bytes);
+    const pal_pack_info info = pack.info();
+    std::vector<pal_real> field(size_t{3} * info.num_nodes);
+    for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
+      if (model == PAL_MODEL_ZONE && info.zone_rings == 0) continue;
+      OwnedSession session(pack.get(), model, 3, 4);
+      const bool is_for_one = model == PAL_MODEL_POLYNOMIAL;
+      for (uint32_t frame = 0; frame < 60; ++frame) {
+        SCOPED_TRACE(testing::Message() << "model " << model << ", frame " << frame);
+        const uint32_t fixed[2] = {frame % info.num_contact_nodes, (frame + 7) % info.num_contact_nodes};
+        pal_contact contacts[3];
+        for (uint32_t c = 0; c < 3; ++c) {
+          contacts[c] = {
+              (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01, -1e-4 * frame}, 0, {}, {}, {}};
+        }
+        pal_contact_result results[3];
+        const uint32_t count = is_for_one ? 1 : 1 + frame % 3;
+        const uint32_t num_fixed = is_for_one ? 0 : frame % 3;
+        pal_status status = PAL_STATUS_OK;
+        const auto expect_answer = [&](const char* what, auto&& call) {
+          expect_clear_after(what, [&] { status = call(); });
+          answered += status == PAL_STATUS_OK;
+        };
+        expect_answer("fixed", [&] { return pal_session_set_fixed(session.get(), fixed, num_fixed); });
+        expect_answer("contacts", [&] { return pal_contact_frame(session.get(), contacts, count, results); });
+        expect_answer("field", [&] { return pal_visual_frame(session.get(), field.data(), kNodeBytes); });
       }
     }
   }
+  EXPECT_GT(answered, 1100);  // of 1,260; else few were tried
 }
 
 }  // namespace

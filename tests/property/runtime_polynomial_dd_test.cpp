@@ -170,18 +170,18 @@ PackedField packed_field(const SitePolynomial& polynomial, const Eigen::Vector3d
   packed.field = polynomial.linear * x;
   Eigen::VectorXd sizes = polynomial.linear.cwiseAbs() * x.cwiseAbs();
   packed.rounding = 0;
-  Eigen::VectorXd of_columns(3 + B.cols());
-  of_columns.head<3>() = static_cast<double>(linear_unit(polynomial.linear)) * x;
+  const auto rounding_of = [&](const Eigen::VectorXd& w) {
+    const Eigen::VectorXd size = w.cwiseAbs();
+    return rounded ? 0.5 * static_cast<double>(w.size()) *
+                         std::max(size.maxCoeff() / pack::kBasisUnit, size.sum() / 65000)
+                   : 0.0;
+  };
+  packed.rounding += rounding_of(static_cast<double>(linear_unit(polynomial.linear)) * x);
   if (B.cols() > 0) {
     const Eigen::VectorXd z = C.transpose() * weights;
-    of_columns.tail(z.size()) = z;
     packed.field += B * z;
     sizes += B.cwiseAbs() * (C.cwiseAbs().transpose() * weights.cwiseAbs());
-  }
-  if (rounded) {
-    const Eigen::VectorXd w = of_columns.cwiseAbs();
-    packed.rounding =
-        0.5 * static_cast<double>(w.size()) * std::max(w.maxCoeff() / pack::kBasisUnit, w.sum() / 65000);
+    packed.rounding += rounding_of(z);
   }
   packed.rounding += terms * static_cast<double>(std::numeric_limits<pal_real>::epsilon()) * sizes.maxCoeff();
   return packed;
@@ -491,7 +491,7 @@ TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
   }
 }
 
-// The bound of what rounding z makes of a field is one that tells fields apart, and is kept with little to spare.
+// The bound of what rounding x and z makes of a field is one that tells fields apart, and is kept with little to spare.
 TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
   const Organ& rounded = organ(Kind::any_rounded, false);
   const Organ& plain = organ(Kind::any, false);

@@ -101,7 +101,7 @@ class SmallPack {
     return write_pack(only);
   }
 
-  // Its polynomials with bases of int16.
+  // Its polynomials with columns of int16.
   std::vector<SiteResult> rounded_polynomials() const {
     constexpr double kTolerance = 1e-3;
     std::vector<SiteResult> rounded = polynomials;
