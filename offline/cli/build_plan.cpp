@@ -108,8 +108,8 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
     plan.most_samples = kSolvesForFineTargets;
-  // Columns of int16 and their weights are wrong by 4e-5 together, by twice that where a domain is four times as long as
-  // wide: nothing beside a target above a few times that.
+  // Columns of int16 and their weights are wrong by 3e-5 of |d| together (fields of the brain beside those of float32),
+  // by more where a domain is longer than wide: nothing beside a target of ten times that and more.
   constexpr double kRoundedFrom = 5e-4;
   plan.rounded = scene.precision == FieldPrecision::rounded ||
                  (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&

@@ -101,7 +101,7 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
   }
 }
 
-// Of every model, with one contact and with several, nodes fixed and a tool, and fields of both kinds of columns.
+// Of every model, with one contact and with several, nodes fixed, and fields of both kinds of columns.
 TEST_F(UpperHalves, ClearAfterEveryFrame) {
   int answered = 0;
   for (const AlignedBytes* bytes : {&zone_pack_bytes(), &rounded_pack_bytes()}) {
