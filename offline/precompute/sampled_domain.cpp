@@ -182,6 +182,13 @@ void SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num
   }
 }
 
+size_t SampledDomain::num_inside() const {
+  return static_cast<size_t>(
+      std::count_if(samples_.samples.begin(), samples_.samples.end(), [&](const Sample& sample) {
+        return !sample.displacement.isZero(0) && is_in_domain(samples_, sample);
+      }));
+}
+
 double SampledDomain::min_jacobian() const {
   double least = 1;
   for (const Sample& sample : samples_.samples) {

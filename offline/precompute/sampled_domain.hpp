@@ -41,6 +41,7 @@ class SampledDomain {
 
   // Pushes that were asked for, with those that could not be had.
   size_t num_solves() const { return num_solves_; }
+  size_t num_inside() const;                      // samples in the domain but that of rest
   double min_jacobian() const;                    // over the samples in the domain
   PushOutcome cut_by() const { return cut_by_; }  // why it was shortened last, if it was
 

@@ -216,6 +216,27 @@ TEST_F(SampledDomainOf, HardSitesAreTheSameOnAnyNumberOfThreads) {
   }
 }
 
+// Samples beyond a domain that was shortened tell little of it: a fit is not measured by what few are left.
+TEST_F(SampledDomainOf, AFitIsMeasuredByTheFewestSamplesInTheDomain) {
+  SamplingPlan plan;
+  plan.least_samples = 10;
+  plan.target = 10;
+  plan.survey_samples = 1;
+  block.scene.max_displacement = 1;
+  int num_shortened = 0;
+  for (const SiteResult& result : sample_sites(assembly, block.scene, block.sites, linear, plan)) {
+    const bool is_cut = result.cut_by != PushOutcome::solved;
+    num_shortened += is_cut;
+    EXPECT_EQ(result.samples > plan.least_samples, is_cut);
+  }
+  EXPECT_GT(num_shortened, 0);
+  sample_to(1, 14);
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(domain.num_inside()),
+            std::count_if(samples.samples.begin() + 1, samples.samples.end(),
+                          [&](const Sample& sample) { return size_of(sample) <= 1 + 1e-9; }));
+  EXPECT_LT(domain.num_inside() + 1, samples.samples.size());
+}
+
 // As few solves as a plan may have.
 TEST_F(SampledDomainOf, PlansOfFewSolvesAreKept) {
   SamplingPlan plan;
