@@ -35,9 +35,13 @@ struct ValidateArguments {
 
 nlohmann::json validated_json(const KeptPromise& model) {
   nlohmann::json json = survey_json(model.measured.table);
-  json["p95_ratio"] = {{"displacement", model.displacement_ratio()}, {"force", model.force_ratio()}};
-  json["within_estimate"] = {{"displacement", model.displacement_coverage()},
-                             {"force", model.force_coverage()}};
+  json["p95_ratio"] = nullptr;  // none of the pushes was at a site of this model
+  json["within_estimate"] = nullptr;
+  if (!model.measured.errors.empty()) {
+    json["p95_ratio"] = {{"displacement", model.displacement_ratio()}, {"force", model.force_ratio()}};
+    json["within_estimate"] = {{"displacement", model.displacement_coverage()},
+                               {"force", model.force_coverage()}};
+  }
   json["agrees"] = model.agrees() && model.sets.agrees();
   if (model.sets.measured.answers.empty()) return json;
   json["several"] = set_survey_json(model.sets.measured.table);
@@ -61,11 +65,13 @@ void print_validated(const std::vector<KeptPromise>& models) {
       "                 p95 over the pack's      within the runtime's estimate, percent\n"
       "  model          displacement  force      displacement  force\n");
   for (const KeptPromise& model : models) {
+    if (model.measured.errors.empty()) {
+      fmt::print("  {:<14} {:>12} {:>6} {:>17} {:>6}   not measured\n", model.model, "-", "-", "-", "-");
+      continue;
+    }
     fmt::print("  {:<14} {:12.2f} {:6.2f} {:17.1f} {:6.1f}   {}\n", model.model, model.displacement_ratio(),
                model.force_ratio(), 100 * model.displacement_coverage(), 100 * model.force_coverage(),
-               model.measured.errors.empty() ? "not measured"
-               : model.agrees()              ? "agrees"
-                                             : "DISAGREES");
+               model.agrees() ? "agrees" : "DISAGREES");
   }
   const std::string sets = set_survey_text(surveys);
   if (sets.empty()) return;
