@@ -82,6 +82,15 @@ TEST(Affine, WhereTheTargetAsksForThemSitesAreSampled) {
   own["model"] = "affine";
   EXPECT_EQ(contact_of(files, one_of_each[true], push, "affine"), own) << "its own polynomial answers best";
 
+  // One push is at a site of one of them, and says nothing of the other.
+  const nlohmann::json validated =
+      run_program({"validate", files.pack.string(), "--samples", "1", "--sets", "0", "--json"})
+          .json()["models"];
+  EXPECT_NE(validated["affine_site"]["p95_ratio"].is_null(),
+            validated["polynomial_dd"]["p95_ratio"].is_null());
+  EXPECT_NE(validated["affine_site"]["within_estimate"].is_null(),
+            validated["polynomial_dd"]["within_estimate"].is_null());
+
   // The same bytes on one thread, and from what was kept.
   EXPECT_EQ(built(files)["solves"], 0);
   EXPECT_TRUE(file_text(files.pack) == bytes);
