@@ -67,9 +67,9 @@ DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, S
 }
 
 // Samples a site until its fit keeps the target, and fits it. One that does not keep it with two thirds of its solves
-// is hard. A fit counts as keeping it once the fewest samples lie in the domain: where that has been shortened, few
-// may be left to measure by. (On the brain's surface, a site to 0.69 h with a few of ten left kept 1 % by them, and was
-// off by 17 % of the force elsewhere.)
+// is hard. Before those are spent no fit counts as keeping it until the fewest samples lie in the domain: where that
+// has been shortened, few may be left to measure by. (On the brain's surface, a site to 0.69 h with a few of ten left
+// kept 1 % by them, and was off by 17 % of the force elsewhere.)
 SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
   const size_t two_thirds = std::max(plan.least_samples, (2 * plan.most_samples + 2) / 3);
