@@ -20,8 +20,8 @@ struct PolynomialWeights {
 };
 
 // Of the state of a polynomial answer. Rounded weights are wrong by half a unit each: a row by 3 / 2 units of x and
-// rank / 2 of z at most, each 1/32767 of the largest or 1/65000 of the sum of such weights. Cost: rank x (terms of degree 2 .. degree) multiply-adds, 1,856 at
-// degree 7 and rank 16, 65,000 at degree 14 and rank 96.
+// rank / 2 of z at most, each 1/32767 of the largest or 1/65000 of the sum of such weights. Cost: rank x (terms of
+// degree 2 .. degree) multiply-adds, 1,856 at degree 7 and rank 16, 65,000 at degree 14 and rank 96.
 void weigh_polynomial(const pal_pack& pack, const PolynomialFieldState& state, PolynomialWeights& weights);
 
 // sum[96 count] = u of the nodes of `count` panels from `first` on, onto what is there or not.
