@@ -2,16 +2,13 @@
 // solve.
 //
 // Along d = t D r, D a scale and r fixed, the displacement from rest is a_1 t + a_2 t^2 + ... with a_1 = T D r, T the
-// exact tangent du/dd at rest, and nothing moves where it is held. With c_j the coefficient of t^j in the internal
-// force P of the series up to a_(j-1), equilibrium of the free dofs asks for
+// exact tangent du/dd at rest, and nothing moves where it is held. With c_j of path_orders.hpp, equilibrium of the
+// free dofs asks for
 //
 //   K a_j = -c_j,   a_j = 0 where the dofs are held,                     j = 2, 3, ...
 //
-// all with the factor at rest; this is the perturbation method (Damil and Potier-Ferry 1990, A new method to compute
-// perturbed bifurcations). The tool's force is of order j  f_j = T^T c_j, for K is symmetric, and the order j + 1 of
-// the energy has D f_j as its gradient. c_j comes from differences of P: even orders from P(t) + P(-t), odd ones from
-// P(t) - P(-t), at two t for Richardson's extrapolation; what is left is of relative size 1e-5. What holds for rays
-// holds for all d: a form of degree j in three variables is known from its values along (j + 1) (j + 2) / 2 of them.
+// all with the factor at rest. The tool's force is of order j  f_j = T^T c_j, for K is symmetric, and the order j + 1
+// of the energy has D f_j as its gradient.
 //
 // On the brain, pushed by one edge length, nu = 0.4, it leaves 0.32 % (p95) to third order, 0.11 to fourth, 0.03 to
 // fifth.
