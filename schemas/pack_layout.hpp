@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 14;
+inline constexpr uint32_t kFormatVersion = 15;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -144,14 +144,15 @@ struct ZoneMaterial {
 };
 static_assert(sizeof(ZoneMaterial) == 80);
 
-// Of the fields outside of a zone: monomials of degrees 2 and 3 (monomials.hpp).
-inline constexpr uint32_t kZoneDegree = 3;
-inline constexpr uint32_t kZoneColumns = num_monomials(2, kZoneDegree);
+// Of the fields outside of a zone: monomials of degree 2 and up (monomials.hpp), to one of these.
+inline constexpr uint32_t kLeastZoneDegree = 3;
+inline constexpr uint32_t kMostZoneDegree = 5;
+// What pairs weigh of a site's: those to the least degree.
+inline constexpr uint32_t kPairColumns = num_monomials(2, kLeastZoneDegree);
 
 inline constexpr uint32_t kMostMutualSites =
     128;  // what pairs of them add grows with their square; more have none
-inline constexpr uint32_t kPairMonomials = 9 + 2 * num_monomials(2);  // of two loads: what is of second order
-inline constexpr uint32_t kMostPairFields = 16;                       // of a pair's own; a multiple of 4
+inline constexpr uint32_t kMostPairFields = 24;                       // of a pair's own; a multiple of 4
 inline constexpr int kPairUnit = 127;  // in an int8 of theirs: the scene's largest displacement
 
 inline constexpr uint32_t kMostZoneRings = 8;

@@ -120,7 +120,7 @@ std::vector<SiteResult> some_polynomials(const Block& block, int degree, int ran
 }
 
 ZoneTables zones_of(const Block& block, int rings, int jobs) {
-  ZoneTables zone = find_zones(block.model, block.sites, rings);
+  ZoneTables zone = find_zones(block.scene, block.model, block.sites, rings);
   compute_zone_compliance(block.assembly, block.sites, {}, {}, zone);
   compute_zone_exterior(block.assembly, block.sites, {}, block.scene.max_displacement, jobs, {}, zone);
   if (num_zone_pairs(block.sites, block.scene.max_contacts) > 0)

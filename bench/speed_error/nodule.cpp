@@ -94,7 +94,7 @@ class Body {
     plan.survey_samples = 0;
     plan.jobs = 2;
     const std::vector<SiteResult> results = sample_sites(*assembly_, scene_, sites_, linear, plan);
-    ZoneTables zone = find_zones(model_, sites_, kRings);
+    ZoneTables zone = find_zones(scene_, model_, sites_, kRings);
     compute_zone_compliance(*assembly_, sites_, {}, {}, zone);
     compute_zone_exterior(*assembly_, sites_, {}, scene_.max_displacement, plan.jobs, {}, zone);
     PackContent content{model_, scene_, sites_, &linear, &results, false, {}, {}};

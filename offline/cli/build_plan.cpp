@@ -12,6 +12,7 @@
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
+#include "offline/precompute/path_orders.hpp"
 
 namespace palpate {
 namespace {
@@ -83,11 +84,14 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
         ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
         "fewer sites, or remove models.zone = true");
   }
-  if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
+  if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
-    ZoneTables zone = find_zones(model, sites, rings);
-    const bool is_small =
-        zone_bytes(zone, sites, scene.max_contacts, scene.accuracy_target) <= kMostZoneBytes;
+    ZoneTables zone = find_zones(scene, model, sites, rings);
+    const auto bytes = [&] { return zone_bytes(zone, sites, scene.max_contacts, scene.accuracy_target); };
+    // A ring is worth more than a degree outside of it.
+    while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && bytes() > kMostZoneBytes)
+      --zone.exterior_degree;
+    const bool is_small = bytes() <= kMostZoneBytes;
     const bool is_asked_for = scene.zone.value_or(false);
     if (is_asked_for ? is_small || rings == 1
                      : is_small && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
@@ -237,12 +241,17 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
     const double of_zones = zone_bytes(*zone, sites, scene.max_contacts, scene.accuracy_target);
     bytes += of_zones;
-    // Of derivatives, back-solves and the assembly of zones.
-    constexpr double kFactorsPerSite = 3;
-    constexpr double kFactorsPerPair = 0.5;
-    factors +=
-        zone->rings * (kFactorsPerSite * static_cast<double>(sites.sites.size()) +
-                       kFactorsPerPair * static_cast<double>(num_zone_pairs(sites, scene.max_contacts)));
+    // What is outside of zones, order by order along rays (zone_exterior.hpp): as many factors as an order of a ray
+    // takes the time of, on the brain with one ring and two, and the same of pairs.
+    constexpr double kFactorsPerOrder = 0.15;
+    constexpr double kFactorsPerRing = 0.055;
+    constexpr double kFactorsPerPair[] = {0.5, 1.0};  // to second order, to third
+    const int degree = zone->exterior_degree;
+    const int orders = (degree - 1) * num_rays(degree);
+    factors += orders * (kFactorsPerOrder + kFactorsPerRing * zone->rings) *
+                   static_cast<double>(sites.sites.size()) +
+               kFactorsPerPair[zone->pair_degree > 2 ? 1 : 0] * zone->rings *
+                   static_cast<double>(num_zone_pairs(sites, scene.max_contacts));
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
         zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,

@@ -172,6 +172,13 @@ nlohmann::json gravity_json(const OpenedPack& opened) {
           {"may_turn", opened.info().gravity_may_turn != 0}};
 }
 
+// Sites whose zones have a ring more.
+int num_wider(const OpenedPack& opened, const pack::NonlinearZone& zone) {
+  const std::span<const std::uint8_t> more = opened.segment<std::uint8_t>(*zone.more_rings());
+  return static_cast<int>(
+      std::count_if(more.begin(), more.end(), [](std::uint8_t rings) { return rings > 0; }));
+}
+
 int run_info(const InfoArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   const pack::Pack& tables = opened.tables();
@@ -192,6 +199,9 @@ int run_info(const InfoArguments& arguments) {
     }
     if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
       models["nonlinear_zone"].update({{"rings", zone->rings()},
+                                       {"wider_sites", num_wider(opened, *zone)},
+                                       {"exterior_degree", zone->exterior_degree()},
+                                       {"pair_degree", zone->num_pair_fields() > 0 ? zone->pair_degree() : 0},
                                        {"nodes", zone->num_nodes()},
                                        {"elements", zone->num_elements()},
                                        {"most_nodes", zone->most_nodes()},
@@ -254,9 +264,11 @@ int run_info(const InfoArguments& arguments) {
   fmt::print("  site nodes     {}\n", site_labels(opened));
   print_polynomials(opened);
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
+    const int wider = num_wider(opened, *zone);
     fmt::print(
-        "  zones          up to {} rings; {} nodes, {} elements; of a site up to {} nodes, {} elements\n",
-        zone->rings(), zone->num_nodes(), zone->num_elements(), zone->most_nodes(), zone->most_elements());
+        "  zones          up to {} rings{}; {} nodes, {} elements; of a site up to {} nodes, {} elements\n",
+        zone->rings(), wider > 0 ? fmt::format(", of {} sites one more", wider) : "", zone->num_nodes(),
+        zone->num_elements(), zone->most_nodes(), zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",

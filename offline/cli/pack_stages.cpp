@@ -34,6 +34,11 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
 void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                   const RestState& rest, int jobs, ZoneTables& zone) {
   {
+    ProgressBar bar("width of zones", static_cast<int>(sites.sites.size()));
+    zone = widen_zones(
+        assembly, scene, sites, rest, jobs, [&](int done) { bar.show(done); }, zone);
+  }
+  {
     ProgressBar bar("compliance of zones",
                     3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
     compute_zone_compliance(

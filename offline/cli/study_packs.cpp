@@ -82,11 +82,11 @@ std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most
   Scene scene = study_scene(organ);
   scene.zone = true;
   scene.zone_rings = most_rings;
-  while (scene.zone_rings > 1 && zone_bytes(find_zones(organ.model, organ.sites, scene.zone_rings),
+  while (scene.zone_rings > 1 && zone_bytes(find_zones(scene, organ.model, organ.sites, scene.zone_rings),
                                             organ.sites, 1, scene.accuracy_target) > kMostBytes)
     --scene.zone_rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
-  ZoneTables zone = find_zones(organ.model, organ.sites, scene.zone_rings);
+  ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
   compute_zone(organ.assembly, scene, organ.sites, organ.rest, jobs, zone);
   PackContent content{organ.model, scene, organ.sites, &linear, nullptr, false, {}, {}};
   content.rest = &organ.rest;

@@ -18,7 +18,11 @@ std::string row_text(const std::string& model, const SurveyBin& bin, const std::
 
 nlohmann::json figures_json(const ErrorFigures& figures, bool measured) {
   if (!measured) return nullptr;
-  return {{"median", figures.median}, {"p95", figures.p95}, {"max", figures.max}, {"bound", figures.bound}};
+  return {{"median", figures.median},
+          {"p95", figures.p95},
+          {"max", figures.max},
+          {"bound", figures.bound},
+          {"growth", figures.growth}};
 }
 
 nlohmann::json row_json(const SurveyBin& bin) {
@@ -30,12 +34,12 @@ nlohmann::json row_json(const SurveyBin& bin) {
 }
 
 SurveyBin bin_of(const pack::ErrorBin& bin) {
-  return {
-      bin.from(),
-      bin.to(),
-      static_cast<int>(bin.samples()),
-      {bin.displacement_median(), bin.displacement_p95(), bin.displacement_max(), bin.displacement_bound()},
-      {bin.force_median(), bin.force_p95(), bin.force_max(), bin.force_bound()}};
+  return {bin.from(),
+          bin.to(),
+          static_cast<int>(bin.samples()),
+          {bin.displacement_median(), bin.displacement_p95(), bin.displacement_max(),
+           bin.displacement_bound(), bin.displacement_growth()},
+          {bin.force_median(), bin.force_p95(), bin.force_max(), bin.force_bound(), bin.force_growth()}};
 }
 
 SetSurvey sets_of(const pack::ErrorSurvey& survey) {

@@ -82,14 +82,15 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     for (const int element : content.zone->elements)
       dofs = std::max<std::uint64_t>(dofs,
                                      3 * content.model.elements[static_cast<size_t>(element)].nodes().size());
+    const std::uint64_t columns =
+        pack::num_monomials(2, static_cast<std::uint32_t>(content.zone->exterior_degree));
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    cost.force_operations =
-        kIterations * (m * m * m / 6 + 2 * m * m + boundary * (boundary + 4 * pack::kZoneColumns) +
-                       elements * 15 * dofs * (dofs + 1) / 2);
+    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * (boundary + 4 * columns) +
+                                           elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
-    cost.field_operations = rows * (boundary + pack::kZoneColumns);
+    cost.field_operations = rows * (boundary + columns);
     cost.field_bytes = cost.field_operations * sizeof(pack::Real);
     costs.push_back(cost);
   }

@@ -70,7 +70,7 @@ struct SurfaceSegments {
 
 struct ZoneSegments {
   pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
-      exterior, pair_fields, pair_weights;
+      more_rings, exterior, pair_fields, pair_weights;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -312,6 +312,7 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   segments.compliance = store.add(blocks);
   segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
   segments.force_scale = store.add(zone.force_scale);
+  segments.more_rings = store.add(zone.more_rings);
   segments.exterior = store.add(exterior_panels(content, zone.exterior));
   if (!zone.pair_fields.empty()) {
     segments.pair_fields = store.add(exterior_panels(content, zone.pair_fields));
@@ -440,7 +441,7 @@ flatbuffers::Offset<pack::ErrorBin> table_of(const SurveyBin& bin, flatbuffers::
   return pack::CreateErrorBin(builder, bin.from, bin.to, static_cast<uint32_t>(bin.samples),
                               bin.displacement.median, bin.displacement.p95, bin.displacement.max,
                               bin.force.median, bin.force.p95, bin.force.max, bin.displacement.bound,
-                              bin.force.bound);
+                              bin.force.bound, bin.displacement.growth, bin.force.growth);
 }
 
 pack::SetErrors packed(const SetKindErrors& errors) {
@@ -585,6 +586,7 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment compliance = at(zone.compliance);
       const pack::Segment field_compliance = at(zone.field_compliance);
       const pack::Segment force_scale = at(zone.force_scale);
+      const pack::Segment more_rings = at(zone.more_rings);
       const pack::Segment exterior = at(zone.exterior);
       const bool has_pairs = !content.zone->pair_fields.empty();
       const uint32_t num_pair_fields =
@@ -599,7 +601,9 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.zone->most_nodes),
           static_cast<uint32_t>(content.zone->most_boundary_nodes),
           static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_pair_fields,
-          has_pairs ? &pair_fields : nullptr, has_pairs ? &pair_weights : nullptr);
+          has_pairs ? &pair_fields : nullptr, has_pairs ? &pair_weights : nullptr,
+          static_cast<uint32_t>(content.zone->exterior_degree),
+          static_cast<uint32_t>(content.zone->pair_degree), &more_rings);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

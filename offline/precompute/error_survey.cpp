@@ -15,6 +15,24 @@ double chance_of(int k, int n) {
                   k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
 }
 
+// ErrorFigures::growth of a bin in which errors go with the power of |d| that leads from the median of the bin below,
+// in its middle, to that of this one.
+double growth_between(const SurveyBin& below, double median_below, const SurveyBin& bin, double median) {
+  constexpr double kMost = 0.9;  // an error at the lower end then counts ten times
+  if (!(median_below > 0) || !(median > median_below)) return 0;
+  const double power =
+      std::log(median / median_below) / std::log((bin.from + bin.to) / (below.from + below.to));
+  return std::min(kMost, 1 - std::pow(bin.from / bin.to, power));
+}
+
+// What errors of pushes of these sizes would be at the upper end of their bin.
+std::vector<double> at_upper_end(std::vector<double> errors, const std::vector<double>& sizes,
+                                 const SurveyBin& bin, double growth) {
+  for (size_t i = 0; i < errors.size(); ++i)
+    errors[i] /= 1 - growth * std::max(0.0, bin.to - sizes[i]) / (bin.to - bin.from);
+  return errors;
+}
+
 double force_floor(const std::vector<SurveySample>& samples) {
   double largest = 0;
   for (const SurveySample& sample : samples) largest = std::max(largest, sample.truth.force.norm());
@@ -77,39 +95,55 @@ std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples
 
 SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std::vector<SampleErrors>& errors,
                             double max_displacement) {
-  std::array<std::vector<double>, kSurveyBins + 1> displacement_errors;  // the last: all of them
-  std::array<std::vector<double>, kSurveyBins + 1> force_errors;
-  // |f - f_FE| as if it were proportional to |d|, as forces are, at the largest |d|
-  std::array<std::vector<double>, kSurveyBins> absolute;
+  SurveyTable table;
+  for (int i = 0; i < kSurveyBins; ++i) {
+    table.bins[static_cast<size_t>(i)].from = static_cast<double>(i) / kSurveyBins;
+    table.bins[static_cast<size_t>(i)].to = static_cast<double>(i + 1) / kSurveyBins;
+  }
+  struct Errors {
+    std::vector<double> sizes;  // |d| / max_displacement
+    std::vector<double> displacement;
+    std::vector<double> force;
+    // |f - f_FE| as if it were proportional to |d|, as forces are, at the largest |d|
+    std::vector<double> absolute;
+  };
+  std::array<Errors, kSurveyBins> of_bins;
+  Errors all;
   const double floor = force_floor(samples);
   for (size_t i = 0; i < samples.size(); ++i) {
-    const double size = samples[i].truth.displacement.norm();
-    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size / max_displacement)) - 1, 0,
-                               kSurveyBins - 1);
-    absolute[static_cast<size_t>(bin)].push_back(
-        errors[i].force * std::max(samples[i].truth.force.norm(), floor) * max_displacement / size);
-    for (const int target : {bin, kSurveyBins}) {
-      displacement_errors[static_cast<size_t>(target)].push_back(errors[i].displacement);
-      force_errors[static_cast<size_t>(target)].push_back(errors[i].force);
+    const double size = samples[i].truth.displacement.norm() / max_displacement;
+    const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size)) - 1, 0, kSurveyBins - 1);
+    for (Errors* errors_of : {&of_bins[static_cast<size_t>(bin)], &all}) {
+      errors_of->sizes.push_back(size);
+      errors_of->displacement.push_back(errors[i].displacement);
+      errors_of->force.push_back(errors[i].force);
+      errors_of->absolute.push_back(errors[i].force * std::max(samples[i].truth.force.norm(), floor) / size);
     }
   }
 
-  SurveyTable table;
+  table.overall.samples = static_cast<int>(samples.size());
+  table.overall.displacement = figures_of(all.displacement);
+  table.overall.force = figures_of(all.force);
   table.force_scale = floor;
-  for (int i = 0; i <= kSurveyBins; ++i) {
-    SurveyBin& bin = i < kSurveyBins ? table.bins[static_cast<size_t>(i)] : table.overall;
-    if (i < kSurveyBins) {
-      bin.from = static_cast<double>(i) / kSurveyBins;
-      bin.to = static_cast<double>(i + 1) / kSurveyBins;
+  const SurveyBin* below = nullptr;
+  for (int i = 0; i < kSurveyBins; ++i) {
+    SurveyBin& bin = table.bins[static_cast<size_t>(i)];
+    const Errors& of = of_bins[static_cast<size_t>(i)];
+    bin.samples = static_cast<int>(of.sizes.size());
+    const auto bound = [&](const std::vector<double>& values, double growth) {
+      return covering_bound(at_upper_end(values, of.sizes, bin, growth));
+    };
+    for (auto [figures, values] :
+         {std::pair(&bin.displacement, &of.displacement), std::pair(&bin.force, &of.force)}) {
+      *figures = figures_of(*values);
+      if (below == nullptr || of.sizes.empty()) continue;
+      const ErrorFigures& before = values == &of.force ? below->force : below->displacement;
+      figures->growth = growth_between(*below, before.median, bin, figures->median);
+      figures->bound = bound(*values, figures->growth);
     }
-    bin.samples = static_cast<int>(displacement_errors[static_cast<size_t>(i)].size());
-    bin.displacement = figures_of(displacement_errors[static_cast<size_t>(i)]);
-    bin.force = figures_of(force_errors[static_cast<size_t>(i)]);
-  }
-  for (size_t bin = 0; bin < absolute.size(); ++bin) {
-    const double bound = table.bins[bin].force.bound;
-    if (absolute[bin].empty() || !(bound > 0)) continue;
-    table.force_scale = std::max(table.force_scale, covering_bound(absolute[bin]) / bound);
+    if (bin.force.bound > 0 && !of.sizes.empty())
+      table.force_scale = std::max(table.force_scale, bound(of.absolute, bin.force.growth) / bin.force.bound);
+    below = of.sizes.empty() ? nullptr : &bin;
   }
   return table;
 }

@@ -15,12 +15,15 @@ namespace palpate {
 // Quartiles of |d| / max_displacement, so that a reader sees the error grow.
 inline constexpr int kSurveyBins = pack::kSurveyBins;
 
-// Of a set of errors: median, 95th percentile, maximum, and the bound that covers 95 % of further ones.
+// Of a set of errors: median, 95th percentile, maximum, and the bound that covers 95 % of further ones. Of a bin that
+// is the bound of pushes at its upper end: of those at its lower end it is less by `growth` of it, in proportion
+// between.
 struct ErrorFigures {
   double median = 0;
   double p95 = 0;
   double max = 0;
   double bound = 0;
+  double growth = 0;
 };
 
 // Of none: 1 each.

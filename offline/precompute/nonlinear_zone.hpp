@@ -15,11 +15,13 @@
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/rest_state.hpp"
 #include "schemas/pack_layout.hpp"
+#include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 
 struct ZoneTables {
   int rings = 0;
+  std::vector<std::uint8_t> more_rings;  // of each site: those that its zones have beyond the rings asked for
   std::vector<int>
       nodes;  // model nodes: contact nodes in their order, others that are free along some axis, fixed ones
   int num_free = 0;              // of them the first
@@ -36,17 +38,22 @@ struct ZoneTables {
   // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
   // in a linear organ.
   std::vector<double> force_scale;
+  int exterior_degree = pack::kLeastZoneDegree;
   // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each
-  // monomial of degrees 2 and 3 of x = f / force_scale.
+  // monomial of degrees 2 .. exterior_degree of x = f / force_scale.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
+  int pair_degree = pack::kLeastPairDegree;
   // What pairs of sites i > j, at lower_block(i - 1, j), add to that (zone_mutual.hpp); empty where none was asked
   // for. Columns of their own, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest
   // displacement;
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
   std::vector<PairFields> pair_fields;
-  // and for each ring, and in it each pair, weights of the exterior's columns of i, of those of j, and of these, x
-  // pack::kPairMonomials: of x_a of i times x_b of j at 3 a + b, then of the quadratic monomials of x of i, then of j.
+  // and for each ring, and in it each pair, weights of the exterior's first pack::kPairColumns columns of i, of those
+  // of j, and of these, x pack::kPairMonomials to pair_degree.
   std::vector<Eigen::MatrixXf> pair_weights;
+
+  // Of the zone of a site, where so many are asked for.
+  int rings_of(size_t site, int asked_for) const { return asked_for + more_rings[site]; }
 };
 
 // The dofs that rows of `exterior` are.
@@ -66,8 +73,10 @@ class ZoneFinder {
   std::vector<std::vector<int>> by_patch_;
 };
 
-// Which nodes and elements; the compliance is left empty.
-ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings);
+// Which nodes and elements, and to which degree what is outside of zones is to be carried; all else is left empty.
+// `more_rings`: of each site; none where it is empty.
+ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings,
+                      std::vector<std::uint8_t> more_rings = {});
 
 // Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done, total columns.
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
@@ -76,9 +85,10 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
 // Pairs of sites whose exterior a pack carries: none where one contact at a time is all there is, or of too many sites.
 std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts);
 
-// Columns of its own that each of them has (zone_mutual.hpp): what eight leave is little beside what one ring does,
-// and goes with a target of one percent.
-int num_pair_fields(int rings, double accuracy_target);
+// Columns of its own that each of them has (zone_mutual.hpp): for what is of second order, where what eight leave is
+// little beside what one ring does, and goes with a target of one percent; and for what is of third.
+inline constexpr int kThirdOrderFields = 8;
+int num_pair_fields(const ZoneTables& zone, double accuracy_target);
 
 // Bytes of a pack that the compliance and the exterior take, at most.
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts,

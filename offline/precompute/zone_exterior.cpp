@@ -1,155 +1,244 @@
 #include "offline/precompute/zone_exterior.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include "offline/fem/parallel_for.hpp"
+#include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/linear_dd.hpp"
+#include "offline/precompute/path_orders.hpp"
 #include "offline/precompute/tied_patch.hpp"
 #include "schemas/monomials.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
-
-Eigen::Index column_of(std::array<uint32_t, 3> powers) {
-  return static_cast<Eigen::Index>(pack::monomial_index(powers[0], powers[1], powers[2]) -
-                                   pack::monomial_start(2));
-}
-
-// The column of x_i x_j.
-Eigen::Index column_of(int i, int j) {
-  std::array<uint32_t, 3> powers = {};
-  ++powers[static_cast<size_t>(i)];
-  ++powers[static_cast<size_t>(j)];
-  return column_of(powers);
-}
-
-// The columns of x_i times each quadratic monomial.
-std::array<Eigen::Index, kQuadratic> columns_times(int i) {
-  std::array<Eigen::Index, kQuadratic> columns = {};
-  pack::for_each_monomial(2, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
-    if (a + b + c != 2) return;
-    std::array<uint32_t, 3> powers = {a, b, c};
-    ++powers[static_cast<size_t>(i)];
-    columns[index - pack::monomial_start(2)] = column_of(powers);
-  });
-  return columns;
-}
-
-// Orders of P about rest, by differences of K over steps of +- `step` of the given fields.
-class ForceSeries {
+// The orders of P along a path, of all elements or of some.
+class ForceOrders {
  public:
-  ForceSeries(const Assembly& assembly, const Eigen::VectorXd& at_rest, double step)
-      : assembly_(&assembly), at_rest_(&at_rest), step_(step) {}
+  ForceOrders(const Assembly& assembly, const Eigen::VectorXd& at_rest, const Eigen::MatrixXd& first)
+      : assembly_(&assembly), at_rest_(&at_rest), orders_{assembly.tangent_times(at_rest, first)} {}
 
-  // n2(u, u) / 2 and n3(u, u, u) / 6 of u = sum_i x_i first_i: columns of the monomials of x.
-  Eigen::MatrixXd of_first_order(const Eigen::MatrixXd& first) const {
-    Eigen::MatrixXd series(first.rows(), pack::kZoneColumns);
-    const Eigen::MatrixXd at_rest = assembly_->tangent_times(*at_rest_, first);
-    const auto second = [&](const Eigen::VectorXd& along, const Eigen::MatrixXd& vectors) -> Eigen::MatrixXd {
-      const Eigen::MatrixXd sum = moved(along, 1) * vectors + moved(along, -1) * vectors;
-      return (sum - 2 * assembly_->tangent_times(*at_rest_, vectors)) / (step_ * step_);
-    };
-    std::array<Eigen::MatrixXd, 3> third;  // n3(first_i, first_i, .)
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::MatrixXd plus = moved(first.col(i), 1) * first;
-      const Eigen::MatrixXd minus = moved(first.col(i), -1) * first;
-      const Eigen::MatrixXd n2 = (plus - minus) / (2 * step_);
-      third[static_cast<size_t>(i)] = (plus + minus - 2 * at_rest) / (step_ * step_);
-      for (int j = i; j < 3; ++j) series.col(column_of(i, j)) = (i == j ? 0.5 : 1.0) * n2.col(j);
-      for (int j = 0; j < 3; ++j) {
-        const Eigen::Index column = columns_times(j)[static_cast<size_t>(column_of(i, i))];
-        series.col(column) = (i == j ? 1.0 / 6.0 : 0.5) * third[static_cast<size_t>(i)].col(j);
-      }
-    }
-    // 2 n3(1, 2, 3) = n3(1 + 2, 1 + 2, 3) - n3(1, 1, 3) - n3(2, 2, 3)
-    series.col(column_of({1, 1, 1})) =
-        0.5 * (second(first.col(0) + first.col(1), first.col(2)) - third[0].col(2) - third[1].col(2));
-    return series;
+  // c_j of the path to a_(j-1). False where an element inverts.
+  [[nodiscard]] bool find_next(const std::vector<Eigen::MatrixXd>& path) {
+    std::optional<Eigen::MatrixXd> found =
+        internal_force_of_order(*assembly_, *at_rest_, path, orders_, static_cast<int>(path.size()) + 1);
+    if (found) next_ = *std::move(found);
+    return found.has_value();
   }
-
-  // Adds n2(first, second), second = sum over quadratic monomials, to the cubic columns.
-  void add_mixed(const Eigen::MatrixXd& first, const Eigen::MatrixXd& second, Eigen::MatrixXd& series) const {
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::MatrixXd n2 =
-          (moved(first.col(i), 1) * second - moved(first.col(i), -1) * second) / (2 * step_);
-      const auto columns = columns_times(i);
-      for (Eigen::Index m = 0; m < kQuadratic; ++m) series.col(columns[static_cast<size_t>(m)]) += n2.col(m);
-    }
+  const Eigen::MatrixXd& next() const { return next_; }
+  // Makes of it what it is of the path to a_j.
+  void append(const Eigen::MatrixXd& a_j) {
+    orders_.push_back(next_ + assembly_->tangent_times(*at_rest_, a_j));
   }
 
  private:
-  struct Moved {
-    const Assembly* assembly;
-    Eigen::VectorXd displacement;
-    Eigen::MatrixXd operator*(const Eigen::MatrixXd& vectors) const {
-      return assembly->tangent_times(displacement, vectors);
-    }
-  };
-  Moved moved(const Eigen::VectorXd& along, double sign) const {
-    return {assembly_, *at_rest_ + sign * step_ * along};
-  }
-
   const Assembly* assembly_;
   const Eigen::VectorXd* at_rest_;
-  double step_;
+  std::vector<Eigen::MatrixXd> orders_;
+  Eigen::MatrixXd next_;
 };
 
+bool is_linear(const Model& model) {
+  return std::all_of(model.materials.begin(), model.materials.end(), [](const Material& material) {
+    return std::holds_alternative<LinearElastic>(material.law);
+  });
+}
+
+// To which degree the series of a patch is carried. Of loads that move a patch as far, the smallest along one axis may
+// be a small part of the largest along another. So are coefficients, by that to the power of the degree, and in single
+// precision they cancel to seven digits.
+int degree_of(const TiedPatch& patch, double reach_in_edges, int degree) {
+  constexpr double kMostCancellation = 1e5;
+  const Eigen::Vector3d stiffnesses =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(patch.stiffness()).eigenvalues();
+  const double spread = std::max(1.0, reach_in_edges) * stiffnesses[2] / stiffnesses[0];
+  while (degree > static_cast<int>(pack::kLeastZoneDegree) && std::pow(spread, degree) > kMostCancellation)
+    --degree;
+  return degree;
+}
+
+// Of a site: directions y, and along each, where a_1 moves the patch by `length` y, q at some dofs.
+struct SiteOrders {
+  Eigen::Matrix3Xd directions;
+  double length = 0;
+  std::vector<std::vector<Eigen::MatrixXd>> of_rings;  // of each: orders 2, 3, ...: dofs x directions
+};
+
+// Works for each site with a factor at rest.
+class ExteriorSeries {
+ public:
+  ExteriorSeries(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
+                 double max_displacement, int threads)
+      : model_(&assembly.model()),
+        sites_(&sites),
+        at_rest_(rest.displacement_of(assembly.model())),
+        finder_(assembly.model()),
+        max_displacement_(max_displacement),
+        solvers_(
+            std::min(static_cast<size_t>(std::max(1, threads)), std::max<size_t>(1, sites.sites.size()))) {
+    for (std::unique_ptr<StaticSolver>& solver : solvers_) {
+      solver = std::make_unique<StaticSolver>(assembly);
+      factor_at_rest(*solver, rest);
+    }
+  }
+
+  // Calls work(site, its patch, solver of the thread), then progress(sites done).
+  template <typename Work>
+  void for_each_site(const std::function<void(int)>& progress, Work&& work) {
+    std::mutex mutex;
+    int done = 0;
+    parallel_for(static_cast<int>(solvers_.size()), static_cast<int>(sites_->sites.size()),
+                 [&](int index, int worker) {
+                   const auto s = static_cast<size_t>(index);
+                   StaticSolver& solver = *solvers_[static_cast<size_t>(worker)];
+                   work(s, TiedPatch(solver, sites_->sites[s]), solver);
+                   const std::lock_guard lock(mutex);
+                   if (progress) progress(++done);
+                 });
+  }
+
+  // Outside of each of so many rings, to this degree or the highest that the patch has. Those orders are missing from
+  // which on an element inverts; all of them where the organ is linear.
+  SiteOrders orders_of(size_t s, const TiedPatch& patch, StaticSolver& solver, const std::vector<int>& rings,
+                       int degree, const std::vector<Eigen::Index>& dofs) const {
+    constexpr int kTrials = 4;
+    constexpr int kHighest[kTrials] = {5, 5, 4, 3};  // that rounding leaves, of paths so much shorter
+    const int highest = degree_of(patch, max_displacement_ / sites_->mean_surface_edge, degree);
+    SiteOrders orders;
+    orders.directions = ray_directions(num_rays(highest));
+    // A shorter one where that inverts a flat element.
+    orders.length = sites_->mean_surface_edge;
+    orders.of_rings.resize(rings.size());
+    for (int trial = 0; trial < kTrials && !is_linear(*model_); ++trial) {
+      orders.length = sites_->mean_surface_edge / std::pow(4.0, trial);
+      const int to = std::min(highest, kHighest[trial]);
+      orders.of_rings = outside_orders(solver, sites_->sites[s], patch,
+                                       orders.length * patch.per_force() * patch.stiffness(),
+                                       orders.directions, dofs, rings, to);
+      if (static_cast<int>(orders.of_rings.front().size()) == to - 1) break;
+    }
+    return orders;
+  }
+
+ private:
+  // Where a_1 = `first` y.
+  std::vector<std::vector<Eigen::MatrixXd>> outside_orders(StaticSolver& solver, const ContactSite& site,
+                                                           const TiedPatch& patch,
+                                                           const Eigen::MatrixXd& first,
+                                                           const Eigen::Matrix3Xd& directions,
+                                                           const std::vector<Eigen::Index>& dofs,
+                                                           const std::vector<int>& rings, int degree) const {
+    std::vector<Eigen::MatrixXd> path = {first * directions};
+    ForceOrders all(solver.assembly(), at_rest_, path.front());
+    std::deque<Model> zones;
+    std::deque<Assembly> assemblies;
+    std::vector<ForceOrders> inside;
+    for (const int ring : rings) {
+      Model& zone = zones.emplace_back(*model_);
+      zone.elements.clear();
+      for (const int e : finder_.elements_about(site, ring))
+        zone.elements.push_back(model_->elements[static_cast<size_t>(e)]);
+      inside.emplace_back(assemblies.emplace_back(zone, zone.fixed_dofs()), at_rest_, path.front());
+    }
+    std::vector<std::vector<Eigen::MatrixXd>> orders(inside.size());
+    for (int order = 2;; ++order) {
+      // What inverts is one of all elements.
+      if (!all.find_next(path)) return orders;
+      for (size_t ring = 0; ring < inside.size(); ++ring) {
+        if (!inside[ring].find_next(path)) throw std::logic_error("elements of a zone are of the organ");
+        Eigen::MatrixXd fields = inside[ring].next() - all.next();
+        solve_at_rest(solver, fields);
+        orders[ring].push_back(fields(dofs, Eigen::all));
+      }
+      if (order == degree) return orders;
+      Eigen::MatrixXd loaded = -all.next();
+      solve_at_rest(solver, loaded);
+      path.push_back(patch.tied(loaded));
+      all.append(path.back());
+      for (ForceOrders& of_zone : inside) of_zone.append(path.back());
+    }
+  }
+
+  const Model* model_;
+  const ContactSites* sites_;
+  Eigen::VectorXd at_rest_;
+  ZoneFinder finder_;
+  double max_displacement_;
+  std::vector<std::unique_ptr<StaticSolver>> solvers_;
+};
+
+// Of forms with these values along `directions` y = B x: monomials of x x forms.
+Eigen::MatrixXd forms_of_loads(const Eigen::Matrix3Xd& directions, const Eigen::Matrix3d& B, int order,
+                               const Eigen::MatrixXd& values) {
+  const Eigen::MatrixXd in_y = forms_along_rays(directions, order, values);
+  Eigen::MatrixXd along_x(directions.cols(), in_y.rows());
+  for (Eigen::Index ray = 0; ray < directions.cols(); ++ray)
+    along_x.row(ray) = hermite_rows(B * directions.col(ray), order, order, 0);
+  return forms_along_rays(directions, order, along_x * in_y);
+}
+
 }  // namespace
+
+ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                       const RestState& rest, int threads, const std::function<void(int)>& progress,
+                       const ZoneTables& zone) {
+  constexpr double kMostLeft = 2;  // of the accuracy target
+  if (zone.exterior_degree < static_cast<int>(pack::kMostZoneDegree)) return zone;
+  const std::vector<Eigen::Index> shown = exterior_dofs(sites, zone);
+  std::vector<std::uint8_t> more_rings(sites.sites.size());
+  ExteriorSeries series(assembly, sites, rest, scene.max_displacement, threads);
+  series.for_each_site(progress, [&](size_t s, const TiedPatch& patch, StaticSolver& solver) {
+    const SiteOrders orders = series.orders_of(s, patch, solver, {zone.rings}, zone.exterior_degree, shown);
+    if (orders.of_rings.front().empty()) return;
+    const Eigen::MatrixXd& last = orders.of_rings.front().back();
+    const auto order = static_cast<double>(orders.of_rings.front().size() + 1);
+    const double left = last.reshaped(3, last.size() / 3).colwise().norm().maxCoeff() *
+                        std::pow(scene.max_displacement / orders.length, order);
+    more_rings[s] = left > kMostLeft * scene.accuracy_target * scene.max_displacement ? 1 : 0;
+  });
+  ZoneTables wider = find_zones(scene, assembly.model(), sites, zone.rings, std::move(more_rings));
+  wider.exterior_degree = zone.exterior_degree;
+  wider.pair_degree = zone.pair_degree;
+  return wider;
+}
 
 void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                            double max_displacement, int threads, const std::function<void(int)>& progress,
                            ZoneTables& zone) {
-  const Model& model = assembly.model();
-  const Eigen::VectorXd at_rest = rest.displacement_of(model);
-  const ZoneFinder finder(model);
   const std::vector<Eigen::Index> shown = exterior_dofs(sites, zone);
   const size_t num_sites = sites.sites.size();
   zone.force_scale.assign(num_sites, 0);
   zone.exterior.assign(static_cast<size_t>(zone.rings) * num_sites, {});
-  std::vector<std::unique_ptr<StaticSolver>> solvers(
-      std::min(static_cast<size_t>(std::max(1, threads)), std::max<size_t>(1, num_sites)));
-  for (std::unique_ptr<StaticSolver>& solver : solvers) {
-    solver = std::make_unique<StaticSolver>(assembly);
-    factor_at_rest(*solver, rest);
-  }
-  std::mutex mutex;
-  int done = 0;
-  parallel_for(static_cast<int>(solvers.size()), static_cast<int>(num_sites), [&](int index, int worker) {
-    const auto s = static_cast<size_t>(index);
-    const ContactSite& site = sites.sites[s];
-    StaticSolver& solver = *solvers[static_cast<size_t>(worker)];
-    const TiedPatch patch(solver, site);
+  ExteriorSeries series(assembly, sites, rest, max_displacement, threads);
+  series.for_each_site(progress, [&](size_t s, const TiedPatch& patch, StaticSolver& solver) {
+    std::vector<int> rings;
+    for (int ring = 1; ring <= zone.rings; ++ring) rings.push_back(zone.rings_of(s, ring));
+    const SiteOrders orders = series.orders_of(s, patch, solver, rings, zone.exterior_degree, shown);
     zone.force_scale[s] = max_displacement * patch.stiffness().norm();
-    const Eigen::MatrixXd first = zone.force_scale[s] * patch.per_force();
-    const double step = difference_step(patch, zone.force_scale[s], sites.mean_surface_edge);
-    const ForceSeries all(assembly, at_rest, step);
-    Eigen::MatrixXd of_all = all.of_first_order(first);
-    Eigen::MatrixXd loaded = -of_all.leftCols(kQuadratic);
-    solve_at_rest(solver, loaded);
-    const Eigen::MatrixXd second = patch.tied(loaded);
-    all.add_mixed(first, second, of_all);
-    for (int ring = 1; ring <= zone.rings; ++ring) {
-      Model inside = model;
-      inside.elements.clear();
-      for (const int e : finder.elements_about(site, ring))
-        inside.elements.push_back(model.elements[static_cast<size_t>(e)]);
-      const Assembly of_zone(inside, inside.fixed_dofs());
-      const ForceSeries zone_series(of_zone, at_rest, step);
-      Eigen::MatrixXd of_inside = zone_series.of_first_order(first);
-      zone_series.add_mixed(first, second, of_inside);
-      Eigen::MatrixXd fields = of_inside - of_all;
-      solve_at_rest(solver, fields);
-      zone.exterior[static_cast<size_t>(ring - 1) * num_sites + s] =
-          fields(shown, Eigen::all).cast<pack::Real>();
+    const Eigen::Matrix3d to_directions = zone.force_scale[s] / orders.length * patch.stiffness().inverse();
+    for (size_t ring = 0; ring < rings.size(); ++ring) {
+      auto& fields = zone.exterior[ring * num_sites + s];
+      fields.setZero(static_cast<Eigen::Index>(shown.size()),
+                     pack::num_monomials(2, static_cast<std::uint32_t>(zone.exterior_degree)));
+      for (size_t i = 0; i < orders.of_rings[ring].size(); ++i) {
+        const auto order = static_cast<std::uint32_t>(i) + 2;
+        fields.middleCols(pack::num_monomials(2, order - 1), pack::num_monomials(order)) =
+            forms_of_loads(orders.directions, to_directions, static_cast<int>(order),
+                           orders.of_rings[ring][i].transpose())
+                .transpose()
+                .cast<pack::Real>();
+      }
     }
-    const std::lock_guard lock(mutex);
-    if (progress) progress(++done);
   });
 }
 

@@ -3,25 +3,58 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "offline/fem/parallel_for.hpp"
+#include "offline/precompute/force_derivatives.hpp"
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/tied_patch.hpp"
+#include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr Eigen::Index kMonomials = pack::kPairMonomials;
 constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
-constexpr size_t kPairsAtOnce = 8;   // share the passes over a factor; more gain nothing and take memory
-constexpr double kTolerance = 1e-4;  // of the largest singular value
-constexpr double kRidge = 1e-6;      // of the largest square: fields that nearly cancel stay small
+constexpr Eigen::Index kCubic = pack::num_monomials(3);
+constexpr Eigen::Index kSecondOrder = pack::num_pair_monomials(2);
+constexpr Eigen::Index kMixed = 3 * kQuadratic;  // of one load twice and of the other once
+constexpr double kTolerance = 1e-4;              // of the largest singular value
+constexpr double kRidge = 1e-6;  // of the largest square: fields that nearly cancel stay small
 
-// The fields of pairs of sites.
+// Where x_a x_b is among the quadratic monomials.
+Eigen::Index quadratic_of(int a, int b) {
+  return a <= b ? a * (5 - a) / 2 + b : quadratic_of(b, a);
+}
+
+// Where x_a times the quadratic monomial of b and c is among the cubic ones.
+Eigen::Index cubic_of(int a, int b, int c) {
+  uint32_t powers[3] = {};
+  for (const int axis : {a, b, c}) ++powers[axis];
+  return static_cast<Eigen::Index>(pack::monomial_index(powers[0], powers[1], powers[2]) -
+                                   pack::monomial_start(3));
+}
+
+template <typename Visit>
+void for_each_quadratic(Visit&& visit) {
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b) visit(a, b, quadratic_of(a, b));
+  }
+}
+
+// What the linear organ answers to the load of a site, and to second order.
+struct SiteResponse {
+  Eigen::MatrixXd first;   // num_dofs x 3
+  Eigen::MatrixXd second;  // num_dofs x quadratic monomials; empty where pairs go to second order
+  double step = 0;         // of differences along `first`
+};
+
+// The fields of pairs of sites, of monomials in the order of pack::kPairMonomials.
 class PairResponses {
  public:
   PairResponses(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
@@ -32,17 +65,26 @@ class PairResponses {
         at_rest_(rest.displacement_of(assembly.model())),
         finder_(assembly.model()),
         shown_(exterior_dofs(sites, zone)),
-        first_(sites.sites.size()),
-        steps_(sites.sites.size()) {
+        responses_(sites.sites.size()),
+        patches_(sites.sites.size()) {
     for (int worker = 0; worker < std::max(1, threads); ++worker) {
       solvers_.push_back(std::make_unique<StaticSolver>(assembly));
       factor_at_rest(*solvers_.back(), rest);
     }
     for_each_site([&](size_t s, StaticSolver& solver) {
-      const TiedPatch patch(solver, sites.sites[s]);
-      first_[s] = zone.force_scale[s] * patch.per_force();
-      steps_[s] = difference_step(patch, zone.force_scale[s], sites.mean_surface_edge);
+      TiedPatch patch(solver, sites.sites[s]);
+      SiteResponse& response = responses_[s];
+      response.first = zone.force_scale[s] * patch.per_force();
+      response.step = difference_step(patch, zone.force_scale[s], sites.mean_surface_edge);
+      if (!is_third_order()) return;
+      response.second = patch.tied(answer_to(own_second(derivatives(assembly, s, false), response), solver));
+      patches_[s].emplace(std::move(patch));
     });
+  }
+
+  bool is_third_order() const { return zone_->pair_degree > 2; }
+  Eigen::Index num_monomials() const {
+    return pack::num_pair_monomials(static_cast<std::uint32_t>(zone_->pair_degree));
   }
 
   // Calls work(site, solver of the thread) for all, those with the most pairs first.
@@ -54,53 +96,97 @@ class PairResponses {
     });
   }
 
-  // What a pair adds outside of each ring.
+  // What a pair adds outside of a ring.
   struct OfRing {
-    Eigen::MatrixXd fields;            // rows of the exterior x kMonomials, zero in `inside`
+    Eigen::MatrixXd fields;            // rows of the exterior x monomials, zero in `inside`
     std::vector<Eigen::Index> inside;  // rows that zones hide
   };
 
-  // Calls use(k, rings) for each of `others`.
-  template <typename Use>
-  void for_each_pair(size_t site, const std::vector<size_t>& others, StaticSolver& solver, Use&& use) const {
-    for (size_t first = 0; first < others.size(); first += kPairsAtOnce) {
-      const auto from = others.begin() + static_cast<std::ptrdiff_t>(first);
-      const std::vector<size_t> some(from,
-                                     from + std::min<std::ptrdiff_t>(kPairsAtOnce, others.end() - from));
-      const Eigen::MatrixXd all = products(*assembly_, site, some);
-      std::vector<std::vector<OfRing>> pairs(some.size());
-      for (int ring = 1; ring <= zone_->rings; ++ring) add_ring(ring, site, some, all, solver, pairs);
-      for (size_t k = 0; k < some.size(); ++k) use(first + k, pairs[k]);
-    }
-  }
+  // Of all elements.
+  ForceDerivatives derivatives(size_t site) const { return derivatives(*assembly_, site, is_third_order()); }
 
- private:
-  // `all`: products() of all elements.
-  void add_ring(int rings, size_t site, const std::vector<size_t>& others, const Eigen::MatrixXd& all,
-                StaticSolver& solver, std::vector<std::vector<OfRing>>& pairs) const {
-    Eigen::MatrixXd fields(all.rows(), kMonomials * static_cast<Eigen::Index>(others.size()));
-    const std::vector<int> about_site = finder_.elements_about(sites_->sites[site], rings);
-    for (size_t k = 0; k < others.size(); ++k) {
-      const std::vector<int> about_other = finder_.elements_about(sites_->sites[others[k]], rings);
-      auto of_pair = fields.middleCols<kMonomials>(kMonomials * static_cast<Eigen::Index>(k));
+  // Outside of each ring. `of_site`: its derivatives.
+  std::vector<OfRing> fields_of(size_t site, const ForceDerivatives& of_site, size_t other,
+                                StaticSolver& solver) const {
+    // Near at one ring they are at more.
+    const bool is_any_third = is_third_order() && !are_near(site, other, 1);
+    const Eigen::MatrixXd bilinear = second_order(of_site, other);
+    Eigen::MatrixXd mixed;
+    Eigen::MatrixXd of_both;
+    if (is_any_third) {
+      of_both = patches_[other]->tied(patches_[site]->tied(answer_to(bilinear, solver)));
+      mixed = third_order({site, of_site}, {other, derivatives(other)}, of_both);
+    }
+    std::vector<OfRing> fields;
+    for (int rings = 1; rings <= zone_->rings; ++rings) {
+      const bool is_third = is_any_third && !are_near(site, other, rings);
+      const std::vector<int> about_site = zone_of(site, rings);
+      const std::vector<int> about_other = zone_of(other, rings);
       // Outside of both zones.
       std::vector<int> both;
       std::set_union(about_site.begin(), about_site.end(), about_other.begin(), about_other.end(),
                      std::back_inserter(both));
-      of_pair.leftCols<9>() =
-          products_by(both, site, others[k]) - all.middleCols<9>(9 * static_cast<Eigen::Index>(k));
-      pairs[k].push_back({{}, rows_inside(both)});
+      Eigen::MatrixXd forces(at_rest_.size(), is_third ? num_monomials() : kSecondOrder);
+      with_elements(both, [&](const Assembly& of_zones) {
+        const ForceDerivatives inside = derivatives(of_zones, site, is_third);
+        forces.leftCols<9>() = bilinear - second_order(inside, other);
+        if (is_third)
+          forces.middleCols<2 * kMixed>(kSecondOrder) =
+              mixed - third_order({site, inside}, {other, derivatives(of_zones, other, true)}, of_both);
+      });
       // What each by itself counts inside of the other's.
-      of_pair.middleCols<kQuadratic>(9) = own_products(site, about_site, about_other);
-      of_pair.rightCols<kQuadratic>() = own_products(others[k], about_other, about_site);
-    }
-    solve_at_rest(solver, fields);
-    for (size_t k = 0; k < others.size(); ++k) {
-      OfRing& of_ring = pairs[k].back();
-      of_ring.fields =
-          fields(shown_, Eigen::seqN(kMonomials * static_cast<Eigen::Index>(k), Eigen::fix<kMonomials>));
+      Eigen::Index quadratic = 9;
+      Eigen::Index cubic = kSecondOrder + 2 * kMixed;
+      for (const auto& [own, of_own, of_other] :
+           {std::tuple(site, &about_site, &about_other), std::tuple(other, &about_other, &about_site)}) {
+        std::vector<int> elements;
+        std::set_difference(of_other->begin(), of_other->end(), of_own->begin(), of_own->end(),
+                            std::back_inserter(elements));
+        with_elements(elements, [&](const Assembly& of_elements) {
+          const ForceDerivatives inside = derivatives(of_elements, own, is_third);
+          forces.middleCols<kQuadratic>(quadratic) = -own_second(inside, responses_[own]);
+          if (is_third) forces.middleCols<kCubic>(cubic) = -own_third(inside, responses_[own]);
+        });
+        quadratic += kQuadratic;
+        cubic += kCubic;
+      }
+      OfRing& of_ring = fields.emplace_back();
+      of_ring.inside = rows_inside(both);
+      of_ring.fields.setZero(static_cast<Eigen::Index>(shown_.size()), num_monomials());
+      const Eigen::MatrixXd answers = answer_to(std::move(forces), solver);
+      of_ring.fields.leftCols(answers.cols()) = answers(shown_, Eigen::all);
       of_ring.fields(of_ring.inside, Eigen::all).setZero();
     }
+    return fields;
+  }
+
+ private:
+  // -K^-1 of these nodal forces.
+  static Eigen::MatrixXd answer_to(Eigen::MatrixXd forces, StaticSolver& solver) {
+    forces *= -1;
+    solve_at_rest(solver, forces);
+    return forces;
+  }
+
+  // Its elements.
+  std::vector<int> zone_of(size_t site, int rings) const {
+    return finder_.elements_about(sites_->sites[site], zone_->rings_of(site, rings));
+  }
+
+  // Whether the patch of one reaches into the zone of the other: of such nothing is carried beyond second order
+  // (ZoneSet::near).
+  bool are_near(size_t site, size_t other, int rings) const {
+    const auto reaches = [&](size_t one, size_t into) {
+      const std::vector<int> zone = zone_of(into, rings);
+      const std::vector<int>& patch = sites_->sites[one].patch_nodes;
+      return std::any_of(patch.begin(), patch.end(), [&](int node) {
+        const std::vector<int>& about = finder_.elements_of(node);
+        return std::any_of(about.begin(), about.end(), [&](int element) {
+          return std::binary_search(zone.begin(), zone.end(), element);
+        });
+      });
+    };
+    return reaches(site, other) || reaches(other, site);
   }
 
   // Rows of nodes that have no element but these.
@@ -114,43 +200,82 @@ class PairResponses {
     return rows;
   }
 
-  // n2(first of site, first of other) of the assembly's elements, nine columns for each of `others`.
-  Eigen::MatrixXd products(const Assembly& assembly, size_t site, const std::vector<size_t>& others) const {
-    Eigen::MatrixXd vectors(at_rest_.size(), 3 * static_cast<Eigen::Index>(others.size()));
-    for (size_t k = 0; k < others.size(); ++k)
-      vectors.middleCols<3>(3 * static_cast<Eigen::Index>(k)) = first_[others[k]];
-    Eigen::MatrixXd columns(at_rest_.size(), 3 * vectors.cols());
-    const double step = steps_[site];
+  // Calls use(the assembly of these elements alone).
+  template <typename Use>
+  void with_elements(const std::vector<int>& elements, Use&& use) const {
+    Model part = assembly_->model();
+    part.elements.clear();
+    for (const int e : elements) part.elements.push_back(assembly_->model().elements[static_cast<size_t>(e)]);
+    use(Assembly(part, part.fixed_dofs()));
+  }
+
+  // Of the assembly's elements, along the first order of a site.
+  ForceDerivatives derivatives(const Assembly& assembly, size_t site, bool to_third_order) const {
+    return {assembly, at_rest_, responses_[site].first, responses_[site].step, to_third_order};
+  }
+
+  // n2(u, u) / 2, u = first x.
+  static Eigen::MatrixXd own_second(const ForceDerivatives& along, const SiteResponse& site) {
+    Eigen::MatrixXd columns(site.first.rows(), kQuadratic);
     for (int a = 0; a < 3; ++a) {
-      const Eigen::VectorXd along = step * first_[site].col(a);
-      const Eigen::MatrixXd n2 = (assembly.tangent_times(at_rest_ + along, vectors) -
-                                  assembly.tangent_times(at_rest_ - along, vectors)) /
-                                 (2 * step);
-      for (Eigen::Index k = 0; k < n2.cols() / 3; ++k)
-        columns.middleCols<3>(9 * k + 3 * a) = n2.middleCols<3>(3 * k);
+      const Eigen::MatrixXd n2 = along.second(a, site.first);
+      for (int b = a; b < 3; ++b) columns.col(quadratic_of(a, b)) = (a == b ? 0.5 : 1.0) * n2.col(b);
     }
     return columns;
   }
 
-  // The same of these elements of the model alone.
-  Eigen::MatrixXd products_by(const std::vector<int>& elements, size_t site, size_t other) const {
-    Model part = assembly_->model();
-    part.elements.clear();
-    for (const int e : elements) part.elements.push_back(assembly_->model().elements[static_cast<size_t>(e)]);
-    return products(Assembly(part, part.fixed_dofs()), site, {other});
+  // n2(u, U2) + n3(u, u, u) / 6, U2 its second order.
+  static Eigen::MatrixXd own_third(const ForceDerivatives& along, const SiteResponse& site) {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(site.first.rows(), kCubic);
+    for (int a = 0; a < 3; ++a) {
+      const Eigen::MatrixXd n2 = along.second(a, site.second);
+      for_each_quadratic([&](int b, int c, Eigen::Index m) { columns.col(cubic_of(a, b, c)) += n2.col(m); });
+      const Eigen::MatrixXd n3 = along.third(a, a, site.first);
+      for (int b = 0; b < 3; ++b) columns.col(cubic_of(a, a, b)) += (a == b ? 1.0 / 6 : 0.5) * n3.col(b);
+    }
+    columns.col(cubic_of(0, 1, 2)) += along.third(0, 1, site.first.col(2));
+    return columns;
   }
 
-  // n2(u, u) / 2 of a site by the elements in the other's zone that are not in its own; of each monomial.
-  Eigen::MatrixXd own_products(size_t site, const std::vector<int>& own,
-                               const std::vector<int>& of_other) const {
-    std::vector<int> elements;
-    std::set_difference(of_other.begin(), of_other.end(), own.begin(), own.end(),
-                        std::back_inserter(elements));
-    const Eigen::MatrixXd n2 = products_by(elements, site, site);
-    Eigen::MatrixXd columns(n2.rows(), kQuadratic);
-    Eigen::Index column = 0;
-    for (Eigen::Index a = 0; a < 3; ++a) {
-      for (Eigen::Index b = a; b < 3; ++b) columns.col(column++) = (a == b ? 0.5 : 1.0) * n2.col(3 * a + b);
+  // n2(u, v), u that of `along` and v = first y of other: of x_a y_b at 3 a + b.
+  Eigen::MatrixXd second_order(const ForceDerivatives& along, size_t other) const {
+    Eigen::MatrixXd columns(at_rest_.size(), 9);
+    for (int a = 0; a < 3; ++a) columns.middleCols<3>(3 * a) = along.second(a, responses_[other].first);
+    return columns;
+  }
+
+  // n2(v, U2_u) + n2(u, U2_uv) + n3(u, u, v) / 2, of quadratic monomials of x times y_b; then the same of x_a times
+  // those of y. `of_both`: U2_uv, of x_a y_b at 3 a + b.
+  struct SiteDerivatives {
+    size_t site;
+    const ForceDerivatives& along;
+  };
+  Eigen::MatrixXd third_order(const SiteDerivatives& x, const SiteDerivatives& y,
+                              const Eigen::MatrixXd& of_both) const {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(at_rest_.size(), 2 * kMixed);
+    for (const bool twice_x : {true, false}) {
+      const auto& [site, twice] = twice_x ? x : y;
+      const auto& [other, once] = twice_x ? y : x;
+      const auto column = [&](Eigen::Index quadratic, int axis) {
+        return columns.col(twice_x ? 3 * quadratic + axis : kMixed + kQuadratic * axis + quadratic);
+      };
+      const auto both = [&](int axis_of_twice, int axis_of_once) {
+        return twice_x ? 3 * axis_of_twice + axis_of_once : 3 * axis_of_once + axis_of_twice;
+      };
+      for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::MatrixXd n2 = once.second(axis, responses_[site].second);
+        for (Eigen::Index m = 0; m < kQuadratic; ++m) column(m, axis) += n2.col(m);
+      }
+      for (int a = 0; a < 3; ++a) {
+        const Eigen::MatrixXd n2 = twice.second(a, of_both);
+        for (int b = 0; b < 3; ++b) {
+          for (int axis = 0; axis < 3; ++axis) column(quadratic_of(a, b), axis) += n2.col(both(b, axis));
+        }
+      }
+      for_each_quadratic([&](int a, int b, Eigen::Index m) {
+        const Eigen::MatrixXd n3 = twice.third(a, b, responses_[other].first);
+        for (int axis = 0; axis < 3; ++axis) column(m, axis) += (a == b ? 0.5 : 1.0) * n3.col(axis);
+      });
     }
     return columns;
   }
@@ -161,8 +286,8 @@ class PairResponses {
   Eigen::VectorXd at_rest_;
   ZoneFinder finder_;
   std::vector<Eigen::Index> shown_;
-  std::vector<Eigen::MatrixXd> first_;
-  std::vector<double> steps_;
+  std::vector<SiteResponse> responses_;
+  std::vector<std::optional<TiedPatch>> patches_;  // to third order
   std::vector<std::unique_ptr<StaticSolver>> solvers_;
 };
 
@@ -176,11 +301,12 @@ Eigen::MatrixXd fit(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& field
   return gram.ldlt().solve(columns.transpose() * fields);
 }
 
-// Columns of what the first site carries, then of what the other does; zero in these rows.
+// Columns of what the first site carries, then of what the other does, of each the lowest degrees; zero in these rows.
 Eigen::MatrixXd side_by_side(const Fields& first, const Fields& second,
                              const std::vector<Eigen::Index>& inside) {
-  Eigen::MatrixXd columns(first.rows(), first.cols() + second.cols());
-  columns << first.cast<double>(), second.cast<double>();
+  Eigen::MatrixXd columns(first.rows(), Eigen::Index{2 * pack::kPairColumns});
+  columns << first.leftCols<pack::kPairColumns>().cast<double>(),
+      second.leftCols<pack::kPairColumns>().cast<double>();
   columns(inside, Eigen::all).setZero();
   return columns;
 }
@@ -199,6 +325,20 @@ ZoneTables::PairFields largest_parts(const Eigen::MatrixXd& fields, Eigen::Index
     parts.col(i) = (pack::kPairUnit / part.cwiseAbs().maxCoeff() * part).array().round().cast<std::int8_t>();
   }
   return parts;
+}
+
+// Of a pair: first those of what is of second order, as small loads have hardly any other; then those of what they
+// leave of the third, where there is some.
+ZoneTables::PairFields own_fields(const Eigen::MatrixXd& fields, Eigen::Index most) {
+  const Eigen::MatrixXd third = fields.rightCols(fields.cols() - kSecondOrder);
+  if (third.isZero(0)) return largest_parts(fields.leftCols<kSecondOrder>(), most);
+  ZoneTables::PairFields own(fields.rows(), most);
+  own.leftCols(most - kThirdOrderFields) =
+      largest_parts(fields.leftCols<kSecondOrder>(), most - kThirdOrderFields);
+  const Eigen::MatrixXd columns = own.leftCols(most - kThirdOrderFields).cast<double>();
+  own.rightCols<kThirdOrderFields>() =
+      largest_parts(third - columns * fit(columns, third), kThirdOrderFields);
+  return own;
 }
 
 }  // namespace
@@ -220,34 +360,35 @@ void compute_zone_mutual(const Assembly& assembly, const Scene& scene, const Con
     if (progress) progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(num_pairs)));
   };
 
-  const Eigen::Index most = num_pair_fields(zone.rings, scene.accuracy_target);
+  const Eigen::Index most = num_pair_fields(zone, scene.accuracy_target);
   zone.pair_fields.assign(num_pairs, {});
   zone.pair_weights.assign(static_cast<size_t>(zone.rings) * num_pairs, {});
   pairs.for_each_site([&](size_t site, StaticSolver& solver) {
-    std::vector<size_t> others;
-    for (size_t other = 0; other < site; ++other) others.push_back(other);
-    pairs.for_each_pair(site, others, solver, [&](size_t k, std::vector<PairResponses::OfRing>& rings) {
-      const size_t pair = pack::lower_block(site - 1, others[k]);
+    if (site == 0) return;
+    const ForceDerivatives of_site = pairs.derivatives(site);
+    for (size_t other = 0; other < site; ++other) {
+      std::vector<PairResponses::OfRing> rings = pairs.fields_of(site, of_site, other, solver);
+      const size_t pair = pack::lower_block(site - 1, other);
       std::vector<Eigen::MatrixXd> weights;
       for (size_t ring = 0; ring < rings.size(); ++ring) {
         const size_t first = ring * num_sites;
         const Eigen::MatrixXd columns =
-            side_by_side(zone.exterior[first + site], zone.exterior[first + others[k]], rings[ring].inside);
+            side_by_side(zone.exterior[first + site], zone.exterior[first + other], rings[ring].inside);
         weights.push_back(fit(columns, rings[ring].fields));
         rings[ring].fields -= columns * weights.back();
       }
-      zone.pair_fields[pair] = largest_parts(rings.back().fields, most);
+      zone.pair_fields[pair] = own_fields(rings.back().fields, most);
       const Eigen::MatrixXd own =
           scene.max_displacement / pack::kPairUnit * zone.pair_fields[pair].cast<double>();
       for (size_t ring = 0; ring < rings.size(); ++ring) {
         Eigen::MatrixXd outside = own;
         outside(rings[ring].inside, Eigen::all).setZero();
         Eigen::MatrixXf& of_ring = zone.pair_weights[ring * num_pairs + pair];
-        of_ring.resize(2 * pack::kZoneColumns + most, kMonomials);
+        of_ring.resize(2 * pack::kPairColumns + most, pairs.num_monomials());
         of_ring << weights[ring].cast<float>(), fit(outside, rings[ring].fields).cast<float>();
       }
-    });
-    advance(others.size());
+      advance(1);
+    }
   });
 }
 

@@ -8,7 +8,7 @@
 //   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(x)
 //   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x)
 //
-// q(x): what the organ outside adds to its linear answer, of second and third order in a contact's load x
+// q(x): what the organ outside adds to its linear answer, of second and higher orders in a contact's load x
 // (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and
 // where the zone is the whole organ.
 //

@@ -252,6 +252,10 @@ bool is_error(double value) {
   return value >= 0 && value <= kLargestEnergy;
 }
 
+bool is_growth(double value) {
+  return value >= 0 && value <= 1;
+}
+
 bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     const auto model = static_cast<uint32_t>(survey->model());
@@ -262,12 +266,20 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
     double from = 0;
     for (const pack::ErrorBin* bin : *survey->bins()) {
       if (!(bin->from() == from) || !(bin->to() > from && bin->to() <= kLargestScale) ||
-          !is_error(bin->displacement_bound()) || !is_error(bin->force_bound())) {
+          !is_error(bin->displacement_bound()) || !is_error(bin->force_bound()) ||
+          !is_growth(bin->displacement_growth()) || !is_growth(bin->force_growth())) {
         return false;
       }
-      if (bin->samples() == 0 && !(bin->displacement_bound() >= 1 && bin->force_bound() >= 1)) return false;
+      if (bin->samples() == 0 && !(bin->displacement_bound() >= 1 && bin->force_bound() >= 1 &&
+                                   bin->displacement_growth() == 0 && bin->force_growth() == 0))
+        return false;
+      const double width = bin->to() - from;
+      const ErrorBinView of = {bin->to(), bin->displacement_bound(),
+                               bin->displacement_bound() * bin->displacement_growth() / width,
+                               bin->force_bound(), bin->force_bound() * bin->force_growth() / width};
+      if (!isfinite(of.displacement_slope) || !isfinite(of.force_slope)) return false;
+      view.bins[view.num_bins++] = of;
       from = bin->to();
-      view.bins[view.num_bins++] = {bin->to(), bin->displacement_bound(), bin->force_bound()};
     }
     view.most_contacts = survey->most_contacts();
     view.set_displacement_bound = survey->set_displacement_bound();

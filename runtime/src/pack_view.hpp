@@ -14,8 +14,11 @@ static_assert(sizeof(pack::Real) == sizeof(pal_real), "PALPATE_FLOAT64 is one fo
 // One bin of an error survey; ErrorBin in schemas/pack.fbs.
 struct ErrorBinView {
   double to;  // upper end of |d| / max_displacement
+  // There, and by how much less below, per |d| / max_displacement.
   double displacement_bound;
+  double displacement_slope;
   double force_bound;
+  double force_slope;
 };
 
 inline constexpr uint32_t kNumModels = 4;  // ResponseModel of the schema that this library knows
@@ -78,6 +81,7 @@ struct pal_pack {
 
   // NonlinearZone; zone_nodes is null without it
   uint32_t zone_rings;
+  const uint8_t* zone_more_rings;  // [num_sites]
   uint32_t num_zone_nodes;
   uint32_t num_zone_free;
   uint32_t num_zone_elements;
@@ -94,10 +98,13 @@ struct pal_pack {
   const pal_real* zone_field_compliance;
   uint32_t num_row_panels;         // of zone_exterior: of packed nodes, then of inner ones
   const double* zone_force_scale;  // [num_sites]
-  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][kZoneColumns][96]
+  uint32_t zone_degree;            // of zone_exterior, a polynomial of the load
+  uint32_t zone_columns;           // its monomials of degree 2 and up
+  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][zone_columns][96]
   uint32_t num_pair_fields;        // 0 without what pairs of contacts add
   const int8_t* pair_fields;       // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
-  const float* pair_weights;       // [zone_rings][pairs][kPairMonomials][2 kZoneColumns + num_pair_fields]
+  uint32_t pair_degree;
+  const float* pair_weights;  // [zone_rings][pairs][num_pair_monomials][2 kPairColumns + num_pair_fields]
 
   // SurfaceBvh; bvh_nodes is null without it
   uint32_t num_primitives;

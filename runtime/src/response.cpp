@@ -63,9 +63,9 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// What 95 % of errors in the survey bin that holds |d| stay below, told with a confidence of 95 %, or kUnknownError:
-// for a case that no survey has, or a flagged answer. The force's as parts of `force`, its size in model units: of
-// one that is small for its displacement they are larger parts.
+// What 95 % of errors at this |d| stay below, told with a confidence of 95 % where they grow within a bin of the
+// survey as from bin to bin, or kUnknownError: for a case that no survey has, or a flagged answer. The force's as
+// parts of `force`, its size in model units: of one that is small for its displacement they are larger parts.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      double force, pal_contact_result& result) {
   result.displacement_error = kUnknownError;
@@ -75,10 +75,12 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
     // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
-    if (size <= survey.bins[bin].to * (1.0 + 1e-9)) {
-      result.displacement_error = survey.bins[bin].displacement_bound;
+    const ErrorBinView& of = survey.bins[bin];
+    if (size <= of.to * (1.0 + 1e-9)) {
+      const double below = std::max(0.0, of.to - size);
+      result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
       // As an absolute error, and of what it leaves of the force at least.
-      const double bound = survey.bins[bin].force_bound;
+      const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
       const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
       const double left = force - bound * scale;
       result.force_error = !(force < scale)       ? bound
@@ -306,8 +308,8 @@ bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num
                      [](const pal_contact& contact) { return place_of(contact).count > 1; });
 }
 
-// Adds it to what moves each of them, once the difference is placed, and to the field. `couplings`: [3 count][3 count] of the stiffness, above the
-// diagonal, where forces are given. Returns its energy.
+// Adds it to what moves each of them, once the difference is placed, and to the field. `couplings`: [3 count][3
+// count] of the stiffness, above the diagonal, where forces are given. Returns its energy.
 double move_together(pal_session& session, const pal_contact* contacts, uint32_t count, PlaceAnswer* moved,
                      double* couplings, FieldState& field) {
   const pal_pack& pack = *session.pack;

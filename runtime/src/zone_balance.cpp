@@ -21,7 +21,7 @@ double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t columns = num_exterior_columns(frame.pack, set.num_contacts);
   double parts[kMostExteriorColumns];
-  weigh_exterior_energy(frame.pack, set, parts);
+  weigh_exterior_energy(frame.pack, set, frame.state.rings, parts);
   double* moved = frame.state.vector;
   memset(moved, 0, group.boundary_stride * sizeof *moved);
   frame.state.kernel.add_product(group.exterior_fields, group.boundary_stride, group.boundary_stride, columns,

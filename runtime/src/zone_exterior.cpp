@@ -6,16 +6,18 @@
 #include <algorithm>
 
 #include "runtime/src/pack_view.hpp"
+#include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr uint32_t kFirst = pack::monomial_start(2);
+constexpr uint32_t kMostMonomials = pack::monomial_start(pack::kMostZoneDegree + 1);
 
 // A panel of these columns, of a site outside of so many rings.
 const pal_real* panel_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t panel) {
   const uint64_t index = (uint64_t{rings - 1} * pack.num_sites + site) * pack.num_row_panels + panel;
-  return pack.zone_exterior + index * pack::kZoneColumns * pack::kPanelRows;
+  return pack.zone_exterior + index * pack.zone_columns * pack::kPanelRows;
 }
 
 // Of two sites that are not the same.
@@ -33,7 +35,7 @@ const int8_t* panel_of_pair(const pal_pack& pack, uint32_t site, uint32_t other,
 uint32_t first_column_of_pair(const pal_pack& pack, uint32_t num_contacts, uint32_t contact, uint32_t other) {
   const auto pair = static_cast<uint32_t>(contact > other ? pack::lower_block(contact - 1, other)
                                                           : pack::lower_block(other - 1, contact));
-  return num_contacts * pack::kZoneColumns + pair * pack.num_pair_fields;
+  return num_contacts * pack.zone_columns + pair * pack.num_pair_fields;
 }
 
 double square_of(const double v[3]) {
@@ -49,10 +51,13 @@ double reach_of(const ZoneSet& set) {
   return set.num_fixed > 0 ? 0 : kFarthest;
 }
 
-// To which degree a contact's own load counts. Among contacts that share a zone, whose loads may nearly cancel, no
-// more than the pairs do: a third order of each without that of all is worse than none.
-uint32_t own_degree(const ZoneSet& set, uint32_t contact) {
-  return is_alone_in_zone(set, contact) ? pack::kZoneDegree : 2;
+// To which degree a contact's own load counts. Near ones, whose loads may nearly cancel, have to second order what
+// they add, alone and together: higher ones are those of forces, which such loads no longer are. Others that share a
+// zone have no more than they add to each other.
+uint32_t own_degree(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
+  if (set.near[contact] != 0) return 2;
+  if (is_alone_in_zone(set, contact)) return pack.zone_degree;
+  return pack.num_pair_fields > 0 ? pack.pair_degree : 2;
 }
 
 // A load of the set as it counts.
@@ -73,68 +78,67 @@ Load load_of(const ZoneSet& set, uint32_t contact) {
   return load;
 }
 
-// The quadratic monomials of two loads x and y.
-struct PairProducts {
-  double of_both[9];  // x_a y_b
-  double of_x[pack::num_monomials(2)];
-  double of_y[pack::num_monomials(2)];
-};
+// The monomials of a load to the degree of what pairs add, or their derivatives by one of its components.
+using PairFactors = double[pack::monomial_start(pack::kMostPairDegree + 1)];
 
-PairProducts products_of(const double x[3], const double y[3]) {
-  PairProducts products;
-  uint32_t j = 0;
-  for (uint32_t a = 0; a < 3; ++a) {
-    for (uint32_t b = 0; b < 3; ++b) products.of_both[3 * a + b] = x[a] * y[b];
-    for (uint32_t b = a; b < 3; ++b, ++j) {
-      products.of_x[j] = x[a] * x[b];
-      products.of_y[j] = y[a] * y[b];
-    }
-  }
-  return products;
+void evaluate_factors(const pal_pack& pack, const Load& load, PairFactors& factors) {
+  pack::evaluate_monomials(load.x, pack.pair_degree, factors);
 }
 
-// Their derivatives by x_axis.
-PairProducts derivatives_of(const double x[3], const double y[3], uint32_t axis) {
-  PairProducts products = {};
-  uint32_t j = 0;
-  for (uint32_t a = 0; a < 3; ++a) {
-    for (uint32_t b = 0; b < 3 && a == axis; ++b) products.of_both[3 * a + b] = y[b];
-    for (uint32_t b = a; b < 3; ++b, ++j)
-      products.of_x[j] = (a == axis ? x[b] : 0.0) + (b == axis ? x[a] : 0.0);
-  }
-  return products;
+void differentiate_factors(const pal_pack& pack, const double* of, uint32_t axis, PairFactors& derivatives) {
+  pack::for_each_monomial(pack.pair_degree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
+    uint32_t powers[3] = {a, b, c};
+    derivatives[index] = 0;
+    if (powers[axis] == 0) return;
+    const double power = powers[axis]--;
+    derivatives[index] = power * of[pack::monomial_index(powers[0], powers[1], powers[2])];
+  });
 }
 
-// Adds what two contacts weigh the fields of both with: `products` of the loads x of `contact` and y of `other`.
+// Adds what two contacts weigh the fields of both with, by their monomials `from` and on: those are products of what
+// `of_contact` and `of_other` hold.
 void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact, uint32_t other,
-              const PairProducts& products, double* weights) {
+              const PairFactors& of_contact, const PairFactors& of_other, uint32_t from, double scale,
+              double* weights) {
   const uint32_t site = set.sites[contact];
   const uint32_t site_of_other = set.sites[other];
   if (site == site_of_other) return;
   const bool is_first = site > site_of_other;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint32_t of_monomial = 2 * pack::kZoneColumns + pack.num_pair_fields;
+  const uint32_t of_monomial = 2 * pack::kPairColumns + pack.num_pair_fields;
+  const uint32_t num_monomials = pack::num_pair_monomials(pack.pair_degree);
+  const bool is_near = (set.near[contact] >> other & 1) != 0;
+  const uint32_t to = is_near ? pack::num_pair_monomials(2) : num_monomials;
   const float* of_pair =
       pack.pair_weights +
-      (uint64_t{rings - 1} * pairs + pair_of_sites(site, site_of_other)) * pack::kPairMonomials * of_monomial;
-  double* of_first = weights + size_t{is_first ? contact : other} * pack::kZoneColumns;
-  double* of_second = weights + size_t{is_first ? other : contact} * pack::kZoneColumns;
+      ((uint64_t{rings - 1} * pairs + pair_of_sites(site, site_of_other)) * num_monomials + from) *
+          of_monomial;
+  double* of_first = weights + size_t{is_first ? contact : other} * pack.zone_columns;
+  double* of_second = weights + size_t{is_first ? other : contact} * pack.zone_columns;
   double* of_both = weights + first_column_of_pair(pack, set.num_contacts, contact, other);
-  for (uint32_t i = 0; i < pack::kPairMonomials; ++i, of_pair += of_monomial) {
-    double product = 0;
-    if (i < 9) {
-      product = products.of_both[is_first ? i : 3 * (i % 3) + i / 3];
-    } else {
-      const uint32_t j = (i - 9) % pack::num_monomials(2);
-      product = (i < 9 + pack::num_monomials(2)) == is_first ? products.of_x[j] : products.of_y[j];
-    }
+  const PairFactors& x = is_first ? of_contact : of_other;
+  const PairFactors& y = is_first ? of_other : of_contact;
+  for (uint32_t i = from; i < to; ++i, of_pair += of_monomial) {
+    const double product = scale * x[pack::kPairMonomials[i].of_x] * y[pack::kPairMonomials[i].of_y];
     if (product == 0) continue;  // as most of a derivative are
-    for (uint32_t k = 0; k < pack::kZoneColumns; ++k) {
+    for (uint32_t k = 0; k < pack::kPairColumns; ++k) {
       of_first[k] += product * static_cast<double>(of_pair[k]);
-      of_second[k] += product * static_cast<double>(of_pair[pack::kZoneColumns + k]);
+      of_second[k] += product * static_cast<double>(of_pair[pack::kPairColumns + k]);
     }
     for (uint32_t k = 0; k < pack.num_pair_fields; ++k)
-      of_both[k] += product * static_cast<double>(of_pair[2 * pack::kZoneColumns + k]);
+      of_both[k] += product * static_cast<double>(of_pair[2 * pack::kPairColumns + k]);
+  }
+}
+
+// The same of all pairs of the set.
+void add_pairs(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t from, double scale,
+               double* weights) {
+  if (pack.num_pair_fields == 0) return;
+  PairFactors factors[kMostZoneContacts];
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    evaluate_factors(pack, load_of(set, c), factors[c]);
+    for (uint32_t other = 0; other < c; ++other)
+      add_pair(pack, set, rings, c, other, factors[c], factors[other], from, scale, weights);
   }
 }
 
@@ -197,7 +201,7 @@ void combine_rows(const double factors[9], uint32_t count, size_t stride, double
 }
 
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
-  return num_contacts * pack::kZoneColumns + num_contacts * (num_contacts - 1) / 2 * pack.num_pair_fields;
+  return num_contacts * pack.zone_columns + num_contacts * (num_contacts - 1) / 2 * pack.num_pair_fields;
 }
 
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
@@ -247,30 +251,30 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
 
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
   memset(set.weights, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *set.weights);
-  Load loads[kMostZoneContacts];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    loads[c] = load_of(set, c);
-    double monomials[kFirst + pack::kZoneColumns];
-    const uint32_t degree = own_degree(set, c);
-    pack::evaluate_monomials(loads[c].x, degree, monomials);
+    double monomials[kMostMonomials];
+    const uint32_t degree = own_degree(pack, set, c);
+    pack::evaluate_monomials(load_of(set, c).x, degree, monomials);
     for (uint32_t j = 0; j < pack::num_monomials(2, degree); ++j)
-      set.weights[size_t{c} * pack::kZoneColumns + j] += monomials[kFirst + j];
-    for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other)
-      add_pair(pack, set, rings, c, other, products_of(loads[c].x, loads[other].x), set.weights);
+      set.weights[size_t{c} * pack.zone_columns + j] += monomials[kFirst + j];
   }
+  add_pairs(pack, set, rings, 0, 1.0, set.weights);
 }
 
-void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts) {
-  const auto part = [](double degree) { return degree / (degree + 1) - 0.5; };
+void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, uint32_t rings, double* parts) {
+  const auto part = [](uint32_t degree) { return static_cast<double>(degree) / (degree + 1) - 0.5; };
   const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
   for (uint32_t j = 0; j < columns; ++j) parts[j] = part(2) * set.weights[j];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    if (own_degree(set, c) < 3) continue;
-    double monomials[kFirst + pack::kZoneColumns];
-    pack::evaluate_monomials(load_of(set, c).x, 3, monomials);
-    for (uint32_t j = pack::num_monomials(2); j < pack::kZoneColumns; ++j)
-      parts[c * pack::kZoneColumns + j] += (part(3) - part(2)) * monomials[kFirst + j];
+    double monomials[kMostMonomials];
+    const uint32_t own = own_degree(pack, set, c);
+    pack::evaluate_monomials(load_of(set, c).x, own, monomials);
+    for (uint32_t degree = 3; degree <= own; ++degree) {
+      for (uint32_t j = pack::monomial_start(degree); j < pack::monomial_start(degree + 1); ++j)
+        parts[c * pack.zone_columns + j - kFirst] += (part(degree) - part(2)) * monomials[j];
+    }
   }
+  add_pairs(pack, set, rings, pack::num_pair_monomials(2), part(3) - part(2), parts);
 }
 
 bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]) {
@@ -303,14 +307,17 @@ bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact
 void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
                             double derivatives[3][kMostExteriorColumns]) {
   const Load load = load_of(set, contact);
-  const uint32_t degree = own_degree(set, contact);
-  double monomials[kFirst + pack::kZoneColumns];
-  pack::evaluate_monomials(load.x, degree, monomials);
+  const uint32_t degree = own_degree(pack, set, contact);
+  double monomials[kMostMonomials];
+  pack::evaluate_monomials(load.x, std::max(degree, pack.pair_degree), monomials);
+  PairFactors of_others[kMostZoneContacts];
+  for (uint32_t other = 0; other < set.num_contacts; ++other)
+    evaluate_factors(pack, load_of(set, other), of_others[other]);
   for (uint32_t axis = 0; axis < 3; ++axis) {
     double* by_axis = derivatives[axis];
     memset(by_axis, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *by_axis);
     if (load.is_shortened) continue;
-    double* own = by_axis + size_t{contact} * pack::kZoneColumns;
+    double* own = by_axis + size_t{contact} * pack.zone_columns;
     pack::for_each_monomial(degree, [&](uint32_t index, uint32_t a, uint32_t b, uint32_t c) {
       uint32_t powers[3] = {a, b, c};
       if (index < kFirst || powers[axis] == 0) return;
@@ -319,8 +326,9 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
     });
     for (uint32_t other = 0; other < set.num_contacts && pack.num_pair_fields > 0; ++other) {
       if (other == contact) continue;
-      const Load of_other = load_of(set, other);
-      add_pair(pack, set, rings, contact, other, derivatives_of(load.x, of_other.x, axis), by_axis);
+      PairFactors factors;
+      differentiate_factors(pack, monomials, axis, factors);
+      add_pair(pack, set, rings, contact, other, factors, of_others[other], 0, 1.0, by_axis);
     }
   }
 }
@@ -328,15 +336,15 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
 void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
                             ZoneGroup& group) {
   const size_t stride = group.boundary_stride;
-  const uint32_t of_contacts = set.num_contacts * pack::kZoneColumns;
+  const uint32_t of_contacts = set.num_contacts * pack.zone_columns;
   const bool is_own = column < of_contacts;
-  uint32_t contact = column / pack::kZoneColumns;
+  uint32_t contact = column / pack.zone_columns;
   uint32_t other = 0;
   if (!is_own) {
     pack::find_lower_block((column - of_contacts) / pack.num_pair_fields, contact, other);
     ++contact;
   }
-  const uint32_t place = is_own ? column % pack::kZoneColumns : (column - of_contacts) % pack.num_pair_fields;
+  const uint32_t place = is_own ? column % pack.zone_columns : (column - of_contacts) % pack.num_pair_fields;
   double* field = group.exterior_fields + column * stride;
   double* pull = group.exterior_pulls + column * stride;
   memset(field, 0, stride * sizeof *field);
@@ -367,7 +375,7 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
   const double unit = pack.metres * pack.max_displacement / pack::kPairUnit;
   for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j)
     field.exterior_weights[j] = static_cast<pal_real>(
-        set.weights[j] * (j < set.num_contacts * pack::kZoneColumns ? pack.metres : unit));
+        set.weights[j] * (j < set.num_contacts * pack.zone_columns ? pack.metres : unit));
 }
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
@@ -376,7 +384,7 @@ void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t 
     const uint32_t site = field.exterior_sites[c];
     for (uint32_t panel = 0; panel < count; ++panel)
       kernel.add_columns(panel_of_site(pack, field.exterior_rings, site, first + panel), pack::kPanelRows,
-                         field.exterior_weights + size_t{c} * pack::kZoneColumns, pack::kZoneColumns, true,
+                         field.exterior_weights + size_t{c} * pack.zone_columns, pack.zone_columns, true,
                          sum + size_t{panel} * pack::kPanelRows);
     for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other) {
       const pal_real* weights =

@@ -1,14 +1,15 @@
-// What the organ outside of zones adds to its linear answer: displacements q of second and third order in the *loads*
+// What the organ outside of zones adds to its linear answer: displacements q of second and higher orders in the *loads*
 // x of the contacts, which a pack carries as fields (offline/precompute/zone_exterior.hpp and zone_mutual.hpp have
 // the equations).
 //
-//   q = sum over contacts c and monomials m_j of degrees 2 and 3 of  m_j(x_c) q_cj
-//     + sum over pairs c, d and quadratic monomials m_j of x_c, x_d of
+//   q = sum over contacts c and monomials m_j of degrees 2 .. n  of  m_j(x_c) q_cj
+//     + sum over pairs c, d and monomials m_j of x_c, x_d to second or third order (schemas/pair_monomials.hpp) of
 //         m_j(x_c, x_d) sum_k (w_cdjk q_ck + w_dcjk q_dk + v_cdjk q_cdk)
 //
 // which is a sum of columns q_ck of each contact and q_cdk of each pair, times weights that the loads give. Left out
-// is what contacts add to each other in the third order; zone_overlap.hpp takes out what it counts twice. Units of
-// the model.
+// is what three contacts and more add to each other in the third order, all of higher ones that contacts add to each
+// other, and of contacts one of whose patches reaches into the other's zone all beyond the second. What that counts
+// twice zone_overlap.hpp takes out, to second order. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series
 // are made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it
@@ -30,7 +31,7 @@
 namespace palpate {
 
 inline constexpr uint32_t kMostExteriorColumns =
-    kMostZoneContacts * pack::kZoneColumns +
+    kMostZoneContacts * pack::num_monomials(2, pack::kMostZoneDegree) +
     pack::kMostPairFields * kMostZoneContacts * (kMostZoneContacts - 1) / 2;
 
 // Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
@@ -40,8 +41,9 @@ uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 // multiply-adds a contact.
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
-// ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to
-// second order among contacts that share a zone, and not at all with nodes fixed while running.
+// ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
+// order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes
+// fixed while running.
 void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
 
 // The load of a contact as it counts: no longer than 2, and zero with nodes fixed. Whether it is shortened.
@@ -71,7 +73,7 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
 // What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a
 // part of q that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of
 // the energy in t has it.
-void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, double* parts);
+void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, uint32_t rings, double* parts);
 
 // One of the columns q on the boundary of a group, and T times it, to which ZoneGroup::exterior_fields and
 // exterior_pulls point. Cost: boundary_stride^2 multiply-adds.

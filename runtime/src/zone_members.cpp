@@ -1,5 +1,7 @@
 #include "runtime/src/zone_members.hpp"
 
+#include <string.h>
+
 #include "runtime/src/pack_view.hpp"
 
 namespace palpate {
@@ -53,7 +55,8 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
     return true;
   };
   uint32_t ring_begin = 0;
-  for (uint32_t ring = 0; ring < state.rings; ++ring) {
+  const uint32_t rings = state.rings + pack.zone_more_rings[site];
+  for (uint32_t ring = 0; ring < rings; ++ring) {
     const uint32_t ring_end = num_queued;
     for (uint32_t q = ring_begin; q < ring_end; ++q) {
       const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
@@ -289,6 +292,20 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
   return sound;
 }
 
+// Once the zones of all contacts are marked.
+void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
+  memset(set.near, 0, sizeof set.near);
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    for (uint32_t p = patch_begin(pack, set.sites[c]); p < patch_end(pack, set.sites[c]); ++p)
+      set.near[c] |= state.node_contacts[pack.patch_nodes[p]];
+    set.near[c] &= ~(uint64_t{1} << c);
+  }
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    for (uint32_t other = 0; other < set.num_contacts; ++other)
+      set.near[c] |= (set.near[other] >> c & 1) << other;
+  }
+}
+
 }  // namespace
 
 bool find_zone_members(const pal_pack& pack, ZoneState& state) {
@@ -296,6 +313,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
   uint64_t groups[kMostZoneContacts];
   bool sound = true;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
+  if (sound) find_near(pack, state, set);
   if (sound) find_groups(state, set.num_contacts, groups);
   sound = sound && mark_fixed(state);
   uint32_t num_masters = 0;

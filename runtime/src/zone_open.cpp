@@ -4,6 +4,7 @@
 
 #include "runtime/kernels/isotropic_law.hpp"
 #include "runtime/src/number_checks.hpp"
+#include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 namespace {
@@ -136,24 +137,30 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
   pack.zone_field_compliance =
       array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
+  pack.zone_degree = zone.exterior_degree();
+  if (pack.zone_degree < pack::kLeastZoneDegree || pack.zone_degree > pack::kMostZoneDegree) return false;
+  pack.zone_columns = pack::num_monomials(2, pack.zone_degree);
   // As many panels of inner nodes as the array has.
-  const uint64_t of_panel =
-      uint64_t{pack.zone_rings} * pack.num_sites * pack::kZoneColumns * pack::kPanelRows;
+  const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites * pack.zone_columns * pack::kPanelRows;
   const uint64_t num_numbers = zone.exterior() != nullptr ? zone.exterior()->bytes() / sizeof(pal_real) : 0;
   if (of_panel == 0 || num_numbers % of_panel != 0 ||
       num_numbers / of_panel > kMostNodes / pack::kPanelNodes ||
       num_numbers / of_panel < pack::num_panels(pack.num_nodes))
     return false;
   pack.num_row_panels = static_cast<uint32_t>(num_numbers / of_panel);
+  pack.zone_more_rings = array_of<uint8_t>(pack, zone.more_rings(), first_offset, pack.num_sites);
   pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
   pack.zone_exterior = array_of<pal_real>(pack, zone.exterior(), first_offset, num_numbers);
   if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
-      pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
+      pack.zone_more_rings == nullptr || pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
     return false;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint64_t of_monomial = 2 * pack::kZoneColumns + zone.num_pair_fields();
-  const uint64_t num_weights = pairs * pack.zone_rings * pack::kPairMonomials * of_monomial;
+  const uint64_t of_monomial = 2 * pack::kPairColumns + zone.num_pair_fields();
+  pack.pair_degree = zone.pair_degree();
+  if (pack.pair_degree < pack::kLeastPairDegree || pack.pair_degree > pack::kMostPairDegree) return false;
+  const uint64_t num_weights =
+      pairs * pack.zone_rings * pack::num_pair_monomials(pack.pair_degree) * of_monomial;
   pack.num_pair_fields = zone.num_pair_fields();
   if (pack.num_pair_fields > 0) {
     if (pack.num_sites > pack::kMostMutualSites || pack.num_pair_fields > pack::kMostPairFields ||
@@ -165,6 +172,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     if (pack.pair_fields == nullptr || pack.pair_weights == nullptr) return false;
   }
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    if (pack.zone_more_rings[site] > pack::kMostZoneRings) return false;
     const double scale = pack.zone_force_scale[site];
     if (!(scale >= 1 / kLargestEnergy && scale <= kLargestEnergy)) return false;
   }

@@ -204,7 +204,7 @@ TEST(MutatedPack, EachSegmentOfZones) {
   for (const pack::Segment* segment :
        {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
         zone.field_compliance(), zone.force_scale(), zone.exterior(), zone.pair_fields(), zone.pair_weights(),
-        tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
+        zone.more_rings(), tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }
@@ -365,22 +365,27 @@ TEST_F(Contradiction, PairsOfZones) {
   }
 }
 
+// With room for so many bytes behind all others.
+AlignedBytes with_room(const AlignedBytes& original, uint64_t num_bytes) {
+  const uint64_t end = original.bytes().size();
+  AlignedBytes longer(end + num_bytes / pack::kAlignment * pack::kAlignment + pack::kAlignment);
+  memcpy(longer.bytes().data(), original.bytes().data(), end);
+  pack::PackHeader header = header_of(longer.bytes());
+  header.file_bytes = longer.bytes().size();
+  set_header(longer.bytes(), header);
+  return longer;
+}
+
 // So many fields of each pair, and arrays behind all others that are as long as that: nothing contradicts the number.
 pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original) {
   const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
   const uint64_t of_field = zone.pair_fields()->bytes() / zone.num_pair_fields();
-  const uint64_t weights = 2 * pack::kZoneColumns;
+  const uint64_t weights = 2 * pack::kPairColumns;
   const uint64_t of_weight = zone.pair_weights()->bytes() / (weights + zone.num_pair_fields());
   const uint64_t end = original.bytes().size();
   const pack::Segment fields(end, count * of_field);
-  AlignedBytes longer(
-      end + (count + weights) * std::max(of_field, of_weight) / pack::kAlignment * pack::kAlignment +
-      pack::kAlignment);
-  memcpy(longer.bytes().data(), original.bytes().data(), end);
-  pack::PackHeader header = header_of(longer.bytes());
-  header.file_bytes = longer.bytes().size();
-  set_header(longer.bytes(), header);
+  AlignedBytes longer = with_room(original, (count + weights) * std::max(of_field, of_weight));
   const auto field_of_zone = [&](flatbuffers::voffset_t field) {
     return field_of_table(longer, pack::Pack::VT_NONLINEAR_ZONE, field);
   };
@@ -390,6 +395,43 @@ pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original)
       pack::Segment(end, (count + weights) * of_weight);
   repair_checksum(longer.bytes());
   return open_status(longer.bytes());
+}
+
+// The same of the degree of what is outside of zones.
+pal_status status_with_exterior_degree(uint32_t degree, const AlignedBytes& original) {
+  const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
+  const pack::NonlinearZone& zone = *tables.nonlinear_zone();
+  const uint64_t of_column = zone.exterior()->bytes() / pack::num_monomials(2, zone.exterior_degree());
+  const uint64_t bytes = of_column * pack::num_monomials(2, degree);
+  AlignedBytes longer = with_room(original, bytes);
+  const auto field_of_zone = [&](flatbuffers::voffset_t field) {
+    return field_of_table(longer, pack::Pack::VT_NONLINEAR_ZONE, field);
+  };
+  memcpy(field_of_zone(pack::NonlinearZone::VT_EXTERIOR_DEGREE), &degree, sizeof degree);
+  *reinterpret_cast<pack::Segment*>(field_of_zone(pack::NonlinearZone::VT_EXTERIOR)) =
+      pack::Segment(original.bytes().size(), bytes);
+  repair_checksum(longer.bytes());
+  return open_status(longer.bytes());
+}
+
+TEST_F(Contradiction, DegreesOutsideOfZones) {
+  for (uint32_t right = pack::kLeastZoneDegree; right <= pack::kMostZoneDegree; ++right)
+    EXPECT_EQ(status_with_exterior_degree(right, zone_pack_bytes()), PAL_STATUS_OK) << right;
+  for (const uint32_t wrong : {pack::kLeastZoneDegree - 1, pack::kMostZoneDegree + 1})
+    EXPECT_EQ(status_with_exterior_degree(wrong, zone_pack_bytes()), PAL_STATUS_CORRUPT_CONTENT) << wrong;
+}
+
+// Of the weights there are as many as the degree asks for.
+TEST_F(Contradiction, DegreesOfPairs) {
+  const uint32_t degree = pack::GetPack(zone_pack_bytes().bytes().data() + sizeof(pack::PackHeader))
+                              ->nonlinear_zone()
+                              ->pair_degree();
+  for (const uint32_t value : {0u, 1u, 2u, 3u, 4u, 0x80000000u}) {
+    EXPECT_EQ(status_with_scalar(pack::Pack::VT_NONLINEAR_ZONE, pack::NonlinearZone::VT_PAIR_DEGREE, value,
+                                 zone_pack_bytes()),
+              value == degree ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT)
+        << value;
+  }
 }
 
 TEST_F(Contradiction, PairFieldsBeyondWhatAFrameHolds) {
@@ -450,9 +492,9 @@ TEST_F(Contradiction, Zones) {
                 zone.field_compliance(), [](pal_real* c) { c[9] = 1e38f; }, original),
             PAL_STATUS_CORRUPT_CONTENT);
   // What the organ outside adds.
-  const auto num_rows =
-      static_cast<uint32_t>(zone.exterior()->bytes() / sizeof(pal_real) / 3 /
-                            (zone.rings() * tables().sites()->num_sites() * pack::kZoneColumns));
+  const auto num_rows = static_cast<uint32_t>(
+      zone.exterior()->bytes() / sizeof(pal_real) / 3 /
+      (zone.rings() * tables().sites()->num_sites() * pack::num_monomials(2, zone.exterior_degree())));
   EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[4].row = num_rows; }), PAL_STATUS_CORRUPT_CONTENT);
   for (const double wrong : {0.0, -1.0, 1e-300, 1e300, std::nan("")}) {
     EXPECT_EQ(status_with<double>(
@@ -460,6 +502,12 @@ TEST_F(Contradiction, Zones) {
               PAL_STATUS_CORRUPT_CONTENT)
         << wrong;
   }
+  const auto with_more_rings = [&](uint8_t rings) {
+    return status_with<uint8_t>(
+        zone.more_rings(), [&](uint8_t* more) { more[1] = rings; }, original);
+  };
+  EXPECT_EQ(with_more_rings(pack::kMostZoneRings), PAL_STATUS_OK);
+  EXPECT_EQ(with_more_rings(pack::kMostZoneRings + 1), PAL_STATUS_CORRUPT_CONTENT);
   for (const float wrong : {1e30f, -1e30f, std::nanf("")}) {
     EXPECT_EQ(
         status_with<pal_real>(
@@ -724,8 +772,18 @@ TEST_F(Contradiction, Surveys) {
   broken.table.bins[2].samples = 0;  // measured on nothing, and yet sure
   broken.table.bins[2].force.bound = 0.5;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
-  broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1, 1};
+  broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1, 1, 0};
   EXPECT_EQ(written({broken}), PAL_STATUS_OK);
+  broken.table.bins[2].displacement.growth = 0.5;
+  EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
+  for (const double bad : {-0.1, 1.1, std::nan("")}) {
+    broken = survey;
+    broken.table.bins[2].displacement.growth = bad;
+    EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT) << bad;
+    broken = survey;
+    broken.table.bins[2].force.growth = bad;
+    EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT) << bad;
+  }
   broken = survey;
   broken.table.bins.back().to = 0.9;  // not the whole range
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);

@@ -233,7 +233,7 @@ Group contact_cases() {
   });
   const std::string against =
       "contacts that are moved against each other by an edge strain what is between them by two and more, "
-      "where there may be no way on; the organ outside of their zone answers to second order";
+      "where there may be no way on; the organ outside of their zone answers to second or third order";
   const auto askew = [](double size) {
     const Organ& organ = cluster();
     return std::vector<pal_contact>{push(at(organ, 0.4, 0.4), size * Eigen::Vector3d(0.05, 0, -0.1)),

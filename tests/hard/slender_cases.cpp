@@ -1,5 +1,5 @@
 // An organ that bends: a bar nine times as long as it is thick, clamped at one end. Little of it is strained much,
-// but its far end turns and comes nearer, which the organ outside of a zone does to third order in the force only.
+// but its far end turns and comes nearer, which the organ outside of a zone does to fifth order in the force only.
 #include <fmt/core.h>
 
 #include "tests/hard/hard_bodies.hpp"
@@ -86,7 +86,7 @@ Group slender_cases() {
       {}};
   const Bar bar = {0.02, 0.02};
   const std::string limit =
-      "outside of a zone an organ that bends answers to third order in the force, which its end no longer "
+      "outside of a zone an organ that bends answers to fifth order in the force, which its end no longer "
       "follows where it has turned by a large angle; more rings do not help";
   for (const double part : {0.03, 0.08, 0.2}) {
     const double size = part * kLength;

@@ -48,6 +48,53 @@ TEST(CoveringBound, CoversAsOftenAsItSays) {
   }
 }
 
+// Errors that go with a power of |d|: what a bin says of its upper end covers those, and its lower end is told as much
+// less as they are, but for what the line between lies above the power.
+TEST(SurveyBins, GrowAsErrorsDo) {
+  constexpr double kMost = 2.0;
+  for (const int power : {0, 1, 4}) {
+    std::vector<SurveySample> samples;
+    std::vector<SampleErrors> errors;
+    for (int i = 1; i <= 400; ++i) {
+      const double size = i / 400.0;
+      SurveySample sample;
+      sample.truth.displacement = {kMost * size, 0, 0};
+      sample.truth.force = sample.truth.displacement;
+      samples.push_back(sample);
+      errors.push_back({0.01 * std::pow(size, power), 0.02 * std::pow(size, power)});
+    }
+    const SurveyTable table = tabulate_errors(samples, errors, kMost);
+    for (size_t b = 1; b < table.bins.size(); ++b) {
+      const SurveyBin& bin = table.bins[b];
+      for (const auto& [figures, scale] : {std::pair(bin.displacement, 0.01), std::pair(bin.force, 0.02)}) {
+        const double growth = std::min(0.9, 1 - std::pow(bin.from / bin.to, power));
+        EXPECT_NEAR(figures.growth, growth, 0.02) << power << " " << b;
+        EXPECT_NEAR(figures.bound, scale * std::pow(bin.to, power), 0.05 * figures.bound)
+            << power << " " << b;
+      }
+    }
+    EXPECT_EQ(table.bins.front().displacement.growth, 0) << "nothing is below it";
+  }
+}
+
+// Errors that fall, or of which the bin below has none, are told as they were.
+TEST(SurveyBins, DoNotGrowWhereErrorsDoNot) {
+  std::vector<SurveySample> samples(120);
+  std::vector<SampleErrors> errors;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const double size = i < 60 ? 0.7 : 0.9;
+    samples[i].truth.displacement = {size, 0, 0};
+    samples[i].truth.force = {size, 0, 0};
+    errors.push_back({i < 60 ? 0.02 : 0.01, i < 60 ? 0.02 : 0.01});
+  }
+  const SurveyTable table = tabulate_errors(samples, errors, 1.0);
+  EXPECT_EQ(table.bins[2].displacement.growth, 0);
+  EXPECT_EQ(table.bins[2].displacement.bound, 0.02);
+  EXPECT_EQ(table.bins[3].displacement.growth, 0);
+  EXPECT_EQ(table.bins[3].displacement.bound, 0.01);
+  EXPECT_EQ(table.bins[1].displacement.bound, 1) << "an error that was not measured may be all there is";
+}
+
 // An organ a hundred times as stiff along x as along y, and a model that is wrong by the same along both, as the
 // square of the push: its bounds are parts of the forces along x, and beside the force scale cover what it is wrong
 // by along y.
@@ -75,8 +122,10 @@ TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
     const auto bin = static_cast<size_t>(std::min(3.0, std::floor(4 * part * (1 - 1e-12))));
     const double error = kWrong * kMost * part * kMost * part;
     // All but the few above each bound of 95 %.
-    if (part < 0.97 * table.bins[bin].to) {
-      EXPECT_GE(table.bins[bin].force.bound * table.force_scale * part, error) << part;
+    const SurveyBin& of = table.bins[bin];
+    if (part < 0.97 * of.to) {
+      const double below = (of.to - part) / (of.to - of.from);
+      EXPECT_GE(of.force.bound * (1 - of.force.growth * below) * table.force_scale * part, error) << part;
     }
   }
 }

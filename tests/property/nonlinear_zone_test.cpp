@@ -72,6 +72,32 @@ TEST(NonlinearZone, IsTheFullSolveOnTenNodes) {
   }
 }
 
+// Of a site that has one more, whatever others have; alone and beside a contact that has none.
+TEST(NonlinearZone, ARingMoreIsARingMore) {
+  std::vector<std::uint8_t> more_rings(16);
+  more_rings[4] = 1;
+  const auto organ_with = [](int rings, std::vector<std::uint8_t> more) {
+    return ZoneBlock(rings, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true, false, std::move(more));
+  };
+  const ZoneBlock mixed = organ_with(1, more_rings);
+  const ZoneBlock narrow = organ_with(1, {});
+  const ZoneBlock wide = organ_with(2, {});
+  const auto force = [](const ZoneBlock& organ, const std::vector<pal_contact>& contacts) {
+    OwnedSession session(organ.pack->get(), organ.config(2));
+    return Eigen::Vector3d(settle(session, contacts).front().force);
+  };
+  const std::vector<pal_contact> at_site = {{4, {0.06, -0.04, -0.2}, 0, {}, {}, {}}};
+  const std::vector<pal_contact> at_another = {{8, {0.06, -0.04, -0.2}, 0, {}, {}, {}}};
+  EXPECT_LE((force(mixed, at_site) - force(wide, at_site)).norm(), 1e-6 * force(wide, at_site).norm());
+  EXPECT_LE((force(mixed, at_another) - force(narrow, at_another)).norm(),
+            1e-6 * force(narrow, at_another).norm());
+  EXPECT_GT((force(wide, at_site) - force(narrow, at_site)).norm(), 1e-4 * force(wide, at_site).norm());
+  for (const auto* contacts : {&kAdjacent, &kApart}) {
+    const Eigen::Vector3d truth = mixed.solve(*contacts).forces.front();
+    EXPECT_LE((force(mixed, *contacts) - truth).norm(), 5e-3 * truth.norm());
+  }
+}
+
 // Nearly incompressible, with the volumes of elements shared; at a patch that contacts hold in part, too.
 const Law kNearlyIncompressible[] = {
     CompressibleNeoHookean{1.0, 50.0}, InvariantLaw{0.5, 0, 0.1, 0.05, {{25, 3, 0}}},
@@ -339,7 +365,8 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
   return std::abs(work) / most;
 }
 
-// Around closed paths forces do no work, but for the orders that the series of the exterior leaves out.
+// Around closed paths forces do no work, but for the orders that the series of the exterior leaves out, which halve
+// with the path, and what the columns of pairs do, which does not.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
@@ -347,22 +374,22 @@ TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
     const double size = 0.1 * organ.block.sites.mean_surface_edge;
     const double work = work_around(organ, sites, size);
     EXPECT_GE(work, 1e-6) << "rounding halves nothing";
-    EXPECT_LE(work, 1.3e-3) << sites[0] << ", " << sites.size() << " contacts";
-    EXPECT_LE(work_around(organ, sites, size / 2), 0.6 * work)
-        << sites[0] << ", " << sites.size() << " contacts";
+    EXPECT_LE(work, 3e-4) << sites[0] << ", " << sites.size() << " contacts";
+    const double of_half = work_around(organ, sites, size / 2);
+    EXPECT_LE(of_half, std::max(0.6 * work, 2.5e-4)) << sites[0] << ", " << sites.size() << " contacts";
   }
 }
 
 // With more rings it is nearer to the full solve.
 TEST(NonlinearZone, RingsBringItNearer) {
   const ZoneBlock organ(4, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1);
-  const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
+  const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.1}, 0, {}, {}, {}}};
   const ContactAnswer truth = organ.solve(contacts);
   double before = 1;
   for (const uint32_t rings : {1u, 2u, 3u, 4u}) {
     OwnedSession session(organ.pack->get(), organ.config(1, rings));
     settle(session, contacts);
-    const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.05;
+    const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.1;
     EXPECT_LT(error, before) << rings << " rings";
     before = 0.8 * error;
   }
@@ -397,13 +424,14 @@ TEST(NonlinearZone, HoldsWholeVolumePatches) {
   EXPECT_LT(before, 0.01);
 }
 
-// What the organ outside adds is right to third order: an error, as part of the push, goes with the third power of it.
-TEST(NonlinearZone, ErrorsAreOfFourthOrder) {
+// What the organ outside adds is right to fifth order: an error, as part of the push, goes with the fifth power of it.
+TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
   const Law yeoh = kYeoh;
   const ZoneBlock organs[] = {ZoneBlock(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1),
                               ZoneBlock(1, yeoh, false, {0.01, 0.02, -0.04}, 6, 0.1),
                               ZoneBlock(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.2)};
   for (const ZoneBlock& organ : organs) {
+    ASSERT_EQ(organ.zone.exterior_degree, 5);
     const auto site = static_cast<uint32_t>(organ.block.sites.sites.size() / 2);
     const auto errors_at = [&](double size) {
       const std::vector<pal_contact> contacts = {{site, {0.3 * size, -0.3 * size, -size}, 0, {}, {}, {}}};
@@ -413,12 +441,12 @@ TEST(NonlinearZone, ErrorsAreOfFourthOrder) {
       return std::pair((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size,
                        (force - truth.forces[0]).norm() / size);
     };
-    const double size = 0.3 * organ.block.sites.mean_surface_edge;
+    const double size = 0.4 * organ.block.sites.mean_surface_edge;
     const auto [field, force] = errors_at(size);
     const auto [field_of_half, force_of_half] = errors_at(size / 2);
     EXPECT_LE(field, 3e-3);
-    EXPECT_LE(field_of_half, field / 6);
-    EXPECT_LE(force_of_half, force / 6);
+    EXPECT_LE(field_of_half, field / 24);
+    EXPECT_LE(force_of_half, force / 24);
   }
 }
 
@@ -443,13 +471,45 @@ TEST(NonlinearZone, PairsAddToEachOther) {
   }
 }
 
+// The same to third order, of contacts whose patches are beyond each other's zones; of near ones nothing changes.
+TEST(NonlinearZone, PairsAddToThirdOrder) {
+  ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  ASSERT_EQ(organ.zone.pair_degree, 3);
+  ZoneTables lower = organ.zone;
+  lower.pair_degree = 2;
+  compute_zone_mutual(organ.assembly, organ.block.scene, organ.block.sites, organ.rest, 2, {}, lower);
+  PackContent content{
+      organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {},
+      &organ.rest};
+  content.zone = &lower;
+  const AlignedBytes bytes = write_pack(content);
+  const OpenPack of_second(bytes);
+  const double size = 0.4 * organ.block.sites.mean_surface_edge;
+  for (const auto& [first, second, least, most] :
+       {std::tuple{0u, 4u, 0.0, 0.45}, {0u, 24u, 0.0, 0.45}, {6u, 7u, 0.9, 1.1}}) {
+    SCOPED_TRACE(second);
+    const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
+                                               {second, {0, 0.3 * size, size}, 0, {}, {}, {}}};
+    const ContactAnswer truth = organ.solve(contacts);
+    const auto error_of = [&](const OpenPack& pack) {
+      pal_session_config config = session_config(pack.get(), PAL_MODEL_ZONE, 2, 0);
+      OwnedSession session(pack.get(), config);
+      settle(session, contacts);
+      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
+    };
+    const double part = error_of(*organ.pack) / error_of(of_second);
+    EXPECT_GE(part, least);
+    EXPECT_LE(part, most);
+  }
+}
+
 // Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
 // order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
 // quarter, but for what the columns of pairs leave of neighbours in a row.
 TEST(NonlinearZone, ThreeContactsCountNothingTwice) {
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {
-      {{0, 4, 22}, 1.2e-3, 14}, {{6, 7, 8}, 4.8e-3, 7}, {{6, 7, 23}, 3.6e-3, 14}};
+      {{0, 4, 22}, 4.5e-4, 13}, {{6, 7, 8}, 4.8e-3, 7}, {{6, 7, 23}, 3.6e-3, 14}};
   for (const auto& [sites, most, falls] : cases) {
     SCOPED_TRACE(sites[2]);
     const auto error_at = [&organ, &sites = sites](double size) {

@@ -43,7 +43,7 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
-    zone = find_zones(model, sites, 1);
+    zone = find_zones(scene, model, sites, 1);
     compute_zone_compliance(assembly, sites, {}, {}, zone);
     compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, zone);
     compute_zone_mutual(assembly, scene, sites, {}, 2, {}, zone);

@@ -94,13 +94,14 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
 struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
             const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
-            bool pairs = false, bool shares_volumes = false)
+            bool pairs = false, bool shares_volumes = false, std::vector<std::uint8_t> more_rings = {})
       : block(made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {
-    zone = find_zones(block.model, block.sites, rings);
+    // For the highest degree outside of zones, and as many fields of pairs as there may be.
+    block.scene.accuracy_target = 1e-5;
+    zone = find_zones(block.scene, block.model, block.sites, rings, std::move(more_rings));
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
     block.scene.max_contacts = pairs ? 2 : 1;
-    block.scene.accuracy_target = 0.001;  // for as many fields of pairs as there may be
     compute_zone_mutual(assembly, block.scene, block.sites, rest, 2, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;

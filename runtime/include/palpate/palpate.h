@@ -183,7 +183,7 @@ enum {
 typedef struct pal_pack pal_pack; /* opaque; lives in storage of the caller */
 
 enum {
-  PAL_PACK_STORAGE_BYTES = 1024,
+  PAL_PACK_STORAGE_BYTES = 2048,
   /* nonlinear_zone: its stiffness is that of at most so many frames ago, unless the contacts jump */
   PAL_ZONE_STIFFNESS_FRAMES = 24
 };
@@ -233,7 +233,7 @@ typedef struct pal_pack_info {
   double gravity[3]; /* the scene's, model's axes, length in metres where the scene states units; 0 without */
   uint32_t has_gravity;
   uint32_t gravity_may_turn; /* 1 = pal_session_set_gravity answers */
-  uint32_t zone_rings;       /* that the pack carries of nonlinear_zone; 0: none */
+  uint32_t zone_rings;       /* that the pack carries of nonlinear_zone, about some sites one more; 0: none */
   uint32_t reserved;         /* 0 */
 } pal_pack_info;
 
@@ -321,8 +321,8 @@ typedef struct pal_session_config {
   double seconds_per_operation;
   pal_clock clock; /* may be NULL where there is no budget, or where the time is given */
   void* clock_user;
-  /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), and Newton
-   * iterations of a frame, 1 .. 16 (0: 4). */
+  /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), one more where the
+   * pack has one more, and Newton iterations of a frame, 1 .. 16 (0: 4). */
   uint32_t zone_rings;
   uint32_t zone_iterations;
   /* 1: patches turn with what holds them, and tools feel the torque that this takes; 0: they only move. A tool that goes beyond a
@@ -424,7 +424,7 @@ typedef struct pal_contact_result {
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
   /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 %
-   * of such errors stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs); 1 where nothing was
+   * of such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs); 1 where nothing was
    * measured, of several contacts by linear_dd, and of all of them where one has a flag. */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force| */
