@@ -262,6 +262,11 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
                                     const pal_contact contact = half_way_out(opened, 0, frame);
                                     session.haptic({&contact, 1});
                                   }));
+    timings.push_back(time_frames(model, fmt::format("held still, {} ring{}", rings, rings > 1 ? "s" : ""),
+                                  frames, [&](int) {
+                                    const pal_contact contact = half_way_out(opened, 0, frames);
+                                    session.haptic({&contact, 1});
+                                  }));
     timings.push_back(time_frames(model,
                                   fmt::format("field of shown nodes, {} ring{}", rings, rings > 1 ? "s" : ""),
                                   frames, [&](int) { session.visual(field.data()); }));

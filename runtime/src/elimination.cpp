@@ -104,9 +104,12 @@ void back_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size
 
 // Of four columns: the triangle on the diagonal.
 void solve_triangle(const double* block, uint32_t stride, double* vector) {
+  double inverse[kColumns];  // no division waits for another
+  for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / block[c * stride + c];
   for (uint32_t c = 0; c < kColumns; ++c) {
-    vector[c] /= block[c * stride + c];
-    for (uint32_t r = c + 1; r < kColumns; ++r) vector[r] -= block[c * stride + r] * vector[c];
+    double entry = vector[c];
+    for (uint32_t k = 0; k < c; ++k) entry -= block[k * stride + c] * vector[k];
+    vector[c] = entry * inverse[c];
   }
 }
 
@@ -126,6 +129,18 @@ void add_product_scalar(const double* matrix, uint32_t stride, uint32_t rows, ui
   for (uint32_t j = 0; j < columns; ++j) {
     const double* column = matrix + size_t{j} * stride;
     for (uint32_t i = 0; i < rows; ++i) y[i] += column[i] * x[j];
+  }
+}
+
+void add_symmetric_product_scalar(const double* matrix, uint32_t size, const double* x, double* y) {
+  for (uint32_t j = 0; j < size; ++j) {
+    const double* column = matrix + size_t{j} * size;
+    double sum = column[j] * x[j];
+    for (uint32_t i = j + 1; i < size; ++i) {
+      y[i] += column[i] * x[j];
+      sum += column[i] * x[i];
+    }
+    y[j] += sum;
   }
 }
 
@@ -199,44 +214,61 @@ PALPATE_AVX2 bool eliminate_columns_avx2(double* matrix, uint32_t stride, uint32
   return true;
 }
 
-PALPATE_AVX2 inline double sum_of(__m256d v) {
-  const __m128d half = _mm_add_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
-  return _mm_cvtsd_f64(_mm_add_sd(half, _mm_unpackhi_pd(half, half)));
+// The sum of each of four.
+PALPATE_AVX2 inline __m256d sums_of(const __m256d v[kColumns]) {
+  const __m256d low = _mm256_hadd_pd(v[0], v[1]);
+  const __m256d high = _mm256_hadd_pd(v[2], v[3]);
+  return _mm256_add_pd(_mm256_permute2f128_pd(low, high, 0x21), _mm256_blend_pd(low, high, 0xc));
 }
 
-// Four rows share each column that is read.
+// Of four columns: the triangle on the diagonal, transposed.
+void solve_transposed(const double* block, uint32_t stride, double* row) {
+  double inverse[kColumns];  // no division waits for another
+  for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / block[c * stride + c];
+  for (uint32_t c = kColumns; c-- > 0;) {
+    double entry = row[c];
+    for (uint32_t r = c + 1; r < kColumns; ++r) entry -= block[c * stride + r] * row[r];
+    row[c] = entry * inverse[c];
+  }
+}
+
+// Rows share each column that is read, and four columns each row.
 template <uint32_t kCount>
 PALPATE_AVX2 void back_substitute_few(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                                       size_t row_stride) {
-  for (uint32_t j = size; j-- > 0;) {
-    const double* column = matrix + size_t{j} * stride;
-    double sums[kCount] = {};
-    uint32_t i = j + 1;
-    for (; i < size && i % 4 != 0; ++i) {
-      for (uint32_t t = 0; t < kCount; ++t) sums[t] += column[i] * rows[t * row_stride + i];
-    }
-    __m256d wide[kCount];
-    PALPATE_UNROLL
-    for (uint32_t t = 0; t < kCount; ++t) wide[t] = _mm256_setzero_pd();
-    for (; i < size; i += 4) {
-      const __m256d entries = _mm256_load_pd(column + i);
-      PALPATE_UNROLL
-      for (uint32_t t = 0; t < kCount; ++t)
-        wide[t] = _mm256_fmadd_pd(entries, _mm256_load_pd(rows + t * row_stride + i), wide[t]);
-    }
-    const double inverse = 1.0 / column[j];
+  for (uint32_t first = size; first > 0;) {
+    first -= kColumns;
+    const double* columns = matrix + size_t{first} * stride;
+    __m256d wide[kCount][kColumns];
     PALPATE_UNROLL
     for (uint32_t t = 0; t < kCount; ++t) {
-      double& entry = rows[t * row_stride + j];
-      entry = (entry - (sums[t] + sum_of(wide[t]))) * inverse;
+      PALPATE_UNROLL
+      for (uint32_t c = 0; c < kColumns; ++c) wide[t][c] = _mm256_setzero_pd();
+    }
+    for (uint32_t i = first + kColumns; i < size; i += 4) {
+      __m256d of_row[kCount];
+      PALPATE_UNROLL
+      for (uint32_t t = 0; t < kCount; ++t) of_row[t] = _mm256_load_pd(rows + t * row_stride + i);
+      PALPATE_UNROLL
+      for (uint32_t c = 0; c < kColumns; ++c) {
+        const __m256d entries = _mm256_load_pd(columns + c * stride + i);
+        PALPATE_UNROLL
+        for (uint32_t t = 0; t < kCount; ++t) wide[t][c] = _mm256_fmadd_pd(entries, of_row[t], wide[t][c]);
+      }
+    }
+    PALPATE_UNROLL
+    for (uint32_t t = 0; t < kCount; ++t) {
+      double* row = rows + t * row_stride + first;
+      _mm256_store_pd(row, _mm256_sub_pd(_mm256_load_pd(row), sums_of(wide[t])));
+      solve_transposed(columns + first, stride, row);
     }
   }
 }
 
 void back_substitute_avx2(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count) {
-  for (; count >= 4; count -= 4, rows += 4 * row_stride)
-    back_substitute_few<4>(matrix, stride, size, rows, row_stride);
+  for (; count >= 3; count -= 3, rows += 3 * row_stride)
+    back_substitute_few<3>(matrix, stride, size, rows, row_stride);
   for (; count > 0; --count, rows += row_stride)
     back_substitute_few<1>(matrix, stride, size, rows, row_stride);
 }
@@ -286,19 +318,50 @@ PALPATE_AVX2 void add_product_avx2(const double* matrix, uint32_t stride, uint32
   }
 }
 
+// Four columns at a time; the block on their diagonal is read in full.
+PALPATE_AVX2 void add_symmetric_product_avx2(const double* matrix, uint32_t size, const double* x,
+                                             double* y) {
+  for (uint32_t first = 0; first < size; first += kColumns) {
+    const double* columns = matrix + size_t{first} * size;
+    __m256d factors[kColumns];
+    __m256d sums[kColumns];
+    __m256d own = _mm256_load_pd(y + first);
+    PALPATE_UNROLL
+    for (uint32_t c = 0; c < kColumns; ++c) {
+      factors[c] = _mm256_broadcast_sd(x + first + c);
+      sums[c] = _mm256_setzero_pd();
+      own = _mm256_fmadd_pd(_mm256_load_pd(columns + c * size + first), factors[c], own);
+    }
+    for (uint32_t i = first + kColumns; i < size; i += 4) {
+      const __m256d of_row = _mm256_load_pd(x + i);
+      __m256d sum = _mm256_load_pd(y + i);
+      PALPATE_UNROLL
+      for (uint32_t c = 0; c < kColumns; ++c) {
+        const __m256d entries = _mm256_load_pd(columns + c * size + i);
+        sum = _mm256_fmadd_pd(entries, factors[c], sum);
+        sums[c] = _mm256_fmadd_pd(entries, of_row, sums[c]);
+      }
+      _mm256_store_pd(y + i, sum);
+    }
+    _mm256_store_pd(y + first, _mm256_add_pd(own, sums_of(sums)));
+  }
+}
+
 #endif
 
 }  // namespace
 
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {"scalar", eliminate_columns_scalar, back_substitute_scalar, forward_substitute_scalar,
-                      add_product_scalar};
+  kernels[count++] = {
+      "scalar",           eliminate_columns_scalar,    back_substitute_scalar, forward_substitute_scalar,
+      add_product_scalar, add_symmetric_product_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels[count++] = {"avx2", eliminate_columns_avx2, back_substitute_avx2, forward_substitute_avx2,
-                        add_product_avx2};
+    kernels[count++] = {
+        "avx2",           eliminate_columns_avx2,    back_substitute_avx2, forward_substitute_avx2,
+        add_product_avx2, add_symmetric_product_avx2};
 #endif
   return count;
 }

@@ -33,14 +33,18 @@ struct EliminationKernel {
   // definite. Multiply-adds: 4 (size - first) min(first, eliminated).
   bool (*eliminate_columns)(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                             uint32_t first);
-  // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above.
+  // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above. `size` and `row_stride` are
+  // multiples of kEliminationColumns, rows begin on 32 bytes.
   void (*back_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count);
-  // vector := L^-1 vector; `size` is a multiple of kEliminationColumns.
+  // vector := L^-1 vector; `size` as there.
   void (*forward_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* vector);
   // y := y + A x, A full and column-major; `rows` rounded up to four are read and written.
   void (*add_product)(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
+  // The same of a symmetric matrix of so many rows and columns, a multiple of kEliminationRows, which is its stride: half
+  // of it is read.
+  void (*add_symmetric_product)(const double* matrix, uint32_t size, const double* x, double* y);
 };
 
 inline constexpr uint32_t kMostEliminationKernels = 2;

@@ -8,6 +8,7 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_inclusion.hpp"
+#include "runtime/src/zone_motion.hpp"
 #include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
@@ -21,141 +22,9 @@ constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
-constexpr uint32_t kMostCuts = 6;
 constexpr double kLargest = 1e60;      // displacement, model units
 constexpr uint32_t kMostAstray = 4;    // solves in a row
 constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
-
-// The patches of the group's contacts as they are to be: u = d + (R - 1) r, r the arm at rest.
-void place_held(ZoneFrame& frame, const ZoneGroup& group) {
-  ZoneSet& set = frame.set;
-  const uint32_t first = first_boundary(group) + group.num_boundary;
-  Rotation rotations[kMostZoneContacts];
-  for (uint32_t slot = 0; slot < group.num_contacts && group.num_axes > 3 * group.num_contacts; ++slot)
-    rotations[slot] = patch_rotation(set, group.contacts[slot]);
-  for (uint32_t i = first; i < first + group.num_held; ++i) {
-    double* to = set.displacement + size_t{3} * i;
-    memcpy(to, frame.pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof *to);
-    for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
-      ZoneMaster& master = set.masters[m];
-      const uint32_t slot = (master.unknown - group.unknowns) / 3;
-      const double* d = set.followed + 3 * group.contacts[slot];
-      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * d[axis];
-      if (master.turn == kNoUnknown) continue;
-      double arm[3];
-      rest_arm(frame.pack, set, group.contacts[slot], set.nodes[i], arm);
-      rotate(rotations[slot], arm, master.arm);
-      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * (master.arm[axis] - arm[axis]);
-    }
-  }
-}
-
-// Of an axis, what stands for the length that it moves the tissue by.
-double length_of(const ZoneFrame& frame, uint32_t axis, double change) {
-  const double arm = std::max(frame.pack.tip_radius, frame.pack.mean_surface_edge);
-  return fabs(change) * (axis < 3 * frame.set.num_contacts ? 1.0 : arm);
-}
-
-double norm(const double v[3]) {
-  return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-// How far the patch of a contact goes at most as the point that it turns about does: |R - 1| is the length of its turn.
-double length_of_place(const ZoneSet& set, uint32_t contact) {
-  double way[3];
-  for (int i = 0; i < 3; ++i) way[i] = set.places[contact][i] - set.points[contact][i];
-  return norm(way) * norm(set.followed + 3 * (set.num_contacts + contact));
-}
-
-// The spin of a patch since it was turned as before.
-void find_spin(const ZoneSet& set, uint32_t contact, const double* before, double spin[3]) {
-  double was[4];
-  double is[4];
-  quaternion_of(before + 3 * (set.num_contacts + contact), was);
-  quaternion_of(set.followed + 3 * (set.num_contacts + contact), is);
-  turn_between(was, is, spin);
-}
-
-// Adds factor times [unknowns] to their displacements.
-void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor) {
-  double* u = frame.set.displacement + size_t{3} * group.first_node;
-  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i) u[i] += factor * change[i];
-}
-
-void save(const ZoneFrame& frame, const ZoneGroup& group) {
-  const size_t first = size_t{3} * group.first_node;
-  memcpy(frame.state.saved + first, frame.set.displacement + first,
-         size_t{3} * group.num_nodes * sizeof(double));
-}
-
-void restore(ZoneFrame& frame, const ZoneGroup& group) {
-  const size_t first = size_t{3} * group.first_node;
-  memcpy(frame.set.displacement + first, frame.state.saved + first,
-         size_t{3} * group.num_nodes * sizeof(double));
-}
-
-void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
-  group.moved += length;
-  group.moved_since += length;
-  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
-  }
-}
-
-// Takes the contacts towards where they are to be, the rest along as it followed last. As far as all elements stay
-// upright.
-void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
-  ZoneSet& set = frame.set;
-  save(frame, group);
-  const bool turns = group.num_axes > 3 * group.num_contacts;
-  double before[kMostZoneAxes];
-  double points[kMostZoneContacts][3];
-  memcpy(before, set.followed, set.num_axes * sizeof *before);
-  memcpy(points, set.points, set.num_contacts * sizeof *points);
-  double longest = 0;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    longest = std::max(longest, length_of(frame, at, wanted[at] - before[at]));
-  }
-  for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot)
-    longest = std::max(longest, length_of_place(set, group.contacts[slot]));
-  const double limit = group.longest_step * frame.pack.mean_surface_edge;
-  double part = longest > limit ? limit / longest : 1.0;
-  for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
-    for (uint32_t i = 0; i < group.num_axes; ++i) {
-      const uint32_t at = contact_axis(set, group, i);
-      const double step = part * (wanted[at] - before[at]);
-      set.followed[at] = before[at] + step;
-      if (group.has_tangent && i < 3 * group.num_contacts)
-        add_to_unknowns(frame, group, sensitivity(group, i), -step);
-    }
-    for (uint32_t slot = 0; slot < group.num_contacts && turns; ++slot) {
-      const uint32_t contact = group.contacts[slot];
-      double spin[3];
-      find_spin(set, contact, before, spin);
-      for (uint32_t axis = 0; axis < 3; ++axis) {
-        set.points[contact][axis] =
-            points[contact][axis] + part * (set.places[contact][axis] - points[contact][axis]);
-        if (group.has_tangent)
-          add_to_unknowns(frame, group, sensitivity(group, 3 * (group.num_contacts + slot) + axis),
-                          -spin[axis]);
-      }
-    }
-    place_held(frame, group);
-    if (evaluate_elements(frame, group)) {
-      follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
-      count_move(frame, group, part * longest);
-      if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
-      return;
-    }
-    restore(frame, group);
-    memcpy(set.followed, before, set.num_axes * sizeof *before);
-    memcpy(set.points, points, set.num_contacts * sizeof *points);
-    if (turns) place_held(frame, group);  // for the arms
-  }
-  evaluate_elements(frame, group);
-  frame.flags |= PAL_FLAG_UNCONVERGED;
-}
 
 // A Newton step, or as much of it as leaves all elements upright. Its length, of the largest component; negative where
 // there was no way: nothing has moved then.
@@ -171,7 +40,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
   double part = 1;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
     add_to_unknowns(frame, group, step, -part);
-    if (evaluate_elements(frame, group)) {
+    if (evaluate_group(frame, group)) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
       follow_pressures(group.batches, frame.state.saved, frame.set.displacement, part);
       count_move(frame, group, part * longest);
@@ -179,7 +48,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     }
     restore(frame, group);
   }
-  evaluate_elements(frame, group);
+  evaluate_group(frame, group);
   return -1;
 }
 
@@ -217,12 +86,11 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// Tractions, forces and loads of where the group has got to, and what it stores. Before the step the residual was so
-// large.
+// Tractions, forces and loads of where the group has got to, and what it stores, after find_pull(). Before the step the
+// residual was so large; 0: too small for what is left of it to tell of the tangent.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
-  find_pull(frame, group);
   find_residual(frame, group);
-  group.left = residual_before > 0 ? sqrt(size_of_residual(frame, group) / residual_before) : 0;
+  if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
   find_traction(frame, group);
   if (group.has_tangent) find_forces(frame, group);
   weigh_exterior(frame.pack, frame.state.rings, frame.set);
@@ -241,7 +109,7 @@ void go_back(ZoneFrame& frame, ZoneGroup& group) {
     go_back_to_balance(frame.set, group);
   }
   place_held(frame, group);
-  evaluate_elements(frame, group);
+  evaluate_group(frame, group);
 }
 
 // What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
@@ -252,6 +120,7 @@ void settle_groups(ZoneFrame& frame, const bool* went_back) {
     find_coupling(frame, group);
     if (went_back[g] && !group.has_balance) {
       make_tangent(frame, group);
+      find_pull(frame, group);
       conclude(frame, 0, group);
       continue;
     }
@@ -280,11 +149,11 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     if (!group.has_tangent) {
       // A patch that was turned otherwise may not fit.
       place_held(frame, group);
-      if (!evaluate_elements(frame, group)) {
+      if (!evaluate_group(frame, group)) {
         rest_group(pack, set, group);
         weigh_exterior(pack, state.rings, set);
         place_held(frame, group);
-        evaluate_elements(frame, group);
+        evaluate_group(frame, group);
         state.went_back = true;
       }
       make_tangent(frame, group);
@@ -312,7 +181,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       const double before = size_of_residual(frame, group);
       const double step = iterate(frame, group);
       failed[g] = step < 0;
-      conclude(frame, before, group);
+      conclude(frame, step > kConverged * size ? before : 0, group);
       done[g] = !failed[g] && step * contraction(frame, group) <= kConverged * size;
     }
     converged = set.num_groups > 0;
@@ -331,11 +200,13 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
+    group.has_trend = false;
     if (is_stuck[g]) {
       go_back(frame, group);
     } else if (done[g] && is_coupled(group)) {
       group.failures = 0;
       group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+      keep_trend(frame, group);
       if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
     }
   }

@@ -16,6 +16,18 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
   return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
 }
 
+// w_B.
+void find_boundary(const ZoneFrame& frame, const ZoneGroup& group) {
+  double* moved = frame.state.boundary;
+  memset(moved, 0, group.boundary_stride * sizeof *moved);
+  for (uint32_t b = 0; b < group.num_boundary; ++b) {
+    const uint32_t place = first_boundary(group) + b;
+    const double* rest = at_rest(frame, place);
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      moved[3 * b + axis] = frame.set.displacement[3 * place + axis] - rest[axis];
+  }
+}
+
 // What the organ outside stores beyond t . w / 2.
 double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
@@ -34,7 +46,7 @@ double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
 
 }  // namespace
 
-bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group) {
+bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   ZoneState& state = frame.state;
   const double* u = frame.set.displacement;
   const double limit = kFarthest * frame.pack.max_displacement;
@@ -49,7 +61,11 @@ bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group) {
   }
   const ZoneStrain strain = add_zone_forces(group.batches, u, state.forces);
   group.energy = strain.energy;
-  return strain.smallest_jacobian > kLeastJacobian;
+  if (!(strain.smallest_jacobian > kLeastJacobian)) return false;
+  find_boundary(frame, group);
+  memset(group.held_back, 0, group.boundary_stride * sizeof *group.held_back);
+  state.kernel.add_symmetric_product(group.exterior, group.boundary_stride, state.boundary, group.held_back);
+  return true;
 }
 
 void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
@@ -67,7 +83,7 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
     coupling += size_t{stride} * 3 * other.num_boundary;
   }
   memset(group.coupled, 0, stride * sizeof *group.coupled);
-  state.kernel.add_product(group.whole, stride, stride, stride, moved, group.coupled);
+  state.kernel.add_symmetric_product(group.whole, stride, moved, group.coupled);
   group.others_moved = 0;
 }
 
@@ -78,22 +94,16 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
   frame.state.kernel.add_product(group.exterior_pulls, stride, stride,
                                  num_exterior_columns(frame.pack, set.num_contacts), set.weights,
                                  frame.state.pull);
-  add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.pull);
+  memset(frame.state.overlap, 0, stride * sizeof *frame.state.overlap);
+  add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.overlap);
 }
 
 void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
-  const uint32_t stride = group.boundary_stride;
-  const uint32_t boundary = first_boundary(group);
-  memset(state.boundary, 0, stride * sizeof *state.boundary);
-  for (uint32_t b = 0; b < group.num_boundary; ++b) {
-    const double* rest = at_rest(frame, boundary + b);
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      state.boundary[3 * b + axis] = set.displacement[3 * (boundary + b) + axis] - rest[axis];
-  }
-  for (uint32_t i = 0; i < stride; ++i) state.outside[i] = -state.pull[i];
-  state.kernel.add_product(group.exterior, stride, stride, stride, state.boundary, state.outside);
+  find_boundary(frame, group);
+  for (uint32_t i = 0; i < group.boundary_stride; ++i)
+    state.outside[i] = group.held_back[i] - state.pull[i] - state.overlap[i];
 
   double* residual = state.residual;
   const uint32_t free = group.num_interior + group.num_boundary;
@@ -142,8 +152,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
   const uint32_t stride = group.boundary_stride;
   double* t = state.vector;
   for (uint32_t i = 0; i < stride; ++i) t[i] = -state.pull[i];
-  state.kernel.add_product(group.whole, stride, stride, stride, state.boundary, t);
-  add_overlaps(frame.pack, state, frame.set, group, kNoAxis, t);
+  state.kernel.add_symmetric_product(group.whole, stride, state.boundary, t);
   bool sound = true;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
     const double own = group.whole[size_t{i} * stride + i];

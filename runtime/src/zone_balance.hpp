@@ -15,19 +15,20 @@ struct ZoneFrame {
   uint32_t flags;
 };
 
-// Leaves the forces of the elements beyond those at rest in ZoneState::forces, and their energy in the group. False
-// where an element is inverted or nearly so, or a node so far away that numbers lose their meaning.
-bool evaluate_elements(ZoneFrame& frame, ZoneGroup& group);
+// Leaves what acts on the group where its nodes are: the forces of the elements beyond those at rest in
+// ZoneState::forces, and their energy and S w_B in the group. False where an element is inverted or nearly so, or a
+// node so far away that numbers lose their meaning.
+bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 
 // ZoneGroup::coupled, at the tractions of the other groups.
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and what
-// zone_overlap.hpp takes out.
+// ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and
+// ZoneState::overlap := what zone_overlap.hpp takes out.
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
-// each. Of evaluate_elements() and find_pull(); leaves w_B in ZoneState::boundary and S w_B - T b in
+// each. Of evaluate_group() and find_pull(); leaves w_B in ZoneState::boundary and S w_B - T b in
 // ZoneState::outside.
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 

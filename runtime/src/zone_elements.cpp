@@ -647,6 +647,12 @@ uint64_t force_operations(const ZoneBatches& batches) {
   return batches.num_patches > 0 ? 2 * operations : operations;
 }
 
+uint64_t stiffness_operations(const ZoneBatches& batches) {
+  constexpr uint64_t kLinear = 3000;  // an element of four nodes
+  constexpr uint64_t kQuadratic = 20;
+  return kLinear * kLanes * (batches.num_linear + kQuadratic * batches.num_quadratic);
+}
+
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
   if (batches.num_patches == 0) return;
   share_volumes(batches, from);

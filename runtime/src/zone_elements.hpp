@@ -106,11 +106,15 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
 // Multiply-adds that take about as long.
 uint64_t force_operations(const ZoneBatches& batches);
 
+// The same, of add_zone_stiffness().
+uint64_t stiffness_operations(const ZoneBatches& batches);
+
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
-// Adds the tangent stiffness to the lower triangle of a column-major matrix.
+// Adds the tangent stiffness to the lower triangle of a column-major matrix. Where no volume is shared it may be made of
+// the stiffness of some batches after the other.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                         double* matrix, uint32_t stride);
 

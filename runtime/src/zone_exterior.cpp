@@ -217,8 +217,8 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
               stride, tractions + 3 * slot * stride);
   Gram gram;
   for (uint32_t i = 0; i < count; ++i) {
-    state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
-                             tractions + i * stride, moves + i * stride);
+    state.kernel.add_symmetric_product(group.whole, group.boundary_stride, tractions + i * stride,
+                                       moves + i * stride);
     for (uint32_t j = 0; j < count; ++j) {
       gram[i][j] = 0;
       for (uint32_t k = 0; k < moving; ++k) gram[i][j] += moves[i * stride + k] * tractions[j * stride + k];
@@ -362,8 +362,7 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
                     panel_of_pair(pack, set.sites[contact], set.sites[other], panel)[first + axis];
     }
   }
-  state.kernel.add_product(group.whole, group.boundary_stride, group.boundary_stride, group.boundary_stride,
-                           field, pull);
+  state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
 }
 
 void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field) {

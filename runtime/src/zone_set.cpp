@@ -16,7 +16,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
-  const size_t rows = size_t{group.num_axes + group.num_fitted + 1} * group.unknowns;
+  const size_t rows = size_t{group.num_axes + group.num_fitted + 2} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t columns = num_overlaps(pack, set);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order + columns;
@@ -29,7 +29,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
   const size_t overlaps = columns * group.boundary_stride;
   const size_t matrices =
-      2 * (square + fields + loads) + overlaps + couplings + changes + group.boundary_stride;
+      2 * (square + fields + loads) + overlaps + couplings + changes + size_t{2} * group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
@@ -43,11 +43,13 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.loads_of_moves = group.loads_of_tractions + loads;
   group.couplings = group.loads_of_moves + loads;
   group.coupled = group.couplings + couplings;
-  group.brought = group.coupled + group.boundary_stride;
+  group.held_back = group.coupled + group.boundary_stride;
+  group.brought = group.held_back + group.boundary_stride;
   group.back = group.brought + group.num_axes * of_contacts;
   group.factor = state.tangents + state.tangents_used;
   group.spare = group.factor + tangent;
   group.sensitivities = set.rows + state.rows_used;
+  group.trend = group.sensitivities + rows - group.unknowns;
   state.tangents_used += 2 * tangent;
   state.matrices_used += matrices;
   state.rows_used += rows;
@@ -380,10 +382,10 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
   const uint32_t overlaps = num_overlaps(pack, state.max_contacts);
   state.max_matrices = squares * (2 * squares + couplings + overlaps +
-                                  2 * (num_exterior_columns(pack, state.max_contacts) + fitted) + 1) +
+                                  2 * (num_exterior_columns(pack, state.max_contacts) + fitted + 1)) +
                        size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows = size_t{axes + fitted + 1} * (unknowns + kEliminationColumns * state.max_contacts);
+  state.max_rows = size_t{axes + fitted + 2} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns + overlaps;
@@ -439,7 +441,8 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
   const size_t vector = size_t{3} * state.max_nodes + kMostZoneAxes + 2 * kEliminationRows;
-  for (double** of_group : {&state.residual, &state.boundary, &state.outside, &state.pull, &state.vector})
+  for (double** of_group :
+       {&state.residual, &state.boundary, &state.outside, &state.pull, &state.overlap, &state.vector})
     *of_group = arena.take<double>(vector);
 }
 
@@ -524,6 +527,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
   group.stored = group.stored_in_balance;
   group.has_tangent = false;
   group.is_making = false;
+  group.has_trend = false;
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
@@ -544,6 +548,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   group.stored = 0;
   group.has_tangent = false;
   group.is_making = false;
+  group.has_trend = false;
   group.failures = group.astray = 0;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
@@ -562,9 +567,6 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
   // What is not sliced, in multiply-adds that take as long: blocks fetched from all over the pack, tangents.
   const auto fetched = [&](const ZoneGroup& group) {
     return uint64_t{18} * group.num_boundary * group.num_boundary;
-  };
-  const auto assembled = [&](const ZoneGroup& group) {
-    return uint64_t{3000} * kLanes * (group.batches.num_linear + uint64_t{20} * group.batches.num_quadratic);
   };
   const auto square_of_boundary = [](const ZoneGroup& group) {
     return uint64_t{group.boundary_stride} * group.boundary_stride;
@@ -616,7 +618,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         }
         fit_loads(pack, state, set, group);
         fill_own_stiffness(pack, state, group);
-        spent += assembled(group) + group.num_fitted * square_of_boundary(group);
+        spent += stiffness_operations(group.batches) + group.num_fitted * square_of_boundary(group);
         state.phase = Phase::overlap;
         state.column = 0;
         break;

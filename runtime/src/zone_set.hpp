@@ -65,6 +65,7 @@ struct ZoneGroup {
   double* couplings;
   double* coupled;  // [boundary_stride] T times how far their tractions moved this boundary when it was found
   double others_moved;  // since then
+  double* held_back;    // [boundary_stride] S w_B
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
   // [num_axes + num_fitted + 1][unknowns] d unknown / d axis, negative; d load / d force on an unknown; and the last
@@ -80,6 +81,7 @@ struct ZoneGroup {
   double* spare;             // the next one, as `factor`
   bool is_making;            // it is not eliminated yet:
   uint32_t shift;            // attempts before
+  uint32_t assembled;        // parts of it
   uint32_t column;           // eliminated before
   double moved_since;        // it was begun
   double energy;             // of the elements, at the displacements that were evaluated last
@@ -89,6 +91,11 @@ struct ZoneGroup {
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   double longest_step;       // of a contact in one solve, in mean edges of the surface
+  // How far unknowns and axes went in the last solve that came to its end; while one goes on, where it began
+  // (zone_motion.hpp).
+  bool has_trend;
+  double* trend;  // [unknowns]
+  double axes_trend[kMostZoneAxes];
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -155,7 +162,7 @@ struct ZoneSet {
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
   double* matrices;  // [max_matrices] S, T, exterior and couplings of the groups
-  double* rows;      // [max_rows] their sensitivities
+  double* rows;      // [max_rows] their sensitivities and trends
 };
 
 // Of an axis of a group's contacts: which of those of the set.
@@ -168,6 +175,9 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
 
 // ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain.
 inline constexpr double kLongestStep = 0.5;
+
+// In mean edges of the surface: who has moved no farther has not moved.
+inline constexpr double kStill = 1e-9;
 
 // det F of an element that is accepted. Full solves of neighbours that crush what is between them go to 1e-3; the
 // rest is for what Newton passes on its way.
@@ -226,6 +236,7 @@ struct ZoneState {
   double* boundary;
   double* outside;
   double* pull;
+  double* overlap;
   double* vector;
 };
 

@@ -19,8 +19,7 @@ constexpr uint32_t kTurns = 8;        // which leave less than 0.3^9 of it, and 
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
-constexpr uint64_t kLeastSlice = 40000;  // multiply-adds
-constexpr double kStill = 1e-9;          // in mean edges of the surface: nothing has moved
+constexpr uint64_t kLeastSlice = 20000;  // multiply-adds
 
 double* row_of(const ZoneGroup& group, uint32_t index) {
   return group.sensitivities + size_t{index} * group.unknowns;
@@ -66,31 +65,90 @@ void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot
   }
 }
 
-void assemble(ZoneFrame& frame, const ZoneGroup& group, double shift, double* matrix) {
-  const ZoneSet& set = frame.set;
+// Assembly goes part after part: the organ outside; its batches of elements, one after the other or, where they share
+// volumes, all in one; the load rows of each contact; and what is done to the whole of it.
+uint32_t num_batches(const ZoneGroup& group) {
+  return group.batches.num_linear + group.batches.num_quadratic;
+}
+
+uint32_t num_element_parts(const ZoneGroup& group) {
+  return group.batches.num_patches > 0 ? 1 : num_batches(group);
+}
+
+uint32_t num_parts(const ZoneGroup& group) {
+  return 2 + num_element_parts(group) + group.num_contacts;
+}
+
+ZoneBatches batches_of_part(const ZoneGroup& group, uint32_t part) {
+  ZoneBatches some = group.batches;
+  if (some.num_patches > 0) return some;
+  const bool is_linear = part < some.num_linear;
+  if (is_linear) {
+    some.linear += part;
+  } else {
+    some.quadratic += part - some.num_linear;
+  }
+  some.num_linear = is_linear ? 1 : 0;
+  some.num_quadratic = is_linear ? 0 : 1;
+  return some;
+}
+
+void begin_matrix(const ZoneGroup& group, double* matrix) {
   const size_t stride = group.stride;
   for (uint32_t column = 0; column < round_to_columns(group.size); ++column) {
     const size_t from = column / kEliminationRows * kEliminationRows;
     memset(matrix + column * stride + from, 0, (stride - from) * sizeof *matrix);
   }
-  const ZoneUnknowns unknowns = {set.unknown_of, set.first_master, set.masters};
-  add_zone_stiffness(group.batches, set.displacement, unknowns, matrix, group.stride);
   const uint32_t boundary = 3 * group.num_interior;
   for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
     const double* from = group.exterior + size_t{j} * group.boundary_stride;
     double* to = matrix + (boundary + j) * stride + boundary;
     for (uint32_t i = j; i < 3 * group.num_boundary; ++i) to[i] += from[i];
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) add_load_rows(frame, group, slot, matrix);
+}
+
+void finish_matrix(const ZoneFrame& frame, const ZoneGroup& group, double shift, double* matrix) {
+  const size_t stride = group.stride;
   const uint32_t free = group.num_interior + group.num_boundary;
   for (uint32_t i = 3 * free; i < group.unknowns; ++i) matrix[i * stride + i] = 1;
   for (uint32_t i = 0; i < free; ++i) {
-    const uint32_t axes = moving_axes(frame.pack, set, group.first_node + i);
+    const uint32_t axes = moving_axes(frame.pack, frame.set, group.first_node + i);
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
       if ((axes >> axis & 1) == 0) drop_unknown(3 * i + axis, group.size, group.stride, matrix);
     }
   }
   for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
+}
+
+// The next part of Group::spare, at the displacements that the group has. Multiply-adds that take as long.
+uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
+  double* matrix = group.spare;
+  const uint32_t part = group.assembled++;
+  const uint32_t elements = num_element_parts(group);
+  const uint64_t square = uint64_t{group.size} * group.size;
+  if (part == 0) {
+    begin_matrix(group, matrix);
+    return square / 2;
+  }
+  if (part <= elements) {
+    const ZoneUnknowns unknowns = {frame.set.unknown_of, frame.set.first_master, frame.set.masters};
+    const ZoneBatches some = batches_of_part(group, part - 1);
+    add_zone_stiffness(some, frame.set.displacement, unknowns, matrix, group.stride);
+    return stiffness_operations(some);
+  }
+  if (part + 1 < num_parts(group)) {
+    add_load_rows(frame, group, part - elements - 1, matrix);
+    return uint64_t{3} * num_exterior_columns(frame.pack, frame.set.num_contacts) * group.boundary_stride;
+  }
+  finish_matrix(frame, group, kShifts[group.shift], matrix);
+  return square / 8;
+}
+
+// What all of them take.
+uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
+  return uint64_t{5} * group.size * group.size / 8 + stiffness_operations(group.batches) +
+         uint64_t{3} * num_exterior_columns(frame.pack, frame.set.num_contacts) * group.boundary_stride *
+             group.num_contacts;
 }
 
 // x of a contact alone, of its force.
@@ -178,11 +236,11 @@ bool take_tangent(ZoneFrame& frame, ZoneGroup& group) {
   return true;
 }
 
-void begin_tangent(ZoneFrame& frame, ZoneGroup& group, uint32_t shift) {
+void begin_tangent(ZoneGroup& group, uint32_t shift) {
   group.shift = shift;
+  group.assembled = 0;
   group.column = 0;
   group.moved_since = 0;
-  assemble(frame, group, kShifts[shift], group.spare);
 }
 
 }  // namespace
@@ -191,7 +249,8 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   group.has_tangent = false;
   group.is_making = false;
   for (uint32_t shift = 0; shift < kNumShifts; ++shift) {
-    begin_tangent(frame, group, shift);
+    begin_tangent(group, shift);
+    while (group.assembled < num_parts(group)) assemble_part(frame, group);
     if (!eliminate(frame.state.kernel, group.spare, group.stride, group.size, group.unknowns)) continue;
     if (take_tangent(frame, group)) return true;
     frame.flags |= PAL_FLAG_NOT_FINITE;
@@ -204,13 +263,14 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
   if (!group.has_tangent) return;
   if (!group.is_making) {
     if (group.moved <= kStill * frame.pack.mean_surface_edge) return;
-    begin_tangent(frame, group, 0);
+    begin_tangent(group, 0);
     group.is_making = true;
-    return;
   }
-  const uint64_t all = uint64_t{group.size} * group.size * group.size / 6;
-  const uint64_t slice = all / (kTangentFrames - 1) > kLeastSlice ? all / (kTangentFrames - 1) : kLeastSlice;
-  for (uint64_t spent = 0; spent < slice && group.column < group.size; group.column += kEliminationColumns) {
+  const uint64_t all = assembly_operations(frame, group) + uint64_t{group.size} * group.size * group.size / 6;
+  const uint64_t slice = std::max(kLeastSlice, all / (kTangentFrames - 1));
+  uint64_t spent = 0;
+  while (spent < slice && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
+  for (; spent < slice && group.column < group.size; group.column += kEliminationColumns) {
     const uint64_t columns = group.column < group.unknowns ? group.column : group.unknowns;
     spent += uint64_t{kEliminationColumns} * (group.size - group.column) * (columns + kEliminationColumns);
     if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
@@ -218,7 +278,7 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
       continue;
     group.is_making = group.shift + 1 < kNumShifts;
     if (group.is_making) {
-      begin_tangent(frame, group, group.shift + 1);
+      begin_tangent(group, group.shift + 1);
     } else {
       group.has_tangent = false;  // as make_tangent(), where all shifts are in vain
     }

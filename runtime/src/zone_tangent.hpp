@@ -22,8 +22,8 @@
 //
 // A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which
 // the stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next
-// one is factored in slices, kTangentFrames of them at most, so that no frame pays for all of it; in one go where
-// there is none, or where that part is too large.
+// one is made in slices, kTangentFrames of them at most, so that no frame pays for all of it, of elements as they are
+// when their turn comes; in one go where there is none, or where that part is too large.
 //
 // The force is the gradient of the stored energy but for what q leaves out, orders beyond the third and what of the
 // boundary's moves no loads make: the stiffness is nearly symmetric, and is made so.

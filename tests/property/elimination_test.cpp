@@ -124,6 +124,25 @@ TEST(Elimination, AddsProducts) {
   }
 }
 
+TEST(Elimination, AddsSymmetricProducts) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const Eigen::Index rows : {8, 16, 40, 72}) {
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
+      OnCacheLines matrix(rows, rows);
+      OnCacheLines x(rows, 1);
+      OnCacheLines y(rows, 1);
+      matrix.numbers.setRandom();
+      matrix.numbers = (matrix.numbers + matrix.numbers.transpose()).eval();
+      x.numbers.setRandom();
+      y.numbers.setRandom();
+      const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
+      kernel.add_symmetric_product(matrix.numbers.data(), static_cast<uint32_t>(rows), x.numbers.data(),
+                                   y.numbers.data());
+      EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+    }
+  }
+}
+
 TEST(Elimination, RefusesWhatIsNotPositiveDefinite) {
   for (const EliminationKernel& kernel : kernels()) {
     SCOPED_TRACE(kernel.name);

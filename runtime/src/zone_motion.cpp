@@ -1,0 +1,185 @@
+#include "runtime/src/zone_motion.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_tangent.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kMostTrend = 2;  // s: a tool that is suddenly faster than that may as well go elsewhere
+
+double norm(const double v[3]) {
+  return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+// How far the patch of a contact goes at most as the point that it turns about does: |R - 1| is the length of its turn.
+double length_of_place(const ZoneSet& set, uint32_t contact) {
+  double way[3];
+  for (int i = 0; i < 3; ++i) way[i] = set.places[contact][i] - set.points[contact][i];
+  return norm(way) * norm(set.followed + 3 * (set.num_contacts + contact));
+}
+
+bool turns(const ZoneGroup& group) {
+  return group.num_axes > 3 * group.num_contacts;
+}
+
+// Of the group's axes, by how much they change from one place to another: displacements, and the spins of patches.
+// Places are by axis of the set.
+void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
+                 double* change) {
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    change[i] = to[at] - from[at];
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+    const uint32_t at = 3 * (set.num_contacts + group.contacts[slot]);
+    double was[4];
+    double is[4];
+    quaternion_of(from + at, was);
+    quaternion_of(to + at, is);
+    turn_between(was, is, change + 3 * (group.num_contacts + slot));
+  }
+}
+
+// s.
+double part_of_trend(const ZoneFrame& frame, const ZoneGroup& group, const double* change) {
+  if (!group.has_trend || !group.has_tangent) return 0;
+  double along = 0;
+  double square = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const double unit = length_of(frame, contact_axis(frame.set, group, i), 1);
+    along += unit * change[i] * unit * group.axes_trend[i];
+    square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
+  }
+  const double still = kStill * frame.pack.mean_surface_edge;
+  return square > still * still ? std::max(-kMostTrend, std::min(kMostTrend, along / square)) : 0;
+}
+
+}  // namespace
+
+void place_held(ZoneFrame& frame, const ZoneGroup& group) {
+  ZoneSet& set = frame.set;
+  const uint32_t first = first_boundary(group) + group.num_boundary;
+  Rotation rotations[kMostZoneContacts];
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
+    rotations[slot] = patch_rotation(set, group.contacts[slot]);
+  for (uint32_t i = first; i < first + group.num_held; ++i) {
+    double* to = set.displacement + size_t{3} * i;
+    memcpy(to, frame.pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof *to);
+    for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
+      ZoneMaster& master = set.masters[m];
+      const uint32_t slot = (master.unknown - group.unknowns) / 3;
+      const double* d = set.followed + 3 * group.contacts[slot];
+      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * d[axis];
+      if (master.turn == kNoUnknown) continue;
+      double arm[3];
+      rest_arm(frame.pack, set, group.contacts[slot], set.nodes[i], arm);
+      rotate(rotations[slot], arm, master.arm);
+      for (int axis = 0; axis < 3; ++axis) to[axis] += master.share * (master.arm[axis] - arm[axis]);
+    }
+  }
+}
+
+double length_of(const ZoneFrame& frame, uint32_t axis, double change) {
+  const double arm = std::max(frame.pack.tip_radius, frame.pack.mean_surface_edge);
+  return fabs(change) * (axis < 3 * frame.set.num_contacts ? 1.0 : arm);
+}
+
+void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor) {
+  double* u = frame.set.displacement + size_t{3} * group.first_node;
+  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i) u[i] += factor * change[i];
+}
+
+void save(const ZoneFrame& frame, const ZoneGroup& group) {
+  const size_t first = size_t{3} * group.first_node;
+  memcpy(frame.state.saved + first, frame.set.displacement + first,
+         size_t{3} * group.num_nodes * sizeof(double));
+}
+
+void restore(ZoneFrame& frame, const ZoneGroup& group) {
+  const size_t first = size_t{3} * group.first_node;
+  memcpy(frame.set.displacement + first, frame.state.saved + first,
+         size_t{3} * group.num_nodes * sizeof(double));
+}
+
+void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
+  group.moved += length;
+  group.moved_since += length;
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
+  }
+}
+
+void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
+  ZoneSet& set = frame.set;
+  save(frame, group);
+  double before[kMostZoneAxes];
+  double points[kMostZoneContacts][3];
+  memcpy(before, set.followed, set.num_axes * sizeof *before);
+  memcpy(points, set.points, set.num_contacts * sizeof *points);
+  double change[kMostZoneAxes];
+  double longest = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    longest = std::max(longest, length_of(frame, at, wanted[at] - before[at]));
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
+    longest = std::max(longest, length_of_place(set, group.contacts[slot]));
+  const double limit = group.longest_step * frame.pack.mean_surface_edge;
+  double part = longest > limit ? limit / longest : 1.0;
+  find_change(set, group, before, wanted, change);
+  const double trend = part_of_trend(frame, group, change);
+  bool is_upright = false;
+  for (uint32_t cut = 0; cut <= kMostCuts && !is_upright; ++cut, part *= 0.5) {
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      const uint32_t at = contact_axis(set, group, i);
+      set.followed[at] = before[at] + part * (wanted[at] - before[at]);
+    }
+    for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+      const uint32_t contact = group.contacts[slot];
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        set.points[contact][axis] =
+            points[contact][axis] + part * (set.places[contact][axis] - points[contact][axis]);
+    }
+    find_change(set, group, before, set.followed, change);
+    for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
+      add_to_unknowns(frame, group, sensitivity(group, i), part * trend * group.axes_trend[i] - change[i]);
+    if (trend != 0) add_to_unknowns(frame, group, group.trend, part * trend);
+    place_held(frame, group);
+    is_upright = evaluate_group(frame, group);
+    if (is_upright) {
+      follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
+      count_move(frame, group, part * longest);
+      if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
+      break;
+    }
+    restore(frame, group);
+    memcpy(set.followed, before, set.num_axes * sizeof *before);
+    memcpy(set.points, points, set.num_contacts * sizeof *points);
+    if (turns(group)) place_held(frame, group);  // for the arms
+  }
+  if (!is_upright) {
+    evaluate_group(frame, group);
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+  }
+  for (uint32_t i = 0; i < group.num_axes; ++i) group.axes_trend[i] = before[contact_axis(set, group, i)];
+  memcpy(group.trend, frame.state.saved + size_t{3} * group.first_node, group.unknowns * sizeof *group.trend);
+}
+
+void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
+  const double* u = frame.set.displacement + size_t{3} * group.first_node;
+  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i)
+    group.trend[i] = u[i] - group.trend[i];
+  double before[kMostZoneAxes];
+  for (uint32_t i = 0; i < group.num_axes; ++i)
+    before[contact_axis(frame.set, group, i)] = group.axes_trend[i];
+  find_change(frame.set, group, before, frame.set.followed, group.axes_trend);
+  group.has_trend = true;
+}
+
+}  // namespace palpate
