@@ -124,11 +124,12 @@ void forward_substitute_scalar(const double* matrix, uint32_t stride, uint32_t s
   }
 }
 
-void add_product_scalar(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+template <typename Number>
+void add_product_scalar(const Number* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                         const double* x, double* y) {
   for (uint32_t j = 0; j < columns; ++j) {
-    const double* column = matrix + size_t{j} * stride;
-    for (uint32_t i = 0; i < rows; ++i) y[i] += column[i] * x[j];
+    const Number* column = matrix + size_t{j} * stride;
+    for (uint32_t i = 0; i < rows; ++i) y[i] += static_cast<double>(column[i]) * x[j];
   }
 }
 
@@ -291,29 +292,37 @@ PALPATE_AVX2 void forward_substitute_avx2(const double* matrix, uint32_t stride,
   }
 }
 
+PALPATE_AVX2 inline __m256d load_four(const double* entries) {
+  return _mm256_load_pd(entries);
+}
+
+PALPATE_AVX2 inline __m256d load_four(const float* entries) {
+  return _mm256_cvtps_pd(_mm_load_ps(entries));
+}
+
 // Sixteen rows at a time, so that no sum waits for the one before it.
-PALPATE_AVX2 void add_product_avx2(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+template <typename Number>
+PALPATE_AVX2 void add_product_avx2(const Number* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                                    const double* x, double* y) {
   uint32_t i = 0;
   for (; i + 16 <= rows; i += 16) {
     __m256d sums[4];
     PALPATE_UNROLL
     for (uint32_t k = 0; k < 4; ++k) sums[k] = _mm256_load_pd(y + i + 4 * k);
-    const double* entries = matrix + i;
+    const Number* entries = matrix + i;
     for (uint32_t j = 0; j < columns; ++j, entries += stride) {
       const __m256d factor = _mm256_broadcast_sd(x + j);
       PALPATE_UNROLL
-      for (uint32_t k = 0; k < 4; ++k)
-        sums[k] = _mm256_fmadd_pd(_mm256_load_pd(entries + 4 * k), factor, sums[k]);
+      for (uint32_t k = 0; k < 4; ++k) sums[k] = _mm256_fmadd_pd(load_four(entries + 4 * k), factor, sums[k]);
     }
     PALPATE_UNROLL
     for (uint32_t k = 0; k < 4; ++k) _mm256_store_pd(y + i + 4 * k, sums[k]);
   }
   for (; i < rows; i += 4) {
     __m256d sum = _mm256_load_pd(y + i);
-    const double* entries = matrix + i;
+    const Number* entries = matrix + i;
     for (uint32_t j = 0; j < columns; ++j, entries += stride)
-      sum = _mm256_fmadd_pd(_mm256_load_pd(entries), _mm256_broadcast_sd(x + j), sum);
+      sum = _mm256_fmadd_pd(load_four(entries), _mm256_broadcast_sd(x + j), sum);
     _mm256_store_pd(y + i, sum);
   }
 }
@@ -353,15 +362,23 @@ PALPATE_AVX2 void add_symmetric_product_avx2(const double* matrix, uint32_t size
 
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {
-      "scalar",           eliminate_columns_scalar,    back_substitute_scalar, forward_substitute_scalar,
-      add_product_scalar, add_symmetric_product_scalar};
+  kernels[count++] = {"scalar",
+                      eliminate_columns_scalar,
+                      back_substitute_scalar,
+                      forward_substitute_scalar,
+                      add_product_scalar<double>,
+                      add_product_scalar<float>,
+                      add_symmetric_product_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels[count++] = {
-        "avx2",           eliminate_columns_avx2,    back_substitute_avx2, forward_substitute_avx2,
-        add_product_avx2, add_symmetric_product_avx2};
+    kernels[count++] = {"avx2",
+                        eliminate_columns_avx2,
+                        back_substitute_avx2,
+                        forward_substitute_avx2,
+                        add_product_avx2<double>,
+                        add_product_avx2<float>,
+                        add_symmetric_product_avx2};
 #endif
   return count;
 }

@@ -93,7 +93,7 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
   find_traction(frame, group);
   if (group.has_tangent) find_forces(frame, group);
-  weigh_exterior(frame.pack, frame.state.rings, frame.set);
+  weigh_exterior(frame.pack, frame.state, frame.set);
   group.stored = stored_energy(frame, group);
 }
 
@@ -114,7 +114,7 @@ void go_back(ZoneFrame& frame, ZoneGroup& group) {
 
 // What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
 void settle_groups(ZoneFrame& frame, const bool* went_back) {
-  weigh_exterior(frame.pack, frame.state.rings, frame.set);
+  weigh_exterior(frame.pack, frame.state, frame.set);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
     find_coupling(frame, group);
@@ -143,7 +143,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     size = std::max(size, length_of(frame, i, displacements[i]));
     size = std::max(size, length_of(frame, i, displacements[i] - set.followed[i]));
   }
-  weigh_exterior(pack, state.rings, set);
+  weigh_exterior(pack, state, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (!group.has_tangent) {
@@ -151,7 +151,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       place_held(frame, group);
       if (!evaluate_group(frame, group)) {
         rest_group(pack, set, group);
-        weigh_exterior(pack, state.rings, set);
+        weigh_exterior(pack, state, set);
         place_held(frame, group);
         evaluate_group(frame, group);
         state.went_back = true;

@@ -31,13 +31,11 @@ void find_boundary(const ZoneFrame& frame, const ZoneGroup& group) {
 // What the organ outside stores beyond t . w / 2.
 double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
-  const uint32_t columns = num_exterior_columns(frame.pack, set.num_contacts);
   double parts[kMostExteriorColumns];
-  weigh_exterior_energy(frame.pack, set, frame.state.rings, parts);
+  weigh_exterior_energy(frame.pack, frame.state, set, parts);
   double* moved = frame.state.vector;
   memset(moved, 0, group.boundary_stride * sizeof *moved);
-  frame.state.kernel.add_product(group.exterior_fields, group.boundary_stride, group.boundary_stride, columns,
-                                 parts, moved);
+  add_exterior_columns(frame.pack, frame.state, set, group, group.exterior_fields, parts, moved);
   const double* t = set.traction + size_t{3} * first_boundary(group);
   double energy = 0;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += t[i] * moved[i];
@@ -91,9 +89,8 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
   memcpy(frame.state.pull, group.coupled, stride * sizeof *group.coupled);
-  frame.state.kernel.add_product(group.exterior_pulls, stride, stride,
-                                 num_exterior_columns(frame.pack, set.num_contacts), set.weights,
-                                 frame.state.pull);
+  add_exterior_columns(frame.pack, frame.state, set, group, group.exterior_pulls, set.weights,
+                       frame.state.pull);
   memset(frame.state.overlap, 0, stride * sizeof *frame.state.overlap);
   add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.overlap);
 }

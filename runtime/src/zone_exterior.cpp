@@ -95,11 +95,17 @@ void differentiate_factors(const pal_pack& pack, const double* of, uint32_t axis
   });
 }
 
+// Of the columns of a contact's site, those that weigh anything: its own monomials, and what pairs take part in.
+uint32_t columns_in_use(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
+  const uint32_t own = pack::num_monomials(2, own_degree(pack, set, contact));
+  return pack.num_pair_fields > 0 ? std::max(own, pack::kPairColumns) : own;
+}
+
 // Adds what two contacts weigh the fields of both with, by their monomials `from` and on: those are products of what
 // `of_contact` and `of_other` hold.
-void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact, uint32_t other,
-              const PairFactors& of_contact, const PairFactors& of_other, uint32_t from, double scale,
-              double* weights) {
+void add_pair(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t contact,
+              uint32_t other, const PairFactors& of_contact, const PairFactors& of_other, uint32_t from,
+              double scale, double* weights) {
   const uint32_t site = set.sites[contact];
   const uint32_t site_of_other = set.sites[other];
   if (site == site_of_other) return;
@@ -109,36 +115,37 @@ void add_pair(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t
   const uint32_t num_monomials = pack::num_pair_monomials(pack.pair_degree);
   const bool is_near = (set.near[contact] >> other & 1) != 0;
   const uint32_t to = is_near ? pack::num_pair_monomials(2) : num_monomials;
+  if (from >= to) return;
+  const PairFactors& x = is_first ? of_contact : of_other;
+  const PairFactors& y = is_first ? of_other : of_contact;
+  double products[pack::num_pair_monomials(pack::kMostPairDegree)];
+  for (uint32_t i = from; i < to; ++i)
+    products[i] = scale * x[pack::kPairMonomials[i].of_x] * y[pack::kPairMonomials[i].of_y];
   const float* of_pair =
       pack.pair_weights +
-      ((uint64_t{rings - 1} * pairs + pair_of_sites(site, site_of_other)) * num_monomials + from) *
+      ((uint64_t{state.rings - 1} * pairs + pair_of_sites(site, site_of_other)) * num_monomials + from) *
           of_monomial;
+  alignas(32) double sums[2 * pack::kPairColumns + pack::kMostPairFields] = {};
+  state.kernel.add_float_product(of_pair, of_monomial, of_monomial, to - from, products + from, sums);
   double* of_first = weights + size_t{is_first ? contact : other} * pack.zone_columns;
   double* of_second = weights + size_t{is_first ? other : contact} * pack.zone_columns;
   double* of_both = weights + first_column_of_pair(pack, set.num_contacts, contact, other);
-  const PairFactors& x = is_first ? of_contact : of_other;
-  const PairFactors& y = is_first ? of_other : of_contact;
-  for (uint32_t i = from; i < to; ++i, of_pair += of_monomial) {
-    const double product = scale * x[pack::kPairMonomials[i].of_x] * y[pack::kPairMonomials[i].of_y];
-    if (product == 0) continue;  // as most of a derivative are
-    for (uint32_t k = 0; k < pack::kPairColumns; ++k) {
-      of_first[k] += product * static_cast<double>(of_pair[k]);
-      of_second[k] += product * static_cast<double>(of_pair[pack::kPairColumns + k]);
-    }
-    for (uint32_t k = 0; k < pack.num_pair_fields; ++k)
-      of_both[k] += product * static_cast<double>(of_pair[2 * pack::kPairColumns + k]);
+  for (uint32_t k = 0; k < pack::kPairColumns; ++k) {
+    of_first[k] += sums[k];
+    of_second[k] += sums[pack::kPairColumns + k];
   }
+  for (uint32_t k = 0; k < pack.num_pair_fields; ++k) of_both[k] += sums[2 * pack::kPairColumns + k];
 }
 
 // The same of all pairs of the set.
-void add_pairs(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t from, double scale,
+void add_pairs(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t from, double scale,
                double* weights) {
   if (pack.num_pair_fields == 0) return;
   PairFactors factors[kMostZoneContacts];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     evaluate_factors(pack, load_of(set, c), factors[c]);
     for (uint32_t other = 0; other < c; ++other)
-      add_pair(pack, set, rings, c, other, factors[c], factors[other], from, scale, weights);
+      add_pair(pack, state, set, c, other, factors[c], factors[other], from, scale, weights);
   }
 }
 
@@ -249,7 +256,7 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
   }
 }
 
-void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
+void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
   memset(set.weights, 0, num_exterior_columns(pack, set.num_contacts) * sizeof *set.weights);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     double monomials[kMostMonomials];
@@ -258,10 +265,10 @@ void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set) {
     for (uint32_t j = 0; j < pack::num_monomials(2, degree); ++j)
       set.weights[size_t{c} * pack.zone_columns + j] += monomials[kFirst + j];
   }
-  add_pairs(pack, set, rings, 0, 1.0, set.weights);
+  add_pairs(pack, state, set, 0, 1.0, set.weights);
 }
 
-void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, uint32_t rings, double* parts) {
+void weigh_exterior_energy(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, double* parts) {
   const auto part = [](uint32_t degree) { return static_cast<double>(degree) / (degree + 1) - 0.5; };
   const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
   for (uint32_t j = 0; j < columns; ++j) parts[j] = part(2) * set.weights[j];
@@ -274,7 +281,19 @@ void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, uint32_t ri
         parts[c * pack.zone_columns + j - kFirst] += (part(degree) - part(2)) * monomials[j];
     }
   }
-  add_pairs(pack, set, rings, pack::num_pair_monomials(2), part(3) - part(2), parts);
+  add_pairs(pack, state, set, pack::num_pair_monomials(2), part(3) - part(2), parts);
+}
+
+void add_exterior_columns(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
+                          const ZoneGroup& group, const float* columns, const double* weights, double* sum) {
+  const uint32_t stride = group.boundary_stride;
+  const auto add = [&](uint32_t first, uint32_t count) {
+    state.kernel.add_float_product(columns + size_t{first} * stride, stride, stride, count, weights + first,
+                                   sum);
+  };
+  for (uint32_t c = 0; c < set.num_contacts; ++c) add(c * pack.zone_columns, columns_in_use(pack, set, c));
+  const uint32_t of_contacts = set.num_contacts * pack.zone_columns;
+  add(of_contacts, num_exterior_columns(pack, set.num_contacts) - of_contacts);
 }
 
 bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]) {
@@ -304,8 +323,8 @@ bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact
   return square_of(set.loads + size_t{3} * contact) > most * std::min(1.0, largest / pack.max_displacement);
 }
 
-void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
-                            double derivatives[3][kMostExteriorColumns]) {
+void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
+                            uint32_t contact, double derivatives[3][kMostExteriorColumns]) {
   const Load load = load_of(set, contact);
   const uint32_t degree = own_degree(pack, set, contact);
   double monomials[kMostMonomials];
@@ -328,7 +347,7 @@ void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t r
       if (other == contact) continue;
       PairFactors factors;
       differentiate_factors(pack, monomials, axis, factors);
-      add_pair(pack, set, rings, contact, other, factors, of_others[other], 0, 1.0, by_axis);
+      add_pair(pack, state, set, contact, other, factors, of_others[other], 0, 1.0, by_axis);
     }
   }
 }
@@ -345,8 +364,12 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
     ++contact;
   }
   const uint32_t place = is_own ? column % pack.zone_columns : (column - of_contacts) % pack.num_pair_fields;
-  double* field = group.exterior_fields + column * stride;
-  double* pull = group.exterior_pulls + column * stride;
+  float* to_field = group.exterior_fields + column * stride;
+  float* to_pull = group.exterior_pulls + column * stride;
+  double* field = state.boundary;
+  double* pull = state.vector;
+  memset(to_field, 0, stride * sizeof *to_field);
+  memset(to_pull, 0, stride * sizeof *to_pull);
   memset(field, 0, stride * sizeof *field);
   memset(pull, 0, stride * sizeof *pull);
   if (!is_own && set.sites[contact] == set.sites[other]) return;
@@ -363,6 +386,10 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
     }
   }
   state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
+  for (uint32_t i = 0; i < stride; ++i) {
+    to_field[i] = static_cast<float>(field[i]);
+    to_pull[i] = static_cast<float>(pull[i]);
+  }
 }
 
 void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field) {

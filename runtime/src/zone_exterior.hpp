@@ -44,7 +44,7 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
 // order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes
 // fixed while running.
-void weigh_exterior(const pal_pack& pack, uint32_t rings, ZoneSet& set);
+void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set);
 
 // The load of a contact as it counts: no longer than 2, and zero with nodes fixed. Whether it is shortened.
 bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
@@ -67,13 +67,17 @@ void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
 // Of those weights by the load of one contact; zero where that is too long.
-void differentiate_exterior(const pal_pack& pack, const ZoneSet& set, uint32_t rings, uint32_t contact,
-                            double derivatives[3][kMostExteriorColumns]);
+void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
+                            uint32_t contact, double derivatives[3][kMostExteriorColumns]);
 
 // What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a
 // part of q that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of
 // the energy in t has it.
-void weigh_exterior_energy(const pal_pack& pack, const ZoneSet& set, uint32_t rings, double* parts);
+void weigh_exterior_energy(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, double* parts);
+
+// Adds a group's columns times their weights to [boundary_stride]: ZoneGroup::exterior_fields or exterior_pulls.
+void add_exterior_columns(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
+                          const ZoneGroup& group, const float* columns, const double* weights, double* sum);
 
 // One of the columns q on the boundary of a group, and T times it, to which ZoneGroup::exterior_fields and
 // exterior_pulls point. Cost: boundary_stride^2 multiply-adds.

@@ -29,16 +29,17 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
   const size_t overlaps = columns * group.boundary_stride;
   const size_t matrices =
-      2 * (square + fields + loads) + overlaps + couplings + changes + size_t{2} * group.boundary_stride;
+      2 * (square + loads) + overlaps + couplings + changes + size_t{2} * group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
-  if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
+  if (state.matrices_used + matrices > state.max_matrices ||
+      state.columns_used + 2 * fields > state.max_columns || state.rows_used + rows > state.max_rows ||
       state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
     return false;
   group.exterior = set.matrices + state.matrices_used;
   group.whole = group.exterior + square;
-  group.exterior_fields = group.whole + square;
+  group.exterior_fields = set.columns + state.columns_used;
   group.exterior_pulls = group.exterior_fields + fields;
-  group.overlaps = group.exterior_pulls + fields;
+  group.overlaps = group.whole + square;
   group.loads_of_tractions = group.overlaps + overlaps;
   group.loads_of_moves = group.loads_of_tractions + loads;
   group.couplings = group.loads_of_moves + loads;
@@ -52,6 +53,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.trend = group.sensitivities + rows - group.unknowns;
   state.tangents_used += 2 * tangent;
   state.matrices_used += matrices;
+  state.columns_used += 2 * fields;
   state.rows_used += rows;
   return true;
 }
@@ -381,8 +383,8 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
   const uint32_t overlaps = num_overlaps(pack, state.max_contacts);
-  state.max_matrices = squares * (2 * squares + couplings + overlaps +
-                                  2 * (num_exterior_columns(pack, state.max_contacts) + fitted + 1)) +
+  state.max_columns = squares * 2 * num_exterior_columns(pack, state.max_contacts);
+  state.max_matrices = squares * (2 * squares + couplings + overlaps + 2 * (fitted + 1)) +
                        size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows = size_t{axes + fitted + 2} * (unknowns + kEliminationColumns * state.max_contacts);
@@ -426,6 +428,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
       set->patches = arena.take<ZonePatch>(state.max_elements < pack.num_sharing ? state.max_elements
                                                                                  : pack.num_sharing);
     set->matrices = arena.take<double>(state.max_matrices);
+    set->columns = arena.take<float>(state.max_columns);
     set->rows = arena.take<double>(state.max_rows);
   }
   state.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
@@ -475,6 +478,7 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   state.group = 0;
   state.column = 0;
   state.matrices_used = 0;
+  state.columns_used = 0;
   state.rows_used = 0;
   state.tangents_used = 0;
 }

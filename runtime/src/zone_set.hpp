@@ -54,8 +54,8 @@ struct ZoneGroup {
   double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
   double* whole;     // T
   // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
-  double* exterior_fields;
-  double* exterior_pulls;
+  float* exterior_fields;
+  float* exterior_pulls;
   double* overlaps;  // [num_overlaps][boundary_stride] g (zone_overlap.hpp)
   // [num_fitted][boundary_stride] loads by the tractions on this boundary, and by how the linear organ moves it: Gamma,
   // Gamma T (zone_exterior.hpp)
@@ -161,7 +161,8 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  double* matrices;  // [max_matrices] S, T, exterior and couplings of the groups
+  double* matrices;  // [max_matrices] S, T and couplings of the groups
+  float* columns;    // [max_columns] of their exterior
   double* rows;      // [max_rows] their sensitivities and trends
 };
 
@@ -196,6 +197,7 @@ struct ZoneState {
   uint32_t max_quadratic;
   uint32_t max_masters;
   size_t max_matrices;
+  size_t max_columns;
   size_t max_rows;
   size_t max_tangents;     // numbers of the matrices of tangents
   size_t max_preparation;  // of the matrices of making ready
@@ -224,6 +226,7 @@ struct ZoneState {
   double* preparation;
   double* moves;  // [contacts][3][nodes of a group][3] U (zone_overlap.hpp); none where nothing overlaps
   size_t matrices_used;
+  size_t columns_used;
   size_t rows_used;
   size_t tangents_used;
   // A frame

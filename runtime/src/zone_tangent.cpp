@@ -42,7 +42,7 @@ uint32_t num_sensitivities(const ZoneGroup& group) {
 // R, of a contact that has neighbours; -G^T; and -Gamma G.
 void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot, double* matrix) {
   double derivatives[3][kMostExteriorColumns];
-  differentiate_exterior(frame.pack, frame.set, frame.state.rings, group.contacts[slot], derivatives);
+  differentiate_exterior(frame.pack, frame.state, frame.set, group.contacts[slot], derivatives);
   const size_t stride = group.boundary_stride;
   const uint32_t moving = 3 * group.num_boundary;
   const uint32_t fitted = group.unknowns + group.num_axes;
@@ -54,9 +54,8 @@ void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot
     for (uint32_t i = 0; i < moving && group.num_fitted > 0; ++i)
       columns[size_t{i} * group.stride + fitted + load] = group.loads_of_moves[load * stride + i];
     memset(pulls, 0, stride * sizeof *pulls);
-    frame.state.kernel.add_product(group.exterior_pulls, group.boundary_stride, group.boundary_stride,
-                                   num_exterior_columns(frame.pack, frame.set.num_contacts),
-                                   derivatives[axis], pulls);
+    add_exterior_columns(frame.pack, frame.state, frame.set, group, group.exterior_pulls, derivatives[axis],
+                         pulls);
     for (uint32_t other = 0; other < group.num_fitted; ++other)
       matrix[size_t{fitted + other} * group.stride + given] =
           -product(group.loads_of_tractions + other * stride, pulls, moving);
