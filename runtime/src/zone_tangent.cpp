@@ -64,8 +64,14 @@ void add_load_rows(const ZoneFrame& frame, const ZoneGroup& group, uint32_t slot
   }
 }
 
-// Assembly goes part after part: the organ outside; its batches of elements, one after the other or, where they share
-// volumes, all in one; the load rows of each contact; and what is done to the whole of it.
+// Assembly goes part after part: the organ outside, some columns each; batches of elements, one after the other or, where
+// they share volumes, all in one; the load rows of each contact; and what is done to the whole of it.
+constexpr uint32_t kColumnsOfPart = 32;
+
+uint32_t num_column_parts(const ZoneGroup& group) {
+  return (round_to_columns(group.size) + kColumnsOfPart - 1) / kColumnsOfPart;
+}
+
 uint32_t num_batches(const ZoneGroup& group) {
   return group.batches.num_linear + group.batches.num_quadratic;
 }
@@ -75,7 +81,7 @@ uint32_t num_element_parts(const ZoneGroup& group) {
 }
 
 uint32_t num_parts(const ZoneGroup& group) {
-  return 2 + num_element_parts(group) + group.num_contacts;
+  return num_column_parts(group) + num_element_parts(group) + group.num_contacts + 1;
 }
 
 ZoneBatches batches_of_part(const ZoneGroup& group, uint32_t part) {
@@ -92,17 +98,19 @@ ZoneBatches batches_of_part(const ZoneGroup& group, uint32_t part) {
   return some;
 }
 
-void begin_matrix(const ZoneGroup& group, double* matrix) {
+void begin_columns(const ZoneGroup& group, uint32_t part, double* matrix) {
   const size_t stride = group.stride;
-  for (uint32_t column = 0; column < round_to_columns(group.size); ++column) {
-    const size_t from = column / kEliminationRows * kEliminationRows;
-    memset(matrix + column * stride + from, 0, (stride - from) * sizeof *matrix);
-  }
+  const uint32_t begin = part * kColumnsOfPart;
+  const uint32_t end = std::min(round_to_columns(group.size), begin + kColumnsOfPart);
   const uint32_t boundary = 3 * group.num_interior;
-  for (uint32_t j = 0; j < 3 * group.num_boundary; ++j) {
+  for (uint32_t column = begin; column < end; ++column) {
+    double* to = matrix + column * stride;
+    const size_t top = column / kEliminationRows * kEliminationRows;
+    memset(to + top, 0, (stride - top) * sizeof *to);
+    if (column < boundary || column >= boundary + 3 * group.num_boundary) continue;
+    const uint32_t j = column - boundary;
     const double* from = group.exterior + size_t{j} * group.boundary_stride;
-    double* to = matrix + (boundary + j) * stride + boundary;
-    for (uint32_t i = j; i < 3 * group.num_boundary; ++i) to[i] += from[i];
+    memcpy(to + column, from + j, (3 * group.num_boundary - j) * sizeof *to);
   }
 }
 
@@ -119,35 +127,42 @@ void finish_matrix(const ZoneFrame& frame, const ZoneGroup& group, double shift,
   for (uint32_t i = 0; i < group.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
 }
 
+uint64_t load_row_operations(const ZoneFrame& frame, const ZoneGroup& group) {
+  return uint64_t{3} * num_exterior_columns(frame.pack, frame.set.num_contacts) * group.boundary_stride;
+}
+
+// Multiply-adds that take as long as clearing an entry of a column, which comes from afar.
+constexpr uint64_t kOfEntry = 8;
+
 // The next part of Group::spare, at the displacements that the group has. Multiply-adds that take as long.
 uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
   double* matrix = group.spare;
-  const uint32_t part = group.assembled++;
-  const uint32_t elements = num_element_parts(group);
-  const uint64_t square = uint64_t{group.size} * group.size;
-  if (part == 0) {
-    begin_matrix(group, matrix);
-    return square / 2;
+  uint32_t part = group.assembled++;
+  const uint32_t size = group.size;
+  if (part < num_column_parts(group)) {
+    begin_columns(group, part, matrix);
+    return kOfEntry * kColumnsOfPart * size;
   }
-  if (part <= elements) {
+  part -= num_column_parts(group);
+  if (part < num_element_parts(group)) {
     const ZoneUnknowns unknowns = {frame.set.unknown_of, frame.set.first_master, frame.set.masters};
-    const ZoneBatches some = batches_of_part(group, part - 1);
+    const ZoneBatches some = batches_of_part(group, part);
     add_zone_stiffness(some, frame.set.displacement, unknowns, matrix, group.stride);
     return stiffness_operations(some);
   }
-  if (part + 1 < num_parts(group)) {
-    add_load_rows(frame, group, part - elements - 1, matrix);
-    return uint64_t{3} * num_exterior_columns(frame.pack, frame.set.num_contacts) * group.boundary_stride;
+  part -= num_element_parts(group);
+  if (part < group.num_contacts) {
+    add_load_rows(frame, group, part, matrix);
+    return load_row_operations(frame, group);
   }
   finish_matrix(frame, group, kShifts[group.shift], matrix);
-  return square / 8;
+  return size;
 }
 
 // What all of them take.
 uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
-  return uint64_t{5} * group.size * group.size / 8 + stiffness_operations(group.batches) +
-         uint64_t{3} * num_exterior_columns(frame.pack, frame.set.num_contacts) * group.boundary_stride *
-             group.num_contacts;
+  return kOfEntry * group.size * group.size + stiffness_operations(group.batches) +
+         group.num_contacts * load_row_operations(frame, group);
 }
 
 // x of a contact alone, of its force.
@@ -283,7 +298,7 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
     }
     return;
   }
-  if (group.column < group.size) return;
+  if (group.column < group.size || spent > 0) return;  // taking it is a frame's work, too
   group.is_making = false;
   take_tangent(frame, group);
 }
