@@ -52,13 +52,14 @@ bool is_nonlinear(const Model& model) {
 }
 
 // Of contacts that move, each in a zone of its own: for each an iteration with its substitutions and products, two
-// evaluations of its elements, and its part of the next tangent (runtime/src/nonlinear_zone.hpp).
+// evaluations of its elements, and a tenth of the next tangent (runtime/src/nonlinear_zone.hpp).
 double zone_frame_us(const ZoneTables& zone, int contacts) {
   constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
   constexpr double kPerElement = 1200;
+  constexpr double kPerStiffness = 3000;  // of an element
   const double m = 3.0 * zone.most_nodes;
-  const double of_one =
-      4 * m * m + m * m * m / (3.0 * int{PAL_ZONE_STIFFNESS_FRAMES}) + kPerElement * zone.most_elements;
+  const double tangent = m * m * m / 6 + 8 * m * m + kPerStiffness * zone.most_elements;
+  const double of_one = 2 * m * m + tangent / 10 + kPerElement * zone.most_elements;
   return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
 }
 

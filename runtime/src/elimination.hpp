@@ -42,11 +42,11 @@ struct EliminationKernel {
   // y := y + A x, A full and column-major; `rows` rounded up to four are read and written.
   void (*add_product)(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
-  // The same of floats, on 32 bytes as well.
+  // The same of floats: columns on 16 bytes, y on 32.
   void (*add_float_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                             const double* x, double* y);
-  // And of a symmetric matrix of so many rows and columns, a multiple of kEliminationRows, which is its stride: half
-  // of it is read.
+  // And of a symmetric matrix of so many rows and columns, a multiple of kEliminationRows, which is its stride: both its
+  // triangles are there, and about half of it is read. x and y on 32 bytes.
   void (*add_symmetric_product)(const double* matrix, uint32_t size, const double* x, double* y);
 };
 

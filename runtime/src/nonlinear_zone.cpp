@@ -20,6 +20,8 @@ constexpr double kConverged = 1e-4;
 // node is shared, some part.
 constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
+// Of what a round of all groups has changed, the next one changes some part.
+constexpr double kOfChange = 0.3;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr double kLargest = 1e60;      // displacement, model units
@@ -36,7 +38,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     if (!(size <= kLargest)) return -1;
     longest = std::max(longest, size);
   }
-  save(frame, group);
+  save_group(frame, group);
   double part = 1;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
     add_to_unknowns(frame, group, step, -part);
@@ -46,7 +48,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
       count_move(frame, group, part * longest);
       return longest;
     }
-    restore(frame, group);
+    restore_group(frame, group);
   }
   evaluate_group(frame, group);
   return -1;
@@ -159,30 +161,38 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);
-    if (set.num_groups == 1) continue;
-    find_pull(frame, group);
-    find_residual(frame, group);
-    find_traction(frame, group);
+  }
+  weigh_exterior(pack, state, set);
+  for (uint32_t g = 0; g < set.num_groups && set.num_groups > 1; ++g) {
+    expect_coupling(frame, set.groups[g]);
+    find_pull(frame, set.groups[g]);
+    find_residual(frame, set.groups[g]);
+    find_traction(frame, set.groups[g]);
   }
   bool converged = false;
   bool failed[kMostZoneContacts] = {};
   bool done[kMostZoneContacts] = {};
+  double left[kMostZoneContacts] = {};
+  const auto left_uncoupled = [](const ZoneGroup& group) {
+    return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
+  };
   const auto is_coupled = [&](const ZoneGroup& group) {
-    return kOfOthers * group.others_moved <= kMostUncoupled * size;
+    return left_uncoupled(group) <= kMostUncoupled * size;
   };
   uint32_t taken = 0;
   for (; taken < iterations && !converged; ++taken) {
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
       if (failed[g] || (done[g] && is_coupled(group))) continue;
-      if (taken == 0 || !is_coupled(group)) find_coupling(frame, group);
+      if (set.num_groups > 1 && (taken == 0 || !is_coupled(group))) find_coupling(frame, group);
       find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
       const double step = iterate(frame, group);
       failed[g] = step < 0;
       conclude(frame, step > kConverged * size ? before : 0, group);
-      done[g] = !failed[g] && step * contraction(frame, group) <= kConverged * size;
+      left[g] = step * contraction(frame, group);
+      done[g] = !failed[g] && left[g] <= kConverged * size;
     }
     converged = set.num_groups > 0;
     for (uint32_t g = 0; g < set.num_groups; ++g)
@@ -200,20 +210,21 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    group.has_trend = false;
     if (is_stuck[g]) {
       go_back(frame, group);
-    } else if (done[g] && is_coupled(group)) {
-      group.failures = 0;
-      group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
-      keep_trend(frame, group);
-      if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
+      continue;
     }
+    keep_trend(frame, group);
+    if (!done[g] || !is_coupled(group)) continue;
+    group.failures = 0;
+    group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+    if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
   }
   if (is_any_stuck) settle_groups(frame, is_stuck);
-  ZoneAnswer answer = {0, taken, is_any_stuck, 0};
+  ZoneAnswer answer = {0, taken, is_any_stuck, 0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     answer.energy += set.groups[g].stored;
+    answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g])});
     advance_tangent(frame, set.groups[g]);
   }
   state.went_back = state.went_back || is_any_stuck;

@@ -27,6 +27,7 @@ struct ZoneAnswer {
   uint32_t iterations;  // that it took
   bool went_back;       // a group found no way on, and is where it was in balance last, or at rest
   double energy;
+  double left;  // of the error of displacements, as far as steps and rounds tell: length unit
 };
 
 // Moves the contacts of the set that answers to these displacements from rest and, where patches turn,
@@ -34,8 +35,9 @@ struct ZoneAnswer {
 // ever accepted inverted: where the way there would do so, the contacts follow as far as they can, and go on in
 // the next frame. Where there is no way on, or one that leads astray, they are back where the zone was in balance
 // last, and follow from there in shorter steps. Cost of an iteration, for each group: m^2 multiply-adds and twice
-// the forces of its elements, m = 3 x its nodes, three times where they share volumes; m^3 / 60 a frame for the next
-// tangent, and m^3 / 6 or, where it has to be made positive definite, up to three times that where it cannot wait.
+// the forces of its elements, m = 3 x its nodes, three times where they share volumes; a tenth of
+// a tangent (make_tangent()) a frame that moves, for the next one; where that cannot wait all of one, or up to three
+// times as much where it has to be made positive definite.
 // Leaves displacements, forces and stiffness of the contacts in the set.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       ZoneState& state);

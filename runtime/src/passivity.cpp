@@ -118,15 +118,21 @@ void begin_account(pal_session& session) {
   passivity.expected = passivity.one_set ? passivity.part * gained : gained;
   const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
   for (uint32_t t = 0; covered < 0 && t < session.tools.num_used; ++t) {
-    if (work_of(states.tools[t]) < 0)
-      states.tools[t].output.kept = covered < -kTolerance * passivity.peak ? 0.0 : 0.5;
+    if (work_of(states.tools[t]) >= 0) continue;
+    const bool is_much = covered < -kTolerance * passivity.peak;
+    states.tools[t].output.kept = is_much ? 0.0 : 0.5;
+    // Who comes out before half of the force has faded in would feel all of it for a frame.
+    if (is_much && states.tools[t].output.blend_left > 0.5 * session.config.blend_seconds) passivity.part = 0;
   }
   if (covered >= stored && passivity.part == 1.0) return;
   const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
   const double target = gained > 0 ? 1.0 : ratio;
   const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
   const double pace = fabs(gained) < whole ? fabs(gained) / whole : 1.0;
-  passivity.part += pace * (target - passivity.part);
+  const double blend = session.config.blend_seconds;
+  const double most = blend > 0 ? states.dt / blend : 1.0;
+  const double change = pace * (target - passivity.part);
+  passivity.part += change < most ? change : most;
   if (target == 1.0 && passivity.part > 1.0 - kWhole) passivity.part = 1.0;
 }
 

@@ -15,7 +15,8 @@
 // The models' forces are multiplied by `part`, which is 1 until E no longer covers W. From then on it goes
 // towards E / W while the tools are on their way out, so that they end at E = 0, and towards 1 while they are
 // on their way in. It moves with the energy that comes or goes, not with time: tools that stand still feel a
-// constant force, and one that turns round feels the other factor only after some way.
+// constant force, and one that turns round feels the other factor only after some way. Up it goes no
+// faster than a blend does, for a fast tool brings all of that energy in a frame.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002, with the energy known instead of
 // observed where one model answers, and a factor on the force in place of a damper.

@@ -428,6 +428,10 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     }
   }
   if (count > 1) estimate_set_errors(session, is_surveyed, count, load, results);
+  for (uint32_t c = 0; c < count && largest > 0; ++c) {
+    for (double* error : {&results[c].displacement_error, &results[c].force_error})
+      *error = std::min(kUnknownError, *error + answer.left / largest);
+  }
 }
 
 // The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.

@@ -61,8 +61,9 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   group.energy = strain.energy;
   if (!(strain.smallest_jacobian > kLeastJacobian)) return false;
   find_boundary(frame, group);
-  memset(group.held_back, 0, group.boundary_stride * sizeof *group.held_back);
-  state.kernel.add_symmetric_product(group.exterior, group.boundary_stride, state.boundary, group.held_back);
+  memset(group.exterior_force, 0, group.boundary_stride * sizeof *group.exterior_force);
+  state.kernel.add_symmetric_product(group.exterior, group.boundary_stride, state.boundary,
+                                     group.exterior_force);
   return true;
 }
 
@@ -70,7 +71,7 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
-  double* moved = state.boundary;
+  double* moved = state.vector;
   memset(moved, 0, stride * sizeof *moved);
   const double* coupling = group.couplings;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -80,15 +81,21 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
                              set.traction + size_t{3} * first_boundary(other), moved);
     coupling += size_t{stride} * 3 * other.num_boundary;
   }
-  memset(group.coupled, 0, stride * sizeof *group.coupled);
-  state.kernel.add_symmetric_product(group.whole, stride, moved, group.coupled);
+  group.coupled_change = 0;
+  for (uint32_t i = 0; i < stride; ++i) {
+    group.coupled_change = fmax(group.coupled_change, fabs(moved[i] - group.coupled[i]));
+    group.coupled[i] = moved[i];
+  }
+  double* pull = group.coupled + stride;
+  memset(pull, 0, stride * sizeof *pull);
+  state.kernel.add_symmetric_product(group.whole, stride, moved, pull);
   group.others_moved = 0;
 }
 
 void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
-  memcpy(frame.state.pull, group.coupled, stride * sizeof *group.coupled);
+  memcpy(frame.state.pull, group.coupled + stride, stride * sizeof *group.coupled);
   add_exterior_columns(frame.pack, frame.state, set, group, group.exterior_pulls, set.weights,
                        frame.state.pull);
   memset(frame.state.overlap, 0, stride * sizeof *frame.state.overlap);
@@ -100,7 +107,7 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   find_boundary(frame, group);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
-    state.outside[i] = group.held_back[i] - state.pull[i] - state.overlap[i];
+    state.outside[i] = group.exterior_force[i] - state.pull[i] - state.overlap[i];
 
   double* residual = state.residual;
   const uint32_t free = group.num_interior + group.num_boundary;

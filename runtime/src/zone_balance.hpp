@@ -17,10 +17,10 @@ struct ZoneFrame {
 
 // Leaves what acts on the group where its nodes are: the forces of the elements beyond those at rest in
 // ZoneState::forces, and their energy and S w_B in the group. False where an element is inverted or nearly so, or a
-// node so far away that numbers lose their meaning.
+// node so far away that numbers lose their meaning: what is left then is of no use, and the nodes have to go elsewhere.
 bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneGroup::coupled, at the tractions of the other groups.
+// ZoneGroup::coupled and coupled_change, at the tractions of the other groups.
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 
 // ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and
@@ -28,8 +28,8 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
-// each. Of evaluate_group() and find_pull(); leaves w_B in ZoneState::boundary and S w_B - T b in
-// ZoneState::outside.
+// each. Of evaluate_group() and find_pull(); leaves w_B in ZoneState::boundary, and S w_B - T b
+// less ZoneState::overlap in ZoneState::outside.
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // The group's tractions, of the find_residual() before.

@@ -319,8 +319,10 @@ void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9
 }
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
+  constexpr double kAtRest = 1e-9;  // of D: less is rounding, and so is its load
   const double most = is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest;
-  return square_of(set.loads + size_t{3} * contact) > most * std::min(1.0, largest / pack.max_displacement);
+  const double part = std::max(kAtRest, std::min(1.0, largest / pack.max_displacement));
+  return square_of(set.loads + size_t{3} * contact) > most * part;
 }
 
 void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
@@ -352,8 +354,9 @@ void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const 
   }
 }
 
-void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
+bool gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
                             ZoneGroup& group) {
+  constexpr double kLargest = 1e38;
   const size_t stride = group.boundary_stride;
   const uint32_t of_contacts = set.num_contacts * pack.zone_columns;
   const bool is_own = column < of_contacts;
@@ -363,17 +366,13 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
     pack::find_lower_block((column - of_contacts) / pack.num_pair_fields, contact, other);
     ++contact;
   }
+  const bool is_nothing = !is_own && set.sites[contact] == set.sites[other];
   const uint32_t place = is_own ? column % pack.zone_columns : (column - of_contacts) % pack.num_pair_fields;
-  float* to_field = group.exterior_fields + column * stride;
-  float* to_pull = group.exterior_pulls + column * stride;
   double* field = state.boundary;
   double* pull = state.vector;
-  memset(to_field, 0, stride * sizeof *to_field);
-  memset(to_pull, 0, stride * sizeof *to_pull);
   memset(field, 0, stride * sizeof *field);
   memset(pull, 0, stride * sizeof *pull);
-  if (!is_own && set.sites[contact] == set.sites[other]) return;
-  for (uint32_t b = 0; b < group.num_boundary; ++b) {
+  for (uint32_t b = 0; b < group.num_boundary && !is_nothing; ++b) {
     const uint32_t row = pack.zone_nodes[set.nodes[first_boundary(group) + b]].row;
     const uint32_t panel = row / pack::kPanelNodes;
     const size_t first = size_t{place} * pack::kPanelRows + size_t{3} * (row % pack::kPanelNodes);
@@ -385,11 +384,16 @@ void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
                     panel_of_pair(pack, set.sites[contact], set.sites[other], panel)[first + axis];
     }
   }
-  state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
+  if (!is_nothing) state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
+  float* to_field = group.exterior_fields + column * stride;
+  float* to_pull = group.exterior_pulls + column * stride;
+  bool fits = true;
   for (uint32_t i = 0; i < stride; ++i) {
-    to_field[i] = static_cast<float>(field[i]);
-    to_pull[i] = static_cast<float>(pull[i]);
+    fits = fits && fabs(field[i]) <= kLargest && fabs(pull[i]) <= kLargest;
+    to_field[i] = fits ? static_cast<float>(field[i]) : 0;
+    to_pull[i] = fits ? static_cast<float>(pull[i]) : 0;
   }
+  return fits;
 }
 
 void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldState& field) {

@@ -80,8 +80,8 @@ void add_exterior_columns(const pal_pack& pack, const ZoneState& state, const Zo
                           const ZoneGroup& group, const float* columns, const double* weights, double* sum);
 
 // One of the columns q on the boundary of a group, and T times it, to which ZoneGroup::exterior_fields and
-// exterior_pulls point. Cost: boundary_stride^2 multiply-adds.
-void gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
+// exterior_pulls point. False where that does not fit into floats. Cost: boundary_stride^2 multiply-adds.
+bool gather_exterior_column(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, uint32_t column,
                             ZoneGroup& group);
 
 // The state of that part of a field.

@@ -32,7 +32,7 @@ bool turns(const ZoneGroup& group) {
 // Places are by axis of the set.
 void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
                  double* change) {
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     change[i] = to[at] - from[at];
   }
@@ -46,16 +46,40 @@ void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from,
   }
 }
 
-// s.
-double part_of_trend(const ZoneFrame& frame, const ZoneGroup& group, const double* change) {
-  if (!group.has_trend || !group.has_tangent) return 0;
-  double along = 0;
-  double square = 0;
+uint32_t num_moving(const ZoneGroup& group) {
+  return 3 * (group.num_interior + group.num_boundary);
+}
+
+// Whether Du is what Dd has brought about, as far as a tangent tells: it may also be what others, an inclusion or an
+// error before it have.
+bool is_of_axes(const ZoneGroup& group) {
+  constexpr double kMostElse = 0.5;
+  double largest = 0;
+  double largest_else = 0;
+  for (uint32_t i = 0; i < num_moving(group); ++i) {
+    double expected = 0;
+    for (uint32_t axis = 0; axis < group.num_axes; ++axis)
+      expected -= sensitivity(group, axis)[i] * group.axes_trend[axis];
+    largest = std::max(largest, fabs(expected));
+    largest_else = std::max(largest_else, fabs(group.trend[i] - expected));
+  }
+  return largest_else <= kMostElse * largest;
+}
+
+// dd . Dd and |Dd|^2, of lengths; zero where no trend is known.
+void compare_with_trend(const ZoneFrame& frame, const double* change, ZoneGroup& group) {
+  group.along = 0;
+  group.square = 0;
+  if (!group.has_trend || !group.has_tangent) return;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const double unit = length_of(frame, contact_axis(frame.set, group, i), 1);
-    along += unit * change[i] * unit * group.axes_trend[i];
-    square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
+    group.along += unit * change[i] * unit * group.axes_trend[i];
+    group.square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
   }
+}
+
+// s.
+double part_of_trend(const ZoneFrame& frame, double along, double square) {
   const double still = kStill * frame.pack.mean_surface_edge;
   return square > still * still ? std::max(-kMostTrend, std::min(kMostTrend, along / square)) : 0;
 }
@@ -92,16 +116,16 @@ double length_of(const ZoneFrame& frame, uint32_t axis, double change) {
 
 void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor) {
   double* u = frame.set.displacement + size_t{3} * group.first_node;
-  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i) u[i] += factor * change[i];
+  for (uint32_t i = 0; i < num_moving(group); ++i) u[i] += factor * change[i];
 }
 
-void save(const ZoneFrame& frame, const ZoneGroup& group) {
+void save_group(const ZoneFrame& frame, const ZoneGroup& group) {
   const size_t first = size_t{3} * group.first_node;
   memcpy(frame.state.saved + first, frame.set.displacement + first,
          size_t{3} * group.num_nodes * sizeof(double));
 }
 
-void restore(ZoneFrame& frame, const ZoneGroup& group) {
+void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
   const size_t first = size_t{3} * group.first_node;
   memcpy(frame.set.displacement + first, frame.state.saved + first,
          size_t{3} * group.num_nodes * sizeof(double));
@@ -117,12 +141,13 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
 
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   ZoneSet& set = frame.set;
-  save(frame, group);
+  save_group(frame, group);
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i)
+    group.loads_began[i] = set.loads[contact_axis(set, group, i)];
   double before[kMostZoneAxes];
   double points[kMostZoneContacts][3];
   memcpy(before, set.followed, set.num_axes * sizeof *before);
   memcpy(points, set.points, set.num_contacts * sizeof *points);
-  double change[kMostZoneAxes];
   double longest = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
@@ -132,10 +157,13 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     longest = std::max(longest, length_of_place(set, group.contacts[slot]));
   const double limit = group.longest_step * frame.pack.mean_surface_edge;
   double part = longest > limit ? limit / longest : 1.0;
+  double change[kMostZoneAxes];
   find_change(set, group, before, wanted, change);
-  const double trend = part_of_trend(frame, group, change);
+  compare_with_trend(frame, change, group);
+  double trend = part_of_trend(frame, group.along, group.square);
+  group.has_trend = false;
   bool is_upright = false;
-  for (uint32_t cut = 0; cut <= kMostCuts && !is_upright; ++cut, part *= 0.5) {
+  for (uint32_t cut = 0; cut <= kMostCuts && !is_upright;) {
     for (uint32_t i = 0; i < group.num_axes; ++i) {
       const uint32_t at = contact_axis(set, group, i);
       set.followed[at] = before[at] + part * (wanted[at] - before[at]);
@@ -153,33 +181,62 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     place_held(frame, group);
     is_upright = evaluate_group(frame, group);
     if (is_upright) {
+      for (uint32_t i = 0; i < 3 * group.num_contacts && trend != 0; ++i)
+        set.loads[contact_axis(set, group, i)] += part * trend * group.loads_trend[i];
       follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
       count_move(frame, group, part * longest);
       if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
       break;
     }
-    restore(frame, group);
+    restore_group(frame, group);
     memcpy(set.followed, before, set.num_axes * sizeof *before);
     memcpy(set.points, points, set.num_contacts * sizeof *points);
     if (turns(group)) place_held(frame, group);  // for the arms
+    if (trend != 0) {
+      trend = 0;  // it may be that alone
+    } else {
+      part *= 0.5;
+      ++cut;
+    }
   }
   if (!is_upright) {
     evaluate_group(frame, group);
     frame.flags |= PAL_FLAG_UNCONVERGED;
   }
-  for (uint32_t i = 0; i < group.num_axes; ++i) group.axes_trend[i] = before[contact_axis(set, group, i)];
-  memcpy(group.trend, frame.state.saved + size_t{3} * group.first_node, group.unknowns * sizeof *group.trend);
+  for (uint32_t i = 0; i < group.num_axes; ++i) group.axes_began[i] = before[contact_axis(set, group, i)];
+  memcpy(group.began, frame.state.saved + size_t{3} * group.first_node,
+         num_moving(group) * sizeof *group.began);
+}
+
+void expect_coupling(const ZoneFrame& frame, ZoneGroup& group) {
+  double along = 0;
+  double square = 0;
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    const ZoneGroup& other = frame.set.groups[g];
+    if (&other == &group) continue;
+    along += other.along;
+    square += other.square;
+  }
+  const double trend = part_of_trend(frame, along, square);
+  for (uint32_t i = 0; i < 2 * group.boundary_stride; ++i) {
+    group.coupled_began[i] = group.coupled[i];
+    group.coupled[i] += trend * group.coupled_trend[i];
+  }
 }
 
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
+  for (uint32_t i = 0; i < 2 * group.boundary_stride && frame.set.num_groups > 1; ++i)
+    group.coupled_trend[i] = group.coupled[i] - group.coupled_began[i];
+  if (!group.has_tangent) return;
   const double* u = frame.set.displacement + size_t{3} * group.first_node;
-  for (uint32_t i = 0; i < 3 * (group.num_interior + group.num_boundary); ++i)
-    group.trend[i] = u[i] - group.trend[i];
+  for (uint32_t i = 0; i < num_moving(group); ++i) group.trend[i] = u[i] - group.began[i];
   double before[kMostZoneAxes];
   for (uint32_t i = 0; i < group.num_axes; ++i)
-    before[contact_axis(frame.set, group, i)] = group.axes_trend[i];
+    before[contact_axis(frame.set, group, i)] = group.axes_began[i];
   find_change(frame.set, group, before, frame.set.followed, group.axes_trend);
-  group.has_trend = true;
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i)
+    group.loads_trend[i] = frame.set.loads[contact_axis(frame.set, group, i)] - group.loads_began[i];
+  group.has_trend = is_of_axes(group);
 }
 
 }  // namespace palpate

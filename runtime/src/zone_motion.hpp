@@ -5,10 +5,11 @@
 //
 //   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2
 //
-// As far as contacts go on as before, so do nodes, whose answer is known better than a tangent tells that is some
-// frames old; the rest of the way follows the tangent (Broyden 1965, Math. Comp. 19, of a single change). At a steady
-// speed v that leaves an error in proportion to v^2, and not to v times how far away the tangent was made: one
-// iteration a frame instead of two where patches are pushed half as deep as an edge is long and 10 edges/s fast.
+// and the loads of the contacts at x + s Dx; what other groups do to it goes on as these do. As far as contacts go on as before, so do nodes, whose answer is known
+// better than a tangent tells that is some frames old; the rest of the way follows the tangent (Broyden 1965, Math.
+// Comp. 19, of a single change). At a steady speed v that leaves an error in proportion to v^2, and not to v times how
+// far away the tangent was made: one iteration a frame instead of two where patches are pushed half as deep as an edge
+// is long and 10 edges/s fast.
 #pragma once
 
 #include "runtime/src/zone_balance.hpp"
@@ -28,16 +29,20 @@ double length_of(const ZoneFrame& frame, uint32_t axis, double change);
 void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor);
 
 // Where the nodes of the group are, to return to.
-void save(const ZoneFrame& frame, const ZoneGroup& group);
-void restore(ZoneFrame& frame, const ZoneGroup& group);
+void save_group(const ZoneFrame& frame, const ZoneGroup& group);
+void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 
 // The group has moved by so much: its tangents are that much older, and the others do not know of it.
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
 
-// Takes the contacts towards where they are to be, as far as all elements stay upright, and the rest along.
+// Takes the contacts towards where they are to be, as far as all elements stay upright, and the rest along; loads too,
+// of which ZoneSet::weights do not know yet.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
 
-// How far unknowns and axes have gone since move_contacts(), for the next one.
+// What the other groups are expected to do to this one, once all have moved their contacts, into ZoneGroup::coupled.
+void expect_coupling(const ZoneFrame& frame, ZoneGroup& group);
+
+// How far unknowns and axes have gone since move_contacts(), for the next one, if it is the axes that have moved them.
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group);
 
 }  // namespace palpate

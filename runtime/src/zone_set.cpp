@@ -16,7 +16,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
   const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
-  const size_t rows = size_t{group.num_axes + group.num_fitted + 2} * group.unknowns;
+  const size_t rows = size_t{group.num_axes + group.num_fitted + 3} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
   const size_t columns = num_overlaps(pack, set);
   const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order + columns;
@@ -29,7 +29,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
   const size_t overlaps = columns * group.boundary_stride;
   const size_t matrices =
-      2 * (square + loads) + overlaps + couplings + changes + size_t{2} * group.boundary_stride;
+      2 * (square + loads) + overlaps + couplings + changes + size_t{7} * group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices ||
       state.columns_used + 2 * fields > state.max_columns || state.rows_used + rows > state.max_rows ||
@@ -44,13 +44,16 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.loads_of_moves = group.loads_of_tractions + loads;
   group.couplings = group.loads_of_moves + loads;
   group.coupled = group.couplings + couplings;
-  group.held_back = group.coupled + group.boundary_stride;
-  group.brought = group.held_back + group.boundary_stride;
+  group.coupled_trend = group.coupled + size_t{2} * group.boundary_stride;
+  group.coupled_began = group.coupled_trend + size_t{2} * group.boundary_stride;
+  group.exterior_force = group.coupled_began + size_t{2} * group.boundary_stride;
+  group.brought = group.exterior_force + group.boundary_stride;
   group.back = group.brought + group.num_axes * of_contacts;
   group.factor = state.tangents + state.tangents_used;
   group.spare = group.factor + tangent;
   group.sensitivities = set.rows + state.rows_used;
-  group.trend = group.sensitivities + rows - group.unknowns;
+  group.trend = group.sensitivities + rows - size_t{2} * group.unknowns;
+  group.began = group.trend + group.unknowns;
   state.tangents_used += 2 * tangent;
   state.matrices_used += matrices;
   state.columns_used += 2 * fields;
@@ -326,7 +329,8 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
   memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    memset(set.groups[g].coupled, 0, set.groups[g].boundary_stride * sizeof(double));
+    memset(set.groups[g].coupled, 0,
+           size_t{4} * set.groups[g].boundary_stride * sizeof(double));  // and its trend
     carry_pressures(before, set.groups[g]);
     const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
     set.groups[g].longest_step = kLongestStep;
@@ -384,10 +388,10 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
   const uint32_t overlaps = num_overlaps(pack, state.max_contacts);
   state.max_columns = squares * 2 * num_exterior_columns(pack, state.max_contacts);
-  state.max_matrices = squares * (2 * squares + couplings + overlaps + 2 * (fitted + 1)) +
+  state.max_matrices = squares * (2 * squares + couplings + overlaps + 2 * fitted + 7) +
                        size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows = size_t{axes + fitted + 2} * (unknowns + kEliminationColumns * state.max_contacts);
+  state.max_rows = size_t{axes + fitted + 3} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns + overlaps;
@@ -617,7 +621,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
       case Phase::exterior:
         for (; state.column < num_exterior_columns(pack, set.num_contacts); ++state.column) {
           if (spent >= operations) return false;
-          gather_exterior_column(pack, state, set, state.column, group);
+          set.sound = gather_exterior_column(pack, state, set, state.column, group) && set.sound;
           spent += square_of_boundary(group);
         }
         fit_loads(pack, state, set, group);

@@ -53,7 +53,8 @@ struct ZoneGroup {
   uint32_t boundary_stride;
   double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
   double* whole;     // T
-  // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them
+  // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them;
+  // floats, as they are of second order
   float* exterior_fields;
   float* exterior_pulls;
   double* overlaps;  // [num_overlaps][boundary_stride] g (zone_overlap.hpp)
@@ -63,9 +64,12 @@ struct ZoneGroup {
   double* loads_of_moves;
   // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
   double* couplings;
-  double* coupled;  // [boundary_stride] T times how far their tractions moved this boundary when it was found
-  double others_moved;  // since then
-  double* held_back;    // [boundary_stride] S w_B
+  // How far their tractions moved this boundary when it was found last, b, and T b, the one behind the other; by how much
+  // that has changed b
+  double* coupled;
+  double coupled_change;
+  double others_moved;     // since then
+  double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
   // [num_axes + num_fitted + 1][unknowns] d unknown / d axis, negative; d load / d force on an unknown; and the last
@@ -77,9 +81,9 @@ struct ZoneGroup {
   bool has_tangent;
   bool is_shifted;           // the stiffness was made positive definite
   double moved;              // how far contacts and nodes have moved since it was begun
-  double left;               // of the residual, by its last step
+  double left;               // of the residual, by its last step that was one
   double* spare;             // the next one, as `factor`
-  bool is_making;            // it is not eliminated yet:
+  bool is_making;            // it is not taken yet:
   uint32_t shift;            // attempts before
   uint32_t assembled;        // parts of it
   uint32_t column;           // eliminated before
@@ -91,11 +95,20 @@ struct ZoneGroup {
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   double longest_step;       // of a contact in one solve, in mean edges of the surface
-  // How far unknowns and axes went in the last solve that came to its end; while one goes on, where it began
+  // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the rest; where this one
+  // began
   // (zone_motion.hpp).
   bool has_trend;
-  double* trend;  // [unknowns]
+  double* trend;
+  double* began;
   double axes_trend[kMostZoneAxes];
+  double axes_began[kMostZoneAxes];
+  double loads_trend[3 * kMostZoneContacts];
+  double loads_began[3 * kMostZoneContacts];
+  double* coupled_trend;
+  double* coupled_began;
+  double along;  // dd . Dd, and |Dd|^2, of the axes
+  double square;
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -234,7 +247,7 @@ struct ZoneState {
   double* tangents;  // [max_tangents] of the set that answers
   double* forces;    // [max_nodes][3] of the elements, beyond those at rest
   double* saved;     // [max_nodes][3]
-  // Of the group at hand (zone_balance.hpp)
+  // Of the group at hand (zone_balance.hpp); `boundary` and `vector` while a set is made ready, too
   double* residual;
   double* boundary;
   double* outside;

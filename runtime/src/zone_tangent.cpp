@@ -134,7 +134,7 @@ uint64_t load_row_operations(const ZoneFrame& frame, const ZoneGroup& group) {
 // Multiply-adds that take as long as clearing an entry of a column, which comes from afar.
 constexpr uint64_t kOfEntry = 8;
 
-// The next part of Group::spare, at the displacements that the group has. Multiply-adds that take as long.
+// The next part of ZoneGroup::spare, at the displacements that the group has. Multiply-adds that take as long.
 uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
   double* matrix = group.spare;
   uint32_t part = group.assembled++;
@@ -161,8 +161,23 @@ uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
 
 // What all of them take.
 uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
-  return kOfEntry * group.size * group.size + stiffness_operations(group.batches) +
-         group.num_contacts * load_row_operations(frame, group);
+  return num_column_parts(group) * kOfEntry * kColumnsOfPart * group.size +
+         stiffness_operations(group.batches) + group.num_contacts * load_row_operations(frame, group) +
+         group.size;
+}
+
+// Of the next kEliminationColumns from a column on.
+uint64_t elimination_operations(const ZoneGroup& group, uint32_t column) {
+  return uint64_t{kEliminationColumns} * (group.size - column) *
+         (std::min(column, group.unknowns) + kEliminationColumns);
+}
+
+// So much a frame that assembly and elimination end within kTangentFrames - 1 of them; taking it is one more.
+uint64_t slice_of_tangent(const ZoneFrame& frame, const ZoneGroup& group) {
+  uint64_t all = assembly_operations(frame, group);
+  for (uint32_t column = 0; column < group.size; column += kEliminationColumns)
+    all += elimination_operations(group, column);
+  return std::max(kLeastSlice, all / (kTangentFrames - 2));
 }
 
 // x of a contact alone, of its force.
@@ -280,13 +295,11 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
     begin_tangent(group, 0);
     group.is_making = true;
   }
-  const uint64_t all = assembly_operations(frame, group) + uint64_t{group.size} * group.size * group.size / 6;
-  const uint64_t slice = std::max(kLeastSlice, all / (kTangentFrames - 1));
+  const uint64_t slice = slice_of_tangent(frame, group);
   uint64_t spent = 0;
   while (spent < slice && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
   for (; spent < slice && group.column < group.size; group.column += kEliminationColumns) {
-    const uint64_t columns = group.column < group.unknowns ? group.column : group.unknowns;
-    spent += uint64_t{kEliminationColumns} * (group.size - group.column) * (columns + kEliminationColumns);
+    spent += elimination_operations(group, group.column);
     if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
                                              group.column))
       continue;
@@ -298,7 +311,7 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
     }
     return;
   }
-  if (group.column < group.size || spent > 0) return;  // taking it is a frame's work, too
+  if (group.column < group.size || spent > 0) return;  // taking it is work of another frame
   group.is_making = false;
   take_tangent(frame, group);
 }

@@ -22,8 +22,9 @@
 //
 // A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which
 // the stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next
-// one is made in slices, kTangentFrames of them at most, so that no frame pays for all of it, of elements as they are
-// when their turn comes; in one go where there is none, or where that part is too large.
+// one is made in slices, within kTangentFrames frames, so that no frame pays for all of it, of elements as they are
+// when their turn comes (all in one frame where they share volumes); in one go where there is none, or where that part
+// is too large.
 //
 // The force is the gradient of the stored energy but for what q leaves out, orders beyond the third and what of the
 // boundary's moves no loads make: the stiffness is nearly symmetric, and is made so.
@@ -37,7 +38,8 @@ inline constexpr uint32_t kTangentFrames =
     PAL_ZONE_STIFFNESS_FRAMES / 2;  // one is used while the next is made
 
 // At the displacements that the group has. False where the stiffness is not positive definite even
-// when it is made stiffer: the group then has none. Cost: m^3 / 6 multiply-adds, m = 3 x nodes.
+// when it is made stiffer: the group then has none. Cost: m^3 / 6 multiply-adds, m = 3 x nodes, and the stiffness of its
+// elements.
 bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
 
 // Goes on with the next one, if anything has moved since this one was begun.

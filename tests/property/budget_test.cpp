@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
+#include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
 namespace {
@@ -143,6 +146,37 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
   // fades for 10 ms.
   for (int frame = 0; frame < 24; ++frame) tools.frame(poses_);
   EXPECT_EQ(force_of(tools.last()[0]).norm(), 0);
+}
+
+// A tool that presses on while a zone is made ready under it, or comes back out, has not paid for the force that is there
+// once it is: the force may fade in, and may be reduced, but never in a frame.
+TEST(BudgetOfZones, WhatIsReadyLateDoesNotKick) {
+  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 4.0});
+  for (double operations = 2e4; operations < 1e6; operations *= 1.3) {
+    SCOPED_TRACE(operations);
+    pal_session_config config = session_config(organ.pack->get(), PAL_MODEL_ZONE, 1, 0);
+    config.budget_seconds = operations * kSecondsPerOperation;
+    config.seconds_per_operation = kSecondsPerOperation;
+    config.blend_seconds = 0.01;
+    ToolSession tools(organ.pack->get(), config);
+    double largest = 0;
+    double step = 0;
+    Eigen::Vector3d before = Eigen::Vector3d::Zero();
+    constexpr int kPeriod = 150;
+    for (int frame = 0; frame < 3 * 2 * kPeriod; ++frame) {
+      const int phase = frame % (2 * kPeriod);
+      if (phase == 0) {
+        if (frame > 0) require(pal_tool_release(tools.get(), 0), "release");
+        tools.hold(0, pal_default_hold(frame / (2 * kPeriod) % 2 == 0 ? 0 : 8));
+      }
+      const double depth = phase < kPeriod ? 0.1 * std::sin(std::numbers::pi * phase / kPeriod) : 0.0;
+      const Eigen::Vector3d force = force_of(tools.frame({at({0, 0, -depth})})[0]);
+      step = std::max(step, (force - before).norm());
+      largest = std::max(largest, force.norm());
+      before = force;
+    }
+    EXPECT_LE(step, 0.25 * largest);  // the cubic of a blend rises by 0.15 in a frame
+  }
 }
 
 // Contact frames for contacts of their own, again and again the same, leave the tools theirs.

@@ -124,6 +124,28 @@ TEST(Elimination, AddsProducts) {
   }
 }
 
+// On half a register, as rows of pair_weights are.
+TEST(Elimination, AddsProductsOfFloats) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const Eigen::Index rows : {8, 36, 48, 56, 72}) {
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
+      constexpr Eigen::Index kColumns = 27;
+      const Eigen::MatrixXf matrix = Eigen::MatrixXf::Random(rows, kColumns);
+      OnCacheLines memory(rows, kColumns);
+      float* columns = reinterpret_cast<float*>(memory.numbers.data()) + 4;
+      Eigen::Map<Eigen::MatrixXf>(columns, rows, kColumns) = matrix;
+      OnCacheLines x(kColumns, 1);
+      OnCacheLines y(rows, 1);
+      x.numbers.setRandom();
+      y.numbers.setRandom();
+      const Eigen::MatrixXd expected = y.numbers + matrix.cast<double>() * x.numbers;
+      const auto count = static_cast<uint32_t>(rows);
+      kernel.add_float_product(columns, count, count, kColumns, x.numbers.data(), y.numbers.data());
+      EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+    }
+  }
+}
+
 TEST(Elimination, AddsSymmetricProducts) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 16, 40, 72}) {

@@ -586,31 +586,6 @@ TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
   }
 }
 
-// Nodes go on as they went, so that one iteration a frame is enough; by the tangent alone two frames of three would need
-// another.
-TEST(NonlinearZone, AnIterationAFrameFollowsATool) {
-  const ZoneBlock organ(2, kTissue);
-  for (const std::vector<pal_contact>& contacts : {kOne, kAdjacent, kApart}) {
-    SCOPED_TRACE(contacts.size());
-    pal_session_config config = organ.config(4);
-    config.zone_iterations = 1;
-    OwnedSession moving(organ.pack->get(), config);
-    constexpr int kFrames = 300;
-    int left = 0;
-    for (int frame = -PAL_ZONE_STIFFNESS_FRAMES; frame < kFrames; ++frame) {
-      std::vector<pal_contact> here = contacts;
-      const double t = 0.05 * std::max(0, frame);
-      for (pal_contact& contact : here) {
-        contact.displacement[0] = 0.1 * std::cos(t);
-        contact.displacement[1] = 0.1 * std::sin(t);
-      }
-      const auto found = moving.touch(here);
-      if (frame >= 0) left += (found.front().flags & PAL_FLAG_UNCONVERGED) != 0 ? 1 : 0;
-    }
-    EXPECT_LE(left, 3);  // as it begins to move
-  }
-}
-
 TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
   const ZoneBlock organ(2, kTissue);
   for (const double reach : {1.0, 3.0, 1e3, 1e200}) {

@@ -137,8 +137,8 @@ enum {
    * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for, or one
    * at which the error was as large as the displacement in the pack's survey. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
-  /* Displacement beyond four times that (linear_dd: a million times the scene's largest, given or by a given
-   * force), or a patch turned by more than a quarter: the answer is for the shortened one; polynomials' force goes on as the
+  /* Displacement beyond four times that (linear_dd and nonlinear_zone: a million times the scene's largest, given or
+   * by a given force; zones follow as far as they find a way), or a patch turned by more than a quarter: the answer is for the shortened one; polynomials' force goes on as the
    * gradient of an energy that rises along the ray as it does there. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
@@ -424,7 +424,8 @@ typedef struct pal_contact_result {
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
   /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 %
-   * of such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs); 1 where nothing was
+   * of such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs), and of nonlinear_zone
+   * what its iterations leave besides, as while contacts move; 1 where nothing was
    * measured, of several contacts by linear_dd, and of all of them where one has a flag. */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force| */
@@ -440,8 +441,8 @@ typedef struct pal_contact_result {
  * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd alone 9
  * for each node of their patches, and of several contacts the above for each way to choose their corners; those that were made
  * ready lately are kept, and a contact that slides into the next triangle needs at most a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
- * on the boundaries of two zones; m^3 / 60 a frame that moves, for the stiffness of some frames later; m^3 / 6
- * where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
+ * on the boundaries of two zones; m^3 / 60 + m^2 and 300 for each element of four nodes a frame that moves, for the stiffness of some
+ * frames later; ten times as much where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
  * them; between sites that of what moves it besides: of one contact of its corners, of two or three and beside fixed nodes of linear_dd
  * between sites for each iteration, and where the places are new. Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,

@@ -1,0 +1,187 @@
+// Zones of tools that move, tremble and hold still: how few iterations and tangents they take.
+#include "runtime/src/zone_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "runtime/src/session_state.hpp"
+#include "runtime/src/zone_tangent.hpp"
+#include "tests/support/tool_session.hpp"
+#include "tests/support/zone_block.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+constexpr double kReach = 0.1;
+constexpr double kTurn = 0.01;  // radians a frame
+
+// On a circle, each contact after the one before.
+std::vector<pal_contact> on_circle(const std::vector<uint32_t>& sites, int frame) {
+  std::vector<pal_contact> contacts;
+  for (const uint32_t site : sites) {
+    const double t = kTurn * frame + static_cast<double>(contacts.size());
+    contacts.push_back({site, {kReach * std::cos(t), kReach * std::sin(t), -0.05}, 0, {}, {}, {}});
+  }
+  return contacts;
+}
+
+const std::vector<std::vector<uint32_t>> kSets = {{4}, {3, 4}, {0, 8}, {0, 8, 4}};
+
+void orient(OwnedSession& session, size_t count, double angle) {
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, Eigen::Vector3d(0.6, 0, 0.8)));
+  std::vector<double> orientations;
+  for (size_t c = 0; c < count; ++c)
+    orientations.insert(orientations.end(), {turned.w(), turned.x(), turned.y(), turned.z()});
+  require(pal_session_set_orientations(session.get(), orientations.data(), static_cast<uint32_t>(count)),
+          "orientations");
+}
+
+// As part of the largest force.
+double worst_force_error(const std::vector<pal_contact_result>& found,
+                         const std::vector<pal_contact_result>& expected) {
+  double worst = 0;
+  double largest = 0;
+  for (size_t c = 0; c < found.size(); ++c) {
+    const Eigen::Vector3d force(expected[c].force);
+    worst = std::max(worst, (Eigen::Vector3d(found[c].force) - force).norm());
+    largest = std::max(largest, force.norm());
+  }
+  return worst / largest;
+}
+
+bool has_ended(const std::vector<pal_contact_result>& results) {
+  return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0;
+}
+
+// Nodes go on as they went, so that one iteration a frame is enough; by the tangent alone two frames of three would need
+// another.
+TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
+  for (const bool turns : {false, true}) {
+    for (const bool quadratic : {false, true}) {
+      const ZoneBlock organ(quadratic ? 1 : 2, kTissue, quadratic, Eigen::Vector3d::Zero(),
+                            quadratic ? 3 : 4);
+      for (const std::vector<uint32_t>& sites : kSets) {
+        if (quadratic && sites.size() > 2) continue;  // whose patches there are most of the top
+        SCOPED_TRACE(testing::Message() << sites.size() << " contacts, " << turns << quadratic);
+        pal_session_config config = organ.config(4);
+        config.patches_turn = turns ? 1 : 0;
+        pal_session_config one = config;
+        one.zone_iterations = 1;
+        OwnedSession moving(organ.pack->get(), one);
+        OwnedSession held(organ.pack->get(), config);
+        const auto touch = [&](OwnedSession& session, int frame) {
+          if (turns) orient(session, sites.size(), 0.1 * std::sin(kTurn * frame));
+          return session.touch(on_circle(sites, frame));
+        };
+        for (int frame = 0; frame < PAL_ZONE_STIFFNESS_FRAMES; ++frame) touch(moving, 0);
+        int left = 0;
+        constexpr int kFrames = 150;
+        for (int frame = 0; frame < kFrames; ++frame) {
+          const auto found = touch(moving, frame);
+          left += has_ended(found) ? 0 : 1;
+          if (frame % 50 != 49) continue;
+          std::vector<pal_contact_result> expected;
+          for (int step = 0; step < 2 * PAL_ZONE_STIFFNESS_FRAMES; ++step) expected = touch(held, frame);
+          EXPECT_LE(worst_force_error(found, expected), 1e-3);
+        }
+        EXPECT_LE(left, 3);  // as it begins to move
+      }
+    }
+  }
+}
+
+// What moves nodes for another reason than their contacts is not taken for what these have done.
+TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
+  const ZoneBlock organ(2, kTissue);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> tremble(-1e-5, 1e-5);
+  pal_session_config config = organ.config(2);
+  config.zone_iterations = 1;
+  OwnedSession session(organ.pack->get(), config);
+  const auto touch = [&](int frame) {
+    std::vector<pal_contact> contacts = on_circle({0, 8}, 0);
+    for (double& d : contacts[0].displacement) d += tremble(random);
+    const double t = kTurn * frame;
+    contacts[1].displacement[0] = kReach * std::cos(t);
+    contacts[1].displacement[1] = kReach * std::sin(t);
+    return session.touch(contacts);
+  };
+  for (int frame = 0; frame < PAL_ZONE_STIFFNESS_FRAMES; ++frame) touch(0);
+  int left = 0;
+  for (int frame = 0; frame < 200; ++frame) {
+    // Softer and stiffer under the trembling tool, one after the other.
+    if (frame % 40 == 20) {
+      const Eigen::Vector3d centre =
+          organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[0].node)];
+      const pal_inclusion inclusion = {
+          sizeof(pal_inclusion), 0, {centre[0], centre[1], centre[2]}, 0.2, frame % 80 == 20 ? 2.0 : 0.5};
+      require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
+    }
+    left += has_ended(touch(frame)) ? 0 : 1;
+  }
+  EXPECT_LE(left, 20);  // after each change of the tissue
+}
+
+struct Tangents {
+  int frames = 0;  // between two that are taken, at most
+  int taken = 0;   // by any group
+};
+
+Tangents tangents_of(OwnedSession& session, int frames, const std::function<void(int)>& touch) {
+  const ZoneState& zone = session.get()->zone;
+  std::vector<const double*> factors(pack::kMostZoneContacts);
+  std::vector<int> since(pack::kMostZoneContacts);
+  Tangents tangents;
+  for (int frame = 0; frame < frames; ++frame) {
+    touch(frame);
+    for (uint32_t g = 0; g < zone.answering.num_groups; ++g) {
+      const double* factor = zone.answering.groups[g].factor;
+      ++since[g];
+      if (factor == factors[g]) continue;
+      if (factors[g] != nullptr) {
+        tangents.frames = std::max(tangents.frames, since[g]);
+        ++tangents.taken;
+      }
+      factors[g] = factor;
+      since[g] = 0;
+    }
+  }
+  return tangents;
+}
+
+// What a contact feels is of a tangent that was made PAL_ZONE_STIFFNESS_FRAMES ago at most.
+TEST(ZoneMotion, TangentsAreMadeInTime) {
+  for (const int cells : {4, 5, 6}) {
+    for (const uint32_t rings : {1u, 2u, 3u}) {
+      const ZoneBlock organ(3, kTissue, false, Eigen::Vector3d::Zero(), cells, 1.05 / cells);
+      for (const std::vector<uint32_t>& sites : kSets) {
+        SCOPED_TRACE(testing::Message() << cells << " cells, " << rings << " rings, " << sites.size());
+        OwnedSession session(organ.pack->get(), organ.config(4, rings));
+        const Tangents tangents =
+            tangents_of(session, 150, [&](int frame) { session.touch(on_circle(sites, frame)); });
+        EXPECT_GE(tangents.taken, 8);
+        EXPECT_LE(tangents.frames, static_cast<int>(kTangentFrames));
+      }
+    }
+  }
+}
+
+// Of a residual that is rounding a step leaves all, which says nothing of its tangent.
+TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
+  const ZoneBlock organ(2, kTissue);
+  for (const std::vector<uint32_t>& sites : kSets) {
+    SCOPED_TRACE(sites.size());
+    OwnedSession session(organ.pack->get(), organ.config(4));
+    settle(session, on_circle(sites, 0));
+    const Tangents tangents = tangents_of(session, 100, [&](int) { session.touch(on_circle(sites, 0)); });
+    EXPECT_LE(tangents.taken, 1);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
