@@ -55,12 +55,18 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
 }
 
 // One iteration, after find_residual(). The length of its step; negative where there was no way on.
-double iterate(ZoneFrame& frame, ZoneGroup& group) {
-  if ((!group.has_tangent || contraction(frame, group) > kMostLeft) && !make_tangent(frame, group)) return -1;
+double iterate(ZoneFrame& frame, ZoneGroup& group, bool& is_renewed) {
+  const auto renew = [&] {
+    if (is_renewed && frame.state.is_bounded) return false;
+    is_renewed = true;
+    return make_tangent(frame, group);
+  };
+  const bool is_bad = !group.has_tangent || contraction(frame, group) > kMostLeft;
+  if (is_bad && !renew() && !group.has_tangent) return -1;
   double step = take_step(frame, group);
   if (step < 0) {
     find_residual(frame, group);
-    step = make_tangent(frame, group) ? take_step(frame, group) : -1;
+    step = renew() ? take_step(frame, group) : -1;
   }
   group.has_tangent = step >= 0;
   if (group.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
@@ -145,10 +151,11 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     size = std::max(size, length_of(frame, i, displacements[i]));
     size = std::max(size, length_of(frame, i, displacements[i] - set.followed[i]));
   }
+  bool is_renewed[kMostZoneContacts] = {};
   weigh_exterior(pack, state, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    if (!group.has_tangent) {
+    if (!group.has_tangent || !group.has_balance) {
       // A patch that was turned otherwise may not fit.
       place_held(frame, group);
       if (!evaluate_group(frame, group)) {
@@ -158,7 +165,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
         evaluate_group(frame, group);
         state.went_back = true;
       }
-      make_tangent(frame, group);
+      is_renewed[g] = !group.has_tangent;
+      if (!group.has_tangent) make_tangent(frame, group);
     }
     move_contacts(frame, group, displacements);
   }
@@ -188,7 +196,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
-      const double step = iterate(frame, group);
+      const double step = iterate(frame, group, is_renewed[g]);
       failed[g] = step < 0;
       conclude(frame, step > kConverged * size ? before : 0, group);
       left[g] = step * contraction(frame, group);

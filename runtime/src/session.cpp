@@ -356,6 +356,7 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.kernel = palpate::choose_field_kernel();
   made.linear.making.inverse.kernel = palpate::choose_inverse_kernel();
   made.zone.kernel = palpate::choose_elimination_kernel();
+  made.zone.is_bounded = complete.budget_seconds > 0;
   made.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   palpate::reset_passivity(made.tools.passivity);

@@ -6,7 +6,9 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_members.hpp"
+#include "runtime/src/zone_motion.hpp"
 #include "runtime/src/zone_overlap.hpp"
+#include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
 namespace {
@@ -33,7 +35,7 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices ||
       state.columns_used + 2 * fields > state.max_columns || state.rows_used + rows > state.max_rows ||
-      state.tangents_used + 2 * tangent > state.max_tangents || preparation > state.max_preparation)
+      state.tangents_used + tangent > state.max_tangents || preparation > state.max_preparation)
     return false;
   group.exterior = set.matrices + state.matrices_used;
   group.whole = group.exterior + square;
@@ -49,12 +51,13 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.exterior_force = group.coupled_began + size_t{2} * group.boundary_stride;
   group.brought = group.exterior_force + group.boundary_stride;
   group.back = group.brought + group.num_axes * of_contacts;
-  group.factor = state.tangents + state.tangents_used;
-  group.spare = group.factor + tangent;
+  group.tangent_place = state.tangents_used;
+  group.factor = nullptr;
+  group.spare = state.tangents[2] + group.tangent_place;
   group.sensitivities = set.rows + state.rows_used;
   group.trend = group.sensitivities + rows - size_t{2} * group.unknowns;
   group.began = group.trend + group.unknowns;
-  state.tangents_used += 2 * tangent;
+  state.tangents_used += tangent;
   state.matrices_used += matrices;
   state.columns_used += 2 * fields;
   state.rows_used += rows;
@@ -261,16 +264,19 @@ void carry_pressures(const ZoneSet& before, const ZoneGroup& group) {
   }
 }
 
-// The new set goes on where the one before has got to.
-void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) {
+// The new set goes on where the one before has got to. `again`: it has begun there before; nodes that the linear organ
+// has placed stay, and so do tangents.
+void begin_where(const pal_pack& pack, const ZoneSet& before, bool again, ZoneState& state) {
   ZoneSet& set = state.next;
   for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = i + 1;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
     const uint32_t node = set.nodes[i];
     double* to = set.displacement + size_t{3} * i;
+    const uint32_t place = before.ready && moving_axes(pack, set, i) != 0 ? state.place_of[node] : 0;
+    if (again && place == 0) continue;
     memcpy(to, pack.zone_nodes[node].displacement, 3 * sizeof *to);
     if (!before.ready || moving_axes(pack, set, i) == 0) continue;
-    if (const uint32_t place = state.place_of[node]; place != 0) {
+    if (place != 0) {
       memcpy(to, before.displacement + size_t{3} * (place - 1), 3 * sizeof *to);
     } else {
       double moved[3];
@@ -298,7 +304,7 @@ void begin_where(const pal_pack& pack, const ZoneSet& before, ZoneState& state) 
     memcpy(set.followed + size_t{3} * (set.num_contacts + c),
            before.followed + size_t{3} * (before.num_contacts + old), 3 * sizeof *set.followed);
   }
-  memset(set.stiffness, 0, set.num_axes * sizeof *set.stiffness);
+  if (!again) memset(set.stiffness, 0, set.num_axes * sizeof *set.stiffness);
   memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
   // A patch moves as one: as the mean of its nodes, but for its turn.
   double held[kMostZoneContacts] = {};
@@ -362,6 +368,39 @@ void copy_place(const ZoneSet& set, const ZoneGroup& group, const ZonePlace& fro
   }
 }
 
+// The next set answers, and the one that did is next.
+void swap_zone_sets(ZoneState& state) {
+  const ZoneSet made = state.next;
+  state.next = state.answering;
+  state.answering = made;
+  double* const free = state.tangents[1];
+  state.tangents[1] = state.tangents[0];
+  state.tangents[0] = state.tangents[2];
+  state.tangents[2] = free;
+  for (uint32_t g = 0; g < made.num_groups; ++g) {
+    ZoneGroup& group = state.answering.groups[g];
+    (group.factor == nullptr ? group.factor : group.spare) = state.tangents[1] + group.tangent_place;
+  }
+}
+
+// The new set begins where the one before is by now, and answers.
+void let_answer(const pal_pack& pack, ZoneState& state) {
+  ZoneSet& set = state.next;
+  double before[kMostZoneAxes];
+  memcpy(before, set.followed, set.num_axes * sizeof *before);
+  begin_where(pack, state.answering, true, state);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      const uint32_t at = contact_axis(set, group, i);
+      const double arm = i < 3 * group.num_contacts ? 1.0 : pack.mean_surface_edge;
+      group.moved += arm * fabs(set.followed[at] - before[at]);
+    }
+  }
+  set.ready = true;
+  swap_zone_sets(state);
+}
+
 }  // namespace
 
 void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, bool turns,
@@ -393,7 +432,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows = size_t{axes + fitted + 3} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
-  state.max_tangents = size_t{2} * round_to_columns(size) * elimination_stride(size);
+  state.max_tangents = size_t{round_to_columns(size)} * elimination_stride(size);
   const uint32_t own = unknowns + kEliminationColumns + overlaps;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
   const uint32_t largest = own > twice ? own : twice;
@@ -444,7 +483,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
   state.moves = arena.take<double>(overlaps > 0 ? size_t{9} * state.max_contacts * state.max_nodes : 0);
-  state.tangents = arena.take<double>(state.max_tangents);
+  for (double*& tangents : state.tangents) tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
   const size_t vector = size_t{3} * state.max_nodes + kMostZoneAxes + 2 * kEliminationRows;
@@ -562,12 +601,6 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   keep_balance(set, group);
 }
 
-void swap_zone_sets(ZoneState& state) {
-  const ZoneSet made = state.next;
-  state.next = state.answering;
-  state.answering = made;
-}
-
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
   using Phase = ZoneState::Phase;
   ZoneSet& set = state.next;
@@ -650,17 +683,24 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
           spent += fetched(set.groups[state.group]);
           state.phase = Phase::inverse;
         } else {
-          state.phase = Phase::done;
+          begin_where(pack, state.answering, false, state);
+          weigh_exterior(pack, state, set);
+          spent += uint64_t{1000} * set.num_nodes;
+          state.phase = Phase::tangent;
+          state.group = 0;
         }
+        break;
+      case Phase::tangent:
+        if (!advance_first_tangent(pack, operations, state, group, spent)) return false;
+        if (++state.group >= set.num_groups) state.phase = Phase::done;
         break;
       case Phase::done:
         if (!set.sound) {
           set.num_nodes = 0;
           set.num_groups = 0;
+          begin_where(pack, state.answering, false, state);
         }
-        begin_where(pack, state.answering, state);
-        set.ready = true;
-        swap_zone_sets(state);
+        let_answer(pack, state);
         return true;
     }
   }

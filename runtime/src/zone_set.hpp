@@ -83,6 +83,7 @@ struct ZoneGroup {
   double moved;              // how far contacts and nodes have moved since it was begun
   double left;               // of the residual, by its last step that was one
   double* spare;             // the next one, as `factor`
+  size_t tangent_place;      // of either, in those of ZoneState
   bool is_making;            // it is not taken yet:
   uint32_t shift;            // attempts before
   uint32_t assembled;        // parts of it
@@ -212,9 +213,11 @@ struct ZoneState {
   size_t max_matrices;
   size_t max_columns;
   size_t max_rows;
-  size_t max_tangents;     // numbers of the matrices of tangents
+  size_t max_tangents;     // numbers of the matrices of a tangent of each group
   size_t max_preparation;  // of the matrices of making ready
   EliminationKernel kernel;
+  // Frames have a budget: they make one tangent of a group anew, and no more, as it is most of what they then take
+  bool is_bounded;
   Inclusion inclusion;
   uint32_t inclusion_version;  // how often it has changed
   // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group
@@ -224,7 +227,7 @@ struct ZoneState {
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, done } phase;
+  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, tangent, done } phase;
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
@@ -243,10 +246,11 @@ struct ZoneState {
   size_t rows_used;
   size_t tangents_used;
   // A frame
-  bool strained;     // the set that answers has been solved since it was at rest
-  double* tangents;  // [max_tangents] of the set that answers
-  double* forces;    // [max_nodes][3] of the elements, beyond those at rest
-  double* saved;     // [max_nodes][3]
+  bool strained;  // the set that answers has been solved since it was at rest
+  // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
+  double* tangents[3];
+  double* forces;  // [max_nodes][3] of the elements, beyond those at rest
+  double* saved;   // [max_nodes][3]
   // Of the group at hand (zone_balance.hpp); `boundary` and `vector` while a set is made ready, too
   double* residual;
   double* boundary;
@@ -304,9 +308,6 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
-
-// The next set answers, and the one that did is next.
-void swap_zone_sets(ZoneState& state);
 
 // C_ij, 3 x 3 by rows, of zone nodes free along some axis.
 void zone_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);

@@ -7,6 +7,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_motion.hpp"
 #include "runtime/src/zone_overlap.hpp"
 
 namespace palpate {
@@ -272,6 +273,22 @@ void begin_tangent(ZoneGroup& group, uint32_t shift) {
   group.moved_since = 0;
 }
 
+// Goes on until so much is spent. True once nothing is left but to take it; where it was not positive definite it begins
+// anew, made stiffer, or is_making ends.
+bool go_on_making(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint64_t& spent) {
+  while (spent < operations && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
+  for (; spent < operations && group.column < group.size; group.column += kEliminationColumns) {
+    spent += elimination_operations(group, group.column);
+    if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
+                                             group.column))
+      continue;
+    group.is_making = group.shift + 1 < kNumShifts;
+    if (group.is_making) begin_tangent(group, group.shift + 1);
+    return false;
+  }
+  return group.assembled == num_parts(group) && group.column >= group.size;
+}
+
 }  // namespace
 
 bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
@@ -295,25 +312,30 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
     begin_tangent(group, 0);
     group.is_making = true;
   }
-  const uint64_t slice = slice_of_tangent(frame, group);
   uint64_t spent = 0;
-  while (spent < slice && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
-  for (; spent < slice && group.column < group.size; group.column += kEliminationColumns) {
-    spent += elimination_operations(group, group.column);
-    if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
-                                             group.column))
-      continue;
-    group.is_making = group.shift + 1 < kNumShifts;
-    if (group.is_making) {
-      begin_tangent(group, group.shift + 1);
-    } else {
-      group.has_tangent = false;  // as make_tangent(), where all shifts are in vain
-    }
+  if (!go_on_making(frame, slice_of_tangent(frame, group), group, spent)) {
+    if (!group.is_making) group.has_tangent = false;  // as make_tangent(), where all shifts are in vain
     return;
   }
-  if (group.column < group.size || spent > 0) return;  // taking it is work of another frame
+  if (spent > 0) return;  // taking it is work of another frame
   group.is_making = false;
   take_tangent(frame, group);
+}
+
+bool advance_first_tangent(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group,
+                           uint64_t& spent) {
+  ZoneFrame frame = {pack, state, state.next, 0};
+  if (!group.is_making) {
+    place_held(frame, group);
+    if (!evaluate_group(frame, group)) return true;
+    begin_tangent(group, 0);
+    group.is_making = true;
+  }
+  const bool is_made = go_on_making(frame, operations, group, spent);
+  if (!is_made && group.is_making) return false;
+  group.is_making = false;
+  if (is_made) take_tangent(frame, group);
+  return true;
 }
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {

@@ -183,5 +183,32 @@ TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
   }
 }
 
+// Made in slices, too, so that the frame in which they answer need not.
+TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
+  const ZoneBlock organ(2, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(4));
+  settle(session, on_circle({4}, 0));
+  ZoneState& zone = session.get()->zone;
+  const pal_pack& pack = *session.get()->pack;
+  for (const std::vector<uint32_t>& sites : kSets) {
+    SCOPED_TRACE(sites.size());
+    constexpr uint64_t kOperations = 20000;
+    const std::vector<pal_contact> contacts = on_circle(sites, 0);
+    begin_zone(pack, contacts.data(), static_cast<uint32_t>(contacts.size()), {}, zone);
+    int slices = 1;
+    while (!advance_zone(pack, kOperations, zone)) ++slices;
+    EXPECT_GT(slices, 10);
+    ASSERT_TRUE(zone.answering.sound);
+    for (uint32_t g = 0; g < zone.answering.num_groups; ++g) {
+      const ZoneGroup& group = zone.answering.groups[g];
+      EXPECT_TRUE(group.has_tangent);
+      EXPECT_NE(group.factor, nullptr);
+      EXPECT_NE(group.spare, nullptr);
+      EXPECT_NE(group.factor, group.spare);
+    }
+    EXPECT_TRUE(has_ended(settle(session, contacts)));
+  }
+}
+
 }  // namespace
 }  // namespace palpate::test

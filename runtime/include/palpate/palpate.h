@@ -306,14 +306,14 @@ typedef struct pal_session_config {
   double max_torque;      /* N m */
   double max_force_rate;  /* N/s */
   double max_torque_rate; /* N m/s */
-  /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between sites
-   * (pal_contact), or another nonlinear zone, or both, one after the other. A haptic frame
-   * spends this time on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a
-   * zone: what listing its nodes or assembling its elements once takes); until it is ready, over as
-   * many frames as that takes, the contacts of before answer (those let go stay where they were), and tools
-   * are PAL_FLAG_PREPARING. What was begun is finished first, so that contacts which change all the time are
-   * answered too. Contact frames for contacts of their own take its place. 0: it is made ready at once,
-   * however long that takes. */
+  /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between
+   * sites (pal_contact), or another nonlinear zone, or both, one after the other. A haptic frame spends this time
+   * on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a zone: what listing its
+   * nodes or assembling its elements once takes, and m^3 / 6, m = 3 x its nodes, where it is pushed so far in a
+   * frame that its tangent no longer does); until it is ready, over as many frames as that takes, the contacts of
+   * before answer (those let go stay where they were), and tools are PAL_FLAG_PREPARING. What was begun is finished
+   * first, so that contacts which change all the time are answered too. Contact frames for contacts of their own
+   * take its place. 0: it is made ready at once, however long that takes. */
   double budget_seconds;
   /* What budget_seconds is divided by: the time of one multiply-add of such an inverse. 0: pal_session_init
    * finds out, with `clock`, and pal_session_get_config tells. Frames never read a clock: the same session
@@ -423,10 +423,10 @@ typedef struct pal_contact_result {
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
-  /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 %
-   * of such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs), and of nonlinear_zone
-   * what its iterations leave besides, as while contacts move; 1 where nothing was
-   * measured, of several contacts by linear_dd, and of all of them where one has a flag. */
+  /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 % of
+   * such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs), and of
+   * nonlinear_zone what its iterations leave besides, as while contacts move; 1 where nothing was measured, of
+   * several contacts by linear_dd, and of all of them where one has a flag. */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force| */
 } pal_contact_result;
@@ -434,17 +434,19 @@ typedef struct pal_contact_result {
 /* Forces and stiffness for exactly these contacts (count 0: the tissue is at rest), without tools: no
  * history but in the rounding and in a nonlinear zone, no blending, no limits. What tools hold is not among
  * them and comes back with the next haptic frame (under a budget: as soon as it is ready again). `results`:
- * count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed:
- * polynomial_dd of degree 3 about 200, of degree 7 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6 + g n for g axes of
- * given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each that has gone
- * and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
- * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of linear_dd alone 9
- * for each node of their patches, and of several contacts the above for each way to choose their corners; those that were made
- * ready lately are kept, and a contact that slides into the next triangle needs at most a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for each pair of nodes
- * on the boundaries of two zones; m^3 / 60 + m^2 and 300 for each element of four nodes a frame that moves, for the stiffness of some
- * frames later; ten times as much where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary nodes, those fixed while running among
- * them; between sites that of what moves it besides: of one contact of its corners, of two or three and beside fixed nodes of linear_dd
- * between sites for each iteration, and where the places are new. Real-time safe: yes, for the n that the budget allows. */
+ * count entries, may be NULL. Cost in multiply-adds, with n = 3 x the nodes held by c contacts and fixed: polynomial_dd
+ * of degree 3 about 200, of degree 7 700; linear_dd with the contacts of the frame before 3 c (3 c + n), and g^3 / 6
+ * + g n for g axes of given force; where the set has changed 6 n^2 more for each node that has come, 3 n^2 for each
+ * that has gone and up to 10 n^2 for all, but never more than 2 n^3 / 3 + 10 n^2. Given forces are answered by
+ * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of
+ * linear_dd alone 9 for each node of their patches, and of several contacts the above for each way to choose their
+ * corners; those that were made ready lately are kept, and a contact that slides into the next triangle needs at most
+ * a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for
+ * each pair of nodes on the boundaries of two zones; m^3 / 60 + m^2 and 300 for each element of four nodes a frame
+ * that moves, for the stiffness of some frames later; ten times as much where it jumps, and 7 / 6 b^3 + m^3 / 3 more
+ * where it is new, b = 3 x its boundary nodes, those fixed while running among them; between sites that of what moves
+ * it besides: of one contact of its corners, of two or three and beside fixed nodes of linear_dd between sites for
+ * each iteration, and where the places are new. Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
                                            pal_contact_result* results) PAL_NOEXCEPT;
 
