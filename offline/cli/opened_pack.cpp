@@ -85,7 +85,14 @@ OpenedPack::OpenedPack(const std::filesystem::path& file) {
 }
 
 OpenedPack::OpenedPack(const AlignedBytes& bytes) {
-  require_ok(pack_.open_memory(bytes.bytes().data(), bytes.bytes().size()), "pack in memory");
+  const pal_status status = pack_.open_memory(bytes.bytes().data(), bytes.bytes().size());
+  // The writer contradicts itself only by what its numbers cannot hold.
+  if (status == PAL_STATUS_CORRUPT_CONTENT)
+    throw std::runtime_error(
+        "the organ's forces or displacements are too large or too small for a pack's 32-bit numbers: state "
+        "the model "
+        "in other units of length or force");
+  require_ok(status, "pack in memory");
 }
 
 std::span<const unsigned char> OpenedPack::bytes() const {

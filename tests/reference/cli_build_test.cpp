@@ -274,6 +274,20 @@ class BuiltPack : public ::testing::Test {
   SceneFiles files_;
 };
 
+TEST(Build, ForcesThatNoPackHoldsAreSaidAsSuch) {
+  std::string model = block_inp(2);
+  const std::string law = "*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n";
+  const size_t numbers = model.find(law) + law.size();
+  ASSERT_GE(numbers, law.size());
+  model.replace(numbers, model.find('\n', numbers) - numbers, "1e38, 4e38");
+  const SceneFiles files(kContact, model);
+  const ProgramRun run = files.build();
+  EXPECT_NE(run.exit_code, 0);
+  EXPECT_NE(run.error.find("state the model in other units of length or force"), std::string::npos)
+      << run.error;
+  EXPECT_FALSE(std::filesystem::exists(files.pack));
+}
+
 TEST_F(BuiltPack, InfoJsonHoldsEverything) {
   const nlohmann::json info = run_cleanly({"info", files_.pack.string(), "--json"}).json();
   EXPECT_EQ(info["tool_version"], run_cleanly({"--version"}).out.substr(0, 5));
