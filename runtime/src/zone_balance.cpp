@@ -83,7 +83,8 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   }
   group.coupled_change = 0;
   for (uint32_t i = 0; i < stride; ++i) {
-    group.coupled_change = fmax(group.coupled_change, fabs(moved[i] - group.coupled[i]));
+    const double change = fabs(moved[i] - group.coupled[i]);
+    if (change > group.coupled_change) group.coupled_change = change;
     group.coupled[i] = moved[i];
   }
   double* pull = group.coupled + stride;
