@@ -3,7 +3,10 @@
 several: builds the scene of zones anew with other lambdas, reaches and rings, and writes tables of the packs' surveys to
 DIR/one.md and DIR/several.md.
 
-    bench/zones/zone_ratios.py PALPATE SCENE DIR
+    bench/zones/zone_ratios.py PALPATE SCENE DIR [--quadratic]
+
+--quadratic: the same at nu = 0.49 on elements of ten nodes, at eight sites, to DIR/one_quadratic.md and
+DIR/several_quadratic.md (an hour)
 """
 import json
 import pathlib
@@ -12,10 +15,11 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
-from model_variants import edge_of, with_ratio, with_settings  # noqa: E402
+from model_variants import edge_of, quadratic, with_ratio, with_settings  # noqa: E402
 
 # Poisson's ratio, rings, reach in h.
 CASES = [(0.147, 2, 1), (0.4, 1, 1), (0.4, 2, 1), (0.45, 2, 1), (0.49, 2, 1), (0.147, 2, 2), (0.4, 2, 2), (0.45, 2, 2)]
+SITES_QUADRATIC = [711, 713, 716, 719, 721, 770, 772, 775]
 FIGURES = "median | p95 | max | force, median | p95 | max |"
 
 
@@ -49,6 +53,11 @@ def main():
     scene = scene_file.read_text()
     model = (scene_file.parent / re.search(r'model = "([^"]*)"', scene)[1]).read_text()
     cases = [(ratio, f"brain{ratio}", with_ratio(model, ratio), rings, reach) for ratio, rings, reach in CASES]
+    suffix = ""
+    if "--quadratic" in sys.argv:
+        scene = scene.replace('sites = "PROBE"', f"sites = {SITES_QUADRATIC}")
+        cases = [("0.49, ten nodes", "quadratic", quadratic(with_ratio(model, 0.49)), 2, 1)]
+        suffix = "_quadratic"
     tables = {"one": [f"| nu | rings | to | pushes | {FIGURES}", "|" + "---|" * 10],
               "several": [f"| nu | rings | to | contacts | sets | flagged | no equilibrium | {FIGURES}", "|" + "---|" * 13]}
     one, several = tables.values()
@@ -58,7 +67,7 @@ def main():
         one.append(f"{start} {errors['overall']['samples']} | {percents(errors['overall'])} |")
         several += rows_of_several(start, errors)
         for table, rows in tables.items():  # so far: a case takes minutes
-            (folder / f"{table}.md").write_text("\n".join(rows) + "\n")
+            (folder / f"{table}{suffix}.md").write_text("\n".join(rows) + "\n")
     print("\n".join(one + several))
 
 
