@@ -30,7 +30,7 @@ constexpr uint32_t round_to_columns(uint32_t size) {
 struct EliminationKernel {
   const char* name;
   // The columns first .. first + kEliminationColumns - 1, all before them done. False where A11 is not positive
-  // definite. Multiply-adds: 4 (size - first) min(first, eliminated).
+  // definite. Cost: elimination_operations().
   bool (*eliminate_columns)(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                             uint32_t first);
   // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above. `size` and `row_stride` are
@@ -49,6 +49,12 @@ struct EliminationKernel {
   // triangles are there, and about half of it is read. x and y on 32 bytes.
   void (*add_symmetric_product)(const double* matrix, uint32_t size, const double* x, double* y);
 };
+
+// What eliminate_columns() takes, from a column on: multiply-adds.
+constexpr uint64_t elimination_operations(uint32_t size, uint32_t eliminated, uint32_t first) {
+  const uint32_t columns = first < eliminated ? first : eliminated;
+  return uint64_t{kEliminationColumns} * (size - first) * (columns + kEliminationColumns);
+}
 
 inline constexpr uint32_t kMostEliminationKernels = 2;
 

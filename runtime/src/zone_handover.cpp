@@ -1,9 +1,9 @@
 #include "runtime/src/zone_handover.hpp"
 
-#include <math.h>
 #include <string.h>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_motion.hpp"
 
 namespace palpate {
 namespace {
@@ -155,12 +155,12 @@ void let_next_answer(const pal_pack& pack, ZoneState& state) {
   double before[kMostZoneAxes];
   memcpy(before, set.followed, set.num_axes * sizeof *before);
   begin_where(pack, true, state);
+  const ZoneFrame frame = {pack, state, set, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     for (uint32_t i = 0; i < group.num_axes; ++i) {
       const uint32_t at = contact_axis(set, group, i);
-      const double arm = i < 3 * group.num_contacts ? 1.0 : pack.mean_surface_edge;
-      group.moved += arm * fabs(set.followed[at] - before[at]);
+      group.moved += length_of(frame, at, set.followed[at] - before[at]);
     }
   }
   set.ready = true;

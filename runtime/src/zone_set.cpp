@@ -464,8 +464,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
     const uint32_t stride = elimination_stride(size);
     while (state.column < size) {
       if (spent >= operations) return false;
-      const uint64_t columns = state.column < eliminated ? state.column : eliminated;
-      spent += uint64_t{kEliminationColumns} * (size - state.column) * (columns + kEliminationColumns);
+      spent += elimination_operations(size, eliminated, state.column);
       if (!state.kernel.eliminate_columns(state.preparation, stride, size, eliminated, state.column)) {
         set.sound = false;
         return true;

@@ -167,17 +167,11 @@ uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
          group.size;
 }
 
-// Of the next kEliminationColumns from a column on.
-uint64_t elimination_operations(const ZoneGroup& group, uint32_t column) {
-  return uint64_t{kEliminationColumns} * (group.size - column) *
-         (std::min(column, group.unknowns) + kEliminationColumns);
-}
-
 // So much a frame that assembly and elimination end within kTangentFrames - 1 of them; taking it is one more.
 uint64_t slice_of_tangent(const ZoneFrame& frame, const ZoneGroup& group) {
   uint64_t all = assembly_operations(frame, group);
   for (uint32_t column = 0; column < group.size; column += kEliminationColumns)
-    all += elimination_operations(group, column);
+    all += elimination_operations(group.size, group.unknowns, column);
   return std::max(kLeastSlice, all / (kTangentFrames - 2));
 }
 
@@ -278,7 +272,7 @@ void begin_tangent(ZoneGroup& group, uint32_t shift) {
 bool go_on_making(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint64_t& spent) {
   while (spent < operations && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
   for (; spent < operations && group.column < group.size; group.column += kEliminationColumns) {
-    spent += elimination_operations(group, group.column);
+    spent += elimination_operations(group.size, group.unknowns, group.column);
     if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
                                              group.column))
       continue;
@@ -293,16 +287,14 @@ bool go_on_making(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint6
 
 bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   group.has_tangent = false;
+  begin_tangent(group, 0);
+  group.is_making = true;
+  uint64_t spent = 0;
+  bool is_made = false;
+  while (group.is_making && !is_made) is_made = go_on_making(frame, UINT64_MAX, group, spent);
   group.is_making = false;
-  for (uint32_t shift = 0; shift < kNumShifts; ++shift) {
-    begin_tangent(group, shift);
-    while (group.assembled < num_parts(group)) assemble_part(frame, group);
-    if (!eliminate(frame.state.kernel, group.spare, group.stride, group.size, group.unknowns)) continue;
-    if (take_tangent(frame, group)) return true;
-    frame.flags |= PAL_FLAG_NOT_FINITE;
-    break;
-  }
-  return false;
+  if (is_made && !take_tangent(frame, group)) frame.flags |= PAL_FLAG_NOT_FINITE;
+  return group.has_tangent;
 }
 
 void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
