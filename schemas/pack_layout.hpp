@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 15;
+inline constexpr uint32_t kFormatVersion = 16;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -106,7 +106,7 @@ struct ZoneNode {
   uint32_t first_element;  // of it, in the list of elements by node
   uint32_t num_elements;   // of it, in the table
   uint32_t num_outside;    // of it, beyond the table
-  uint32_t row;            // its place among the rows of the exterior; a fixed node has none: kNoNode
+  uint32_t row;            // its place among the rows of the exterior; a fixed node, and one of no zone, has none: kNoNode
 };
 static_assert(sizeof(ZoneNode) == 72);
 

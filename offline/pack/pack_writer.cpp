@@ -230,6 +230,10 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
     place[static_cast<size_t>(zone.nodes[i])] = static_cast<uint32_t>(i);
   for (size_t i = 0; i < content.sites.packed_nodes.size(); ++i)
     packed[static_cast<size_t>(content.sites.packed_nodes[i])] = static_cast<uint32_t>(i);
+  const size_t first_inner = num_panels(content.sites) * pack::kPanelNodes;
+  std::vector<uint32_t> row = packed;
+  for (size_t i = 0; i < zone.inner_nodes.size(); ++i)
+    row[static_cast<size_t>(zone.inner_nodes[i])] = static_cast<uint32_t>(first_inner + i);
   std::vector<std::vector<uint32_t>> of_node(zone.nodes.size());
   for (const int e : zone.elements) {
     const Tetrahedron& tetrahedron = model.elements[static_cast<size_t>(e)];
@@ -247,8 +251,6 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
   const std::vector<char> fixed = model.fixed_dofs();
   const Eigen::VectorXd at_rest = content.rest != nullptr ? content.rest->displacement_of(model)
                                                           : Eigen::VectorXd::Zero(model.num_dofs());
-  const auto first_inner = static_cast<uint32_t>(num_panels(content.sites) * pack::kPanelNodes);
-  uint32_t num_inner = 0;
   std::vector<pack::ZoneNode> nodes;
   for (size_t i = 0; i < zone.nodes.size(); ++i) {
     const auto at = static_cast<size_t>(zone.nodes[i]);
@@ -262,9 +264,7 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
     node.first_element = static_cast<uint32_t>(node_elements.size());
     node.num_elements = static_cast<uint32_t>(of_node[i].size());
     node.num_outside = static_cast<uint32_t>(zone.num_outside[i]);
-    node.row = pack::kNoNode;
-    if (static_cast<int>(i) < zone.num_free)
-      node.row = node.packed_node != pack::kNoNode ? node.packed_node : first_inner + num_inner++;
+    node.row = static_cast<int>(i) < zone.num_free ? row[at] : pack::kNoNode;
     node_elements.insert(node_elements.end(), of_node[i].begin(), of_node[i].end());
     nodes.push_back(node);
   }
@@ -603,7 +603,9 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_pair_fields,
           has_pairs ? &pair_fields : nullptr, has_pairs ? &pair_weights : nullptr,
           static_cast<uint32_t>(content.zone->exterior_degree),
-          static_cast<uint32_t>(content.zone->pair_degree), &more_rings);
+          static_cast<uint32_t>(content.zone->pair_degree), &more_rings,
+          static_cast<uint32_t>(content.zone->most_rim_nodes),
+          static_cast<uint32_t>(content.zone->most_rim_elements));
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

@@ -75,11 +75,22 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
   return {elements.begin(), elements.end()};
 }
 
+std::vector<int> ZoneFinder::elements_next_to(const std::vector<int>& elements) const {
+  std::set<int> next;
+  for (const int e : elements) {
+    for (const int node : model_->elements[static_cast<size_t>(e)].nodes())
+      next.insert(elements_of(node).begin(), elements_of(node).end());
+  }
+  for (const int e : elements) next.erase(e);
+  return {next.begin(), next.end()};
+}
+
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings,
                       std::vector<std::uint8_t> more_rings) {
   const ZoneFinder finder(model);
   const auto num_nodes = static_cast<size_t>(model.num_nodes());
   std::vector<char> element_carried(model.elements.size());
+  std::vector<char> in_zone(num_nodes);
   ZoneTables zone;
   zone.rings = rings;
   zone.more_rings = std::move(more_rings);
@@ -92,7 +103,10 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
     std::map<int, size_t> inside;  // elements of the zone at each of its nodes
     for (const int e : elements) {
       element_carried[static_cast<size_t>(e)] = 1;
-      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) ++inside[node];
+      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
+        ++inside[node];
+        in_zone[static_cast<size_t>(node)] = 1;
+      }
     }
     const auto num_boundary = std::count_if(inside.begin(), inside.end(), [&](const auto& node) {
       return node.second < finder.elements_of(node.first).size();
@@ -100,6 +114,17 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
     zone.most_nodes = std::max(zone.most_nodes, static_cast<int>(inside.size()));
     zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, static_cast<int>(num_boundary));
     zone.most_elements = std::max(zone.most_elements, static_cast<int>(elements.size()));
+    for (int fewer = 1; fewer <= rings && scene.max_contacts > 1; ++fewer) {
+      const std::vector<int> rim =
+          finder.elements_next_to(finder.elements_about(sites.sites[s], zone.rings_of(s, fewer)));
+      std::set<int> nodes;
+      for (const int e : rim) {
+        element_carried[static_cast<size_t>(e)] = 1;
+        for (const int node : model.elements[static_cast<size_t>(e)].nodes()) nodes.insert(node);
+      }
+      zone.most_rim_nodes = std::max(zone.most_rim_nodes, static_cast<int>(nodes.size()));
+      zone.most_rim_elements = std::max(zone.most_rim_elements, static_cast<int>(rim.size()));
+    }
   }
   std::vector<int> carried(num_nodes, 0);  // elements carried at each node
   for (size_t e = 0; e < element_carried.size(); ++e) {
@@ -136,7 +161,8 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   for (const int node : sites.packed_nodes) is_packed[static_cast<size_t>(node)] = 1;
   for (int i = 0; i < zone.num_free; ++i) {
     const int node = zone.nodes[static_cast<size_t>(i)];
-    if (is_packed[static_cast<size_t>(node)] == 0) zone.inner_nodes.push_back(node);
+    if (is_packed[static_cast<size_t>(node)] == 0 && in_zone[static_cast<size_t>(node)] != 0)
+      zone.inner_nodes.push_back(node);
   }
   return zone;
 }

@@ -2,9 +2,10 @@
 // organ onto their boundary (runtime/src/zone_set.hpp has the equations).
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times, and in the end the rest of their volume patches. Carried are the elements and nodes of all sites' zones, and
-// the compliance K^-1 at rest between those nodes, of which the rows and columns of contact nodes are linear_dd's;
-// and what the organ outside adds to its linear answer (zone_exterior.hpp).
+// times, and in the end the rest of their volume patches. Where several contacts may come near each other, the elements
+// that share a node with it and are not in it are its rim (runtime/src/zone_rim.hpp). Carried are the elements and nodes
+// of all sites' zones and rims, and the compliance K^-1 at rest between those nodes, of which the rows and columns of
+// contact nodes are linear_dd's; and what the organ outside adds to its linear answer (zone_exterior.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -31,10 +32,13 @@ struct ZoneTables {
   int most_nodes = 0;
   int most_boundary_nodes = 0;
   int most_elements = 0;
+  // Largest rim of a site, of any number of rings; 0 where one contact at a time is all there is.
+  int most_rim_nodes = 0;
+  int most_rim_elements = 0;
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
   Eigen::MatrixXd compliance;
   Eigen::MatrixXd field_compliance;  // the same columns, rows of packed nodes
-  std::vector<int> inner_nodes;      // free ones that are not packed, in their order; model nodes
+  std::vector<int> inner_nodes;      // free ones of zones that are not packed, in their order; model nodes
   // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
   // in a linear organ.
   std::vector<double> force_scale;
@@ -65,6 +69,8 @@ class ZoneFinder {
   explicit ZoneFinder(const Model& model);
   // Ascending. Thread-safe.
   std::vector<int> elements_about(const ContactSite& site, int rings) const;
+  // Those that share a node with some elements and are not among them.
+  std::vector<int> elements_next_to(const std::vector<int>& elements) const;
   const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
 
  private:

@@ -9,6 +9,17 @@
 //   P_a  = V (identity f_a - transposed h_a),   f_a = F g_a, h_a = H g_a
 //   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T
 //             + h_a (hh h_b + fh f_b)^T + f_a (fh h_b + ff f_b)^T)
+//
+// Of second order in the displacements, at F = 1, any isotropic law whose stress is zero there has with E the strain of
+// Green
+//
+//   W = lambda/2 (tr E)^2 + mu tr E^2 + nu1/6 (tr E)^3 + nu2 tr E tr E^2 + 4/3 nu3 tr E^3 + ...
+//
+// (Toupin and Bernstein 1961), so for gradients A and B of two displacements, e_A and e_B their symmetric parts and
+// S(e) = lambda tr e 1 + 2 mu e, the symmetric bilinear part of its stress is
+//
+//   P2(A, B) = (A S(e_B) + B S(e_A)) / 2 + S(sym(A^T B)) / 2 + (nu1/2 tr A tr B + nu2 e_A : e_B) 1
+//              + nu2 (tr A e_B + tr B e_A) + 2 nu3 (e_A e_B + e_B e_A)
 #pragma once
 
 #include <array>
@@ -36,10 +47,12 @@ struct ElementBatch {
   std::array<Point, kPoints> points;
 };
 
-// Matrices at [i][J].
+// At [i][J].
+using MatrixLanes = std::array<std::array<Lanes, 3>, 3>;
+
 struct KinematicsLanes {
-  std::array<std::array<Lanes, 3>, 3> F;
-  std::array<std::array<Lanes, 3>, 3> H;  // F^-T
+  MatrixLanes F;
+  MatrixLanes H;  // F^-T
   Lanes I1;
   Lanes J;
 };
@@ -59,6 +72,15 @@ struct DyadicLanes {
     fh.set(lane, terms.fh);
     hh.set(lane, terms.hh);
   }
+};
+
+// The constants of P2 in each lane. Where stress is linear in the displacements all are zero.
+struct SecondOrderLanes {
+  Lanes lambda;
+  Lanes mu;
+  Lanes nu1;
+  Lanes nu2;
+  Lanes nu3;
 };
 
 // The values at the nodes of a batch, from an array of 3 per node.
@@ -86,6 +108,9 @@ struct BatchKernels {
                     NodalLanes<kNodes>& force);
   void (*add_stiffness)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                         Stiffness& stiffness);
+  // P2(A, B) of F = 1 + A and 1 + B; `squares` := the sum of those of (A + B) / 2. The same of any kind.
+  void (*find_second_order)(const SecondOrderLanes& law, const MatrixLanes& a, const MatrixLanes& b,
+                            MatrixLanes& stress, Lanes& squares);
 };
 
 // For elements of 4 and of 10 nodes.

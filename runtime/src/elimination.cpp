@@ -133,6 +133,16 @@ void add_product_scalar(const Number* matrix, uint32_t stride, uint32_t rows, ui
   }
 }
 
+void add_transposed_product_scalar(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+                                   const double* x, double* y) {
+  for (uint32_t j = 0; j < columns; ++j) {
+    const float* column = matrix + size_t{j} * stride;
+    double sum = 0;
+    for (uint32_t i = 0; i < rows; ++i) sum += static_cast<double>(column[i]) * x[i];
+    y[j] += sum;
+  }
+}
+
 void add_symmetric_product_scalar(const double* matrix, uint32_t size, const double* x, double* y) {
   for (uint32_t j = 0; j < size; ++j) {
     const double* column = matrix + size_t{j} * size;
@@ -327,6 +337,23 @@ PALPATE_AVX2 void add_product_avx2(const Number* matrix, uint32_t stride, uint32
   }
 }
 
+PALPATE_AVX2 void add_transposed_product_avx2(const float* matrix, uint32_t stride, uint32_t rows,
+                                              uint32_t columns, const double* x, double* y) {
+  for (uint32_t first = 0; first < columns; first += kColumns) {
+    const float* entries = matrix + size_t{first} * stride;
+    __m256d sums[kColumns];
+    PALPATE_UNROLL
+    for (uint32_t c = 0; c < kColumns; ++c) sums[c] = _mm256_setzero_pd();
+    for (uint32_t i = 0; i < rows; i += 4) {
+      const __m256d of_row = _mm256_load_pd(x + i);
+      PALPATE_UNROLL
+      for (uint32_t c = 0; c < kColumns; ++c)
+        sums[c] = _mm256_fmadd_pd(load_four(entries + c * size_t{stride} + i), of_row, sums[c]);
+    }
+    _mm256_store_pd(y + first, _mm256_add_pd(_mm256_load_pd(y + first), sums_of(sums)));
+  }
+}
+
 // Four columns at a time; the block on their diagonal is read in full.
 PALPATE_AVX2 void add_symmetric_product_avx2(const double* matrix, uint32_t size, const double* x,
                                              double* y) {
@@ -368,6 +395,7 @@ uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKern
                       forward_substitute_scalar,
                       add_product_scalar<double>,
                       add_product_scalar<float>,
+                      add_transposed_product_scalar,
                       add_symmetric_product_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
@@ -378,6 +406,7 @@ uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKern
                         forward_substitute_avx2,
                         add_product_avx2<double>,
                         add_product_avx2<float>,
+                        add_transposed_product_avx2,
                         add_symmetric_product_avx2};
 #endif
   return count;

@@ -45,6 +45,9 @@ struct EliminationKernel {
   // The same of floats: columns on 16 bytes, y on 32.
   void (*add_float_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                             const double* x, double* y);
+  // y := y + A^T x, of floats: rows and columns are multiples of four, columns on 16 bytes, x and y on 32.
+  void (*add_transposed_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
+                                 const double* x, double* y);
   // And of a symmetric matrix of so many rows and columns, a multiple of kEliminationRows, which is its stride: both its
   // triangles are there, and about half of it is read. x and y on 32 bytes.
   void (*add_symmetric_product)(const double* matrix, uint32_t size, const double* x, double* y);

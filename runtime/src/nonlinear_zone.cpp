@@ -9,6 +9,7 @@
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_inclusion.hpp"
 #include "runtime/src/zone_motion.hpp"
+#include "runtime/src/zone_rim.hpp"
 #include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
@@ -115,6 +116,7 @@ void go_back(ZoneFrame& frame, ZoneGroup& group) {
     group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
     group.astray = 0;
     go_back_to_balance(frame.set, group);
+    rest_rim(group);
   }
   place_held(frame, group);
   evaluate_group(frame, group);
@@ -130,11 +132,12 @@ void settle_groups(ZoneFrame& frame, const bool* went_back) {
       make_tangent(frame, group);
       find_pull(frame, group);
       conclude(frame, 0, group);
-      continue;
+    } else {
+      find_pull(frame, group);
+      find_residual(frame, group);
+      find_traction(frame, group);
     }
-    find_pull(frame, group);
-    find_residual(frame, group);
-    find_traction(frame, group);
+    if (went_back[g]) find_rim(frame, group);
   }
 }
 
@@ -171,11 +174,13 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     move_contacts(frame, group, displacements);
   }
   weigh_exterior(pack, state, set);
-  for (uint32_t g = 0; g < set.num_groups && set.num_groups > 1; ++g) {
-    expect_coupling(frame, set.groups[g]);
-    find_pull(frame, set.groups[g]);
-    find_residual(frame, set.groups[g]);
-    find_traction(frame, set.groups[g]);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (set.num_groups == 1 && group.rim.num_nodes == 0) continue;
+    if (set.num_groups > 1) expect_coupling(frame, group);
+    find_pull(frame, group);
+    find_residual(frame, group);
+    find_traction(frame, group);
   }
   bool converged = false;
   bool failed[kMostZoneContacts] = {};
@@ -184,15 +189,20 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const auto left_uncoupled = [](const ZoneGroup& group) {
     return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
   };
-  const auto is_coupled = [&](const ZoneGroup& group) {
-    return left_uncoupled(group) <= kMostUncoupled * size;
+  const auto left_in_rim = [&](const ZoneGroup& group) {  // of second order
+    return std::max(2 * group.rim.largest * group.rim.since / size, kOfChange * group.rim.change);
+  };
+  const auto is_settled = [&](const ZoneGroup& group) {
+    return std::max(left_uncoupled(group), left_in_rim(group)) <= kMostUncoupled * size;
   };
   uint32_t taken = 0;
   for (; taken < iterations && !converged; ++taken) {
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
-      if (failed[g] || (done[g] && is_coupled(group))) continue;
-      if (set.num_groups > 1 && (taken == 0 || !is_coupled(group))) find_coupling(frame, group);
+      if (failed[g] || (done[g] && is_settled(group))) continue;
+      if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > kMostUncoupled * size))
+        find_coupling(frame, group);
+      if (taken == 0 || left_in_rim(group) > kMostUncoupled * size) find_rim(frame, group);
       find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
@@ -204,7 +214,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     }
     converged = set.num_groups > 0;
     for (uint32_t g = 0; g < set.num_groups; ++g)
-      converged = converged && done[g] && is_coupled(set.groups[g]);
+      converged = converged && done[g] && is_settled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
   bool is_stuck[kMostZoneContacts];
@@ -223,7 +233,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       continue;
     }
     keep_trend(frame, group);
-    if (!done[g] || !is_coupled(group)) continue;
+    if (!done[g] || !is_settled(group)) continue;
     group.failures = 0;
     group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
     if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
@@ -231,8 +241,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   if (is_any_stuck) settle_groups(frame, is_stuck);
   ZoneAnswer answer = {0, taken, is_any_stuck, 0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
+    if (set.groups[g].rim.is_limited) frame.flags |= PAL_FLAG_EXTRAPOLATED;
     answer.energy += set.groups[g].stored;
-    answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g])});
+    answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g]), left_in_rim(set.groups[g])});
     advance_tangent(frame, set.groups[g]);
   }
   state.went_back = state.went_back || is_any_stuck;
@@ -259,10 +270,18 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t place = first_boundary(group) + b;
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        const double of_rim = group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis] : 0;
+        field.weights[3 * field.num_held + axis] =
+            static_cast<pal_real>((set.traction[3 * place + axis] - of_rim) * pack.metres);
+      }
+      field.held[field.num_held++] = set.nodes[place];
+    }
+    for (uint32_t i = 0; i < group.rim.num_nodes; ++i) {
       for (uint32_t axis = 0; axis < 3; ++axis)
         field.weights[3 * field.num_held + axis] =
-            static_cast<pal_real>(set.traction[3 * place + axis] * pack.metres);
-      field.held[field.num_held++] = set.nodes[place];
+            static_cast<pal_real>(group.rim.force[3 * i + axis] * pack.metres);
+      field.held[field.num_held++] = set.rim_nodes[group.rim.first_node + i];
     }
     for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
       const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;

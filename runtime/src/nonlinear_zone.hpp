@@ -6,7 +6,7 @@
 //
 //   P(w) - P(0) + [S w_B - T b]_B = f_c          f_c zero but at contacted nodes
 //   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(x)
-//   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x)
+//   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x), and what rims add (zone_rim.hpp)
 //
 // q(x): what the organ outside adds to its linear answer, of second and higher orders in a contact's load x
 // (zone_exterior.hpp). Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and

@@ -88,11 +88,14 @@ struct pal_pack {
   uint32_t most_zone_nodes;
   uint32_t most_zone_boundary;
   uint32_t most_zone_elements;
+  uint32_t most_rim_nodes;  // of the elements next to a zone
+  uint32_t most_rim_elements;
   uint32_t num_quadratic;  // of zone_elements
   uint32_t num_sharing;    // of them, those of volume patches
   const palpate::pack::ZoneNode* zone_nodes;
   const palpate::pack::ZoneElement* zone_elements;
   const uint32_t* zone_node_elements;
+  uint32_t num_zone_materials;
   const palpate::pack::ZoneMaterial* zone_materials;
   const double* zone_compliance;  // rows from num_contact_nodes on
   const pal_real* zone_field_compliance;

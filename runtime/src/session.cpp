@@ -67,7 +67,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
                arena, arrays.zone);
-    const uint32_t of_zone = arrays.zone.max_boundary +
+    const uint32_t of_zone = arrays.zone.max_boundary + arrays.zone.max_rim_nodes +
                              arrays.zone.max_contacts * kMostCorners * pack.max_patch_nodes +
                              linear.max_shown;
     most_held = of_zone > most_held ? of_zone : most_held;

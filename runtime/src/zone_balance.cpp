@@ -6,6 +6,7 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_overlap.hpp"
+#include "runtime/src/zone_rim.hpp"
 
 namespace palpate {
 namespace {
@@ -101,6 +102,8 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
                        frame.state.pull);
   memset(frame.state.overlap, 0, stride * sizeof *frame.state.overlap);
   add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.overlap);
+  for (uint32_t i = 0; i < stride && group.rim.num_nodes > 0; ++i)
+    frame.state.overlap[i] += group.rim.pull[i];
 }
 
 void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
@@ -175,7 +178,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
 
 double stored_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
-  double energy = group.energy + exterior_energy(frame, group);
+  double energy = group.energy + exterior_energy(frame, group) + rim_energy(set, group);
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
     const double* rest = at_rest(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis) {

@@ -24,7 +24,7 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 
 // ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and
-// ZoneState::overlap := what zone_overlap.hpp takes out.
+// ZoneState::overlap := g, what zone_overlap.hpp takes out and zone_rim.hpp adds.
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three

@@ -113,6 +113,34 @@ uint64_t stiffness_operations(const ZoneBatches& batches);
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
+// Constants of what a law has of second order (element_batch.hpp), of its stresses at small stretches.
+struct SecondOrderLaw {
+  double lambda;
+  double mu;
+  double nu1;
+  double nu2;
+  double nu3;
+};
+
+SecondOrderLaw second_order_law(const pack::ZoneMaterial& material);
+
+// Elements of which second order is all that counts.
+template <int kNodes>
+struct RimBatch {
+  ElementBatch<kNodes> elements;  // nodes: places in the rim's list
+  SecondOrderLanes law;
+};
+
+// Puts an element in a lane of one. False where it is inverted in the mesh.
+template <int kNodes>
+bool set_rim_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
+                     const SecondOrderLaw& law, int lane, RimBatch<kNodes>& batch);
+
+// Adds n2(a, b) of the elements to forces, all [nodes][3], and returns the largest squared gradient of (a + b) / 2.
+template <int kNodes>
+double add_rim_forces(const RimBatch<kNodes>* batches, uint32_t count, const double* a, const double* b,
+                      double* forces);
+
 // Adds the tangent stiffness to the lower triangle of a column-major matrix. Where no volume is shared it may be made of
 // the stiffness of some batches after the other.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,

@@ -318,6 +318,15 @@ void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9
   for (uint32_t i = 0; i < 9; ++i) per_load[i] /= determinant;
 }
 
+void find_moves_of_loads(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count,
+                         size_t stride, double* rows) {
+  memset(rows, 0, 3 * stride * sizeof *rows);
+  add_moves(pack, site, nodes, count, stride, rows);
+  double per_load[9];
+  displacement_of_load(pack, site, per_load);
+  combine_rows(per_load, 3 * count, stride, rows);  // symmetric
+}
+
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
   constexpr double kAtRest = 1e-9;  // of D: less is rounding, and so is its load
   const double most = is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest;

@@ -54,6 +54,10 @@ bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
 void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
                double* rows);
 
+// rows[3][stride] := the same of a load of 1 along each axis.
+void find_moves_of_loads(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count,
+                         size_t stride, double* rows);
+
 // Makes of rows[3][stride], count of each, their products with factors[3][3].
 void combine_rows(const double factors[9], uint32_t count, size_t stride, double* rows);
 

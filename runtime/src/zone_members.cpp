@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_rim.hpp"
 
 namespace palpate {
 namespace {
@@ -206,6 +207,7 @@ bool list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
     const uint32_t node = state.found_nodes[i];
     const uint32_t place = places[roles[i]]++;
     set.nodes[place] = node;
+    if (roles[i] == kBoundary && pack.zone_nodes[node].row == pack::kNoNode) return false;
     switch (roles[i]) {
       case kHeld:
         set.unknown_of[place] = kHeldUnknown;
@@ -333,6 +335,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
     sound = sound && num_boundary <= state.max_boundary &&
             list_elements(pack, state, groups[c], first_linear, first_quadratic, first_patch, group);
   }
+  for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state, set.groups[g]);
   forget_marks(state);
   return sound;
 }

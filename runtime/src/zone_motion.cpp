@@ -134,6 +134,7 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
   group.moved += length;
   group.moved_since += length;
+  group.rim.since += length;
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
   }

@@ -28,14 +28,14 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
                      : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
          node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
-         (node.free_axes == 0 ? node.row == pack::kNoNode
-                              : node.row < pack.num_row_panels * pack::kPanelNodes) &&
+         (node.row == pack::kNoNode ||
+          (node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes)) &&
          node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
 }
 
-bool is_element(const pal_pack& pack, const pack::ZoneElement& element, uint32_t num_materials) {
-  if (element.material >= num_materials ||
+bool is_element(const pal_pack& pack, const pack::ZoneElement& element) {
+  if (element.material >= pack.num_zone_materials ||
       (element.num_nodes != 4 && element.num_nodes != pack::kZoneElementNodes))
     return false;
   for (uint32_t a = 0; a < element.num_nodes; ++a) {
@@ -117,10 +117,14 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.most_zone_nodes = zone.most_nodes();
   pack.most_zone_boundary = zone.most_boundary_nodes();
   pack.most_zone_elements = zone.most_elements();
+  pack.most_rim_nodes = zone.most_rim_nodes();
+  pack.most_rim_elements = zone.most_rim_elements();
+  pack.num_zone_materials = zone.num_materials();
   if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
       pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||
       pack.num_zone_free < pack.num_contact_nodes || pack.most_zone_nodes > pack.num_zone_nodes ||
-      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements)
+      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements ||
+      pack.most_rim_nodes > pack.num_zone_nodes || pack.most_rim_elements > pack.num_zone_elements)
     return false;
   const auto* nodes = array_of<pack::ZoneNode>(pack, zone.nodes(), first_offset, pack.num_zone_nodes);
   pack.zone_elements =
@@ -129,7 +133,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   const uint64_t num_entries = zone.node_elements()->bytes() / sizeof(uint32_t);
   pack.zone_node_elements = array_of<uint32_t>(pack, zone.node_elements(), first_offset, num_entries);
   pack.zone_materials =
-      array_of<pack::ZoneMaterial>(pack, zone.materials(), first_offset, zone.num_materials());
+      array_of<pack::ZoneMaterial>(pack, zone.materials(), first_offset, pack.num_zone_materials);
   const uint64_t others = pack.num_zone_free - pack.num_contact_nodes;
   const uint64_t blocks =
       pack::lower_block(pack.num_zone_free, 0) - pack::lower_block(pack.num_contact_nodes, 0);
@@ -186,7 +190,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     if (pack.zone_node_elements[i] >= pack.num_zone_elements) return false;
   }
   for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
-    if (!is_element(pack, pack.zone_elements[i], zone.num_materials())) return false;
+    if (!is_element(pack, pack.zone_elements[i])) return false;
     if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
     if (pack.zone_elements[i].volume_patch != pack::kNoPatch) ++pack.num_sharing;
   }
@@ -194,7 +198,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
     if (!are_elements_of(pack, nodes[i], i)) return false;
   }
-  for (uint32_t i = 0; i < zone.num_materials(); ++i) {
+  for (uint32_t i = 0; i < pack.num_zone_materials; ++i) {
     if (!is_material(pack.zone_materials[i])) return false;
   }
   pack.zone_nodes = nodes;

@@ -11,17 +11,6 @@ namespace {
 
 constexpr double kStep = 1e-3;  // of a mean edge, the farthest node: of differences that give n2
 
-// U: how a load of 1 along each axis at a site moves the group's nodes in the linear organ; three rows.
-void find_moves(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t site,
-                double* rows) {
-  const size_t stride = size_t{3} * group.num_nodes;
-  memset(rows, 0, 3 * stride * sizeof *rows);
-  add_moves(pack, site, set.nodes + group.first_node, group.num_nodes, stride, rows);
-  double per_load[9];
-  displacement_of_load(pack, site, per_load);
-  combine_rows(per_load, 3 * group.num_nodes, stride, rows);  // symmetric
-}
-
 // How often an element is to be taken out of the products of two contacts' loads.
 uint32_t times_counted(uint32_t zones, uint32_t contact, uint32_t other) {
   if ((zones >> contact & 1) != 0 || (zones >> other & 1) != 0) return 0;
@@ -114,7 +103,8 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
   for (; state.column < set.num_contacts; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t site = set.sites[state.column];
-    find_moves(pack, set, group, site, state.moves + 3 * of_axis * state.column);
+    find_moves_of_loads(pack, site, set.nodes + group.first_node, group.num_nodes, of_axis,
+                        state.moves + 3 * of_axis * state.column);  // U
     spent += uint64_t{36} * group.num_nodes * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
   }
   for (; state.column < set.num_contacts + 4 * columns; ++state.column) {

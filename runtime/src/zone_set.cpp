@@ -8,6 +8,7 @@
 #include "runtime/src/zone_handover.hpp"
 #include "runtime/src/zone_members.hpp"
 #include "runtime/src/zone_overlap.hpp"
+#include "runtime/src/zone_rim.hpp"
 #include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
@@ -321,10 +322,11 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->columns = arena.take<float>(state.max_columns);
     set->rows = arena.take<double>(state.max_rows);
   }
+  carve_rims(pack, arena, state);
   state.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
   state.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
   state.found_nodes = arena.take<uint32_t>(state.max_nodes);
-  state.found_elements = arena.take<uint32_t>(state.max_elements);
+  state.found_elements = arena.take<uint32_t>(size_t{state.max_elements} + state.max_rim_elements);
   state.queue = arena.take<uint32_t>(state.max_nodes);
   state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
   state.base = arena.take<uint32_t>(state.max_nodes);
@@ -371,6 +373,8 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   state.columns_used = 0;
   state.rows_used = 0;
   state.tangents_used = 0;
+  state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;
+  state.rim_columns_used = state.rim_rows_used = 0;
 }
 
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set) {
@@ -440,6 +444,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
   group.stored = 0;
+  rest_rim(group);
   group.has_tangent = false;
   group.is_making = false;
   group.has_trend = false;
@@ -523,6 +528,11 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         break;
       case Phase::couple:
         if (!couple_groups(pack, operations, state, group, spent)) return false;
+        state.phase = Phase::rim;
+        state.column = 0;
+        break;
+      case Phase::rim:
+        if (!fill_rim(pack, operations, state, group, spent)) return false;
         state.column = 0;
         if (++state.group < set.num_groups) {
           fill_compliance(pack, set, set.groups[state.group], state.preparation);

@@ -32,6 +32,27 @@ using pack::kMostZoneFixed;
 
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 
+// The rim of a group (zone_rim.hpp): empty but where contacts are near each other. A node more than it has stands for
+// those that are fixed.
+struct ZoneRim {
+  uint32_t first_node;  // in ZoneSet::rim_nodes
+  uint32_t num_nodes;
+  uint32_t stride;  // three numbers for each
+  uint32_t num_linear;
+  uint32_t num_quadratic;
+  RimBatch<4>* linear;
+  RimBatch<10>* quadratic;
+  float* compliance;  // C_RB: [boundary_stride][stride], a column for each move of the boundary's
+  double* moves;      // U: [3 num_contacts][stride]
+  double* force;      // [stride] s
+  double* moved;      // [boundary_stride] C_BR s
+  double* pull;       // [boundary_stride] g
+  double change;      // of `moved`, when it was found last
+  double largest;     // of it
+  double since;       // how far the group has moved since then
+  bool is_limited;    // the boundary's part was shortened
+};
+
 struct ZoneGroup {
   uint32_t num_contacts;
   uint32_t contacts[kMostZoneContacts];  // which of the set's
@@ -57,6 +78,7 @@ struct ZoneGroup {
   // floats, as they are of second order
   float* exterior_fields;
   float* exterior_pulls;
+  ZoneRim rim;
   double* overlaps;  // [num_overlaps][boundary_stride] g (zone_overlap.hpp)
   // [num_fitted][boundary_stride] loads by the tractions on this boundary, and by how the linear organ moves it: Gamma,
   // Gamma T (zone_exterior.hpp)
@@ -174,9 +196,14 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  double* matrices;  // [max_matrices] S, T and couplings of the groups
-  float* columns;    // [max_columns] of their exterior
-  double* rows;      // [max_rows] their sensitivities and trends
+  uint32_t* rim_nodes;  // [max_rim_nodes] zone nodes, group by group
+  RimBatch<4>* rim_linear;
+  RimBatch<10>* rim_quadratic;
+  float* rim_columns;  // [max_rim_columns] C_RB of the groups
+  double* rim_rows;    // [max_rim_rows] and the rest of their rims
+  double* matrices;    // [max_matrices] S, T and couplings of the groups
+  float* columns;      // [max_columns] of their exterior
+  double* rows;        // [max_rows] their sensitivities and trends
 };
 
 // Of an axis of a group's contacts: which of those of the set.
@@ -209,6 +236,11 @@ struct ZoneState {
   uint32_t max_elements;
   uint32_t max_quadratic;
   uint32_t max_masters;
+  uint32_t max_rim_nodes;  // 0: no group has a rim
+  uint32_t max_rim_elements;
+  uint32_t max_rim_quadratic;
+  size_t max_rim_columns;
+  size_t max_rim_rows;
   size_t max_matrices;
   size_t max_columns;
   size_t max_rows;
@@ -226,13 +258,13 @@ struct ZoneState {
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, tangent, done } phase;
+  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, rim, tangent, done } phase;
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
   uint64_t* element_contacts;  // [num_zone_elements]
   uint32_t* found_nodes;       // [max_nodes]
-  uint32_t* found_elements;    // [max_elements]
+  uint32_t* found_elements;    // [max_elements + max_rim_elements]
   uint32_t num_found_nodes;
   uint32_t num_found_elements;
   uint32_t* queue;     // [max_nodes]
@@ -244,6 +276,11 @@ struct ZoneState {
   size_t columns_used;
   size_t rows_used;
   size_t tangents_used;
+  uint32_t rim_nodes_used;
+  uint32_t rim_linear_used;
+  uint32_t rim_quadratic_used;
+  size_t rim_columns_used;
+  size_t rim_rows_used;
   // A frame
   bool strained;  // the set that answers has been solved since it was at rest
   // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
@@ -257,6 +294,8 @@ struct ZoneState {
   double* pull;
   double* overlap;
   double* vector;
+  double* rim[2];                      // [stride of a rim]
+  const SecondOrderLaw* second_order;  // [num_zone_materials]; null where no group has a rim
 };
 
 // Axes along which the node at a place of a set can move: bits 0 to 2.

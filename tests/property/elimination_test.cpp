@@ -146,6 +146,27 @@ TEST(Elimination, AddsProductsOfFloats) {
   }
 }
 
+TEST(Elimination, AddsTransposedProducts) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const Eigen::Index rows : {8, 24, 64}) {
+      for (const Eigen::Index count : {4, 16, 40}) {
+        SCOPED_TRACE(testing::Message() << kernel.name << " " << rows << " x " << count);
+        AlignedBytes memory(static_cast<size_t>(rows * count) * sizeof(float));
+        Eigen::Map<Eigen::MatrixXf> matrix(reinterpret_cast<float*>(memory.bytes().data()), rows, count);
+        OnCacheLines x(rows, 1);
+        OnCacheLines y(count, 1);
+        matrix.setRandom();
+        x.numbers.setRandom();
+        y.numbers.setRandom();
+        const Eigen::MatrixXd expected = y.numbers + matrix.cast<double>().transpose() * x.numbers;
+        kernel.add_transposed_product(matrix.data(), static_cast<uint32_t>(rows), static_cast<uint32_t>(rows),
+                                      static_cast<uint32_t>(count), x.numbers.data(), y.numbers.data());
+        EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
+      }
+    }
+  }
+}
+
 TEST(Elimination, AddsSymmetricProducts) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 16, 40, 72}) {

@@ -232,10 +232,10 @@ TEST(NonlinearZone, IsLinearForSmallDisplacements) {
 }
 
 // `skew`: of the derivative, what is not symmetric.
-void expect_stiffness(const ZoneBlock& organ, double tolerance, double skew,
+void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
                       const std::vector<pal_contact>& neighbours = {}) {
   const auto force_at = [&](const Eigen::Vector3d& d, double* stiffness) {
-    OwnedSession session(organ.pack->get(), organ.config(2));
+    OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, 2, 0));
     std::vector<pal_contact> contacts = {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
     contacts.insert(contacts.end(), neighbours.begin(), neighbours.end());
     const auto result = settle(session, contacts).front();
@@ -261,16 +261,20 @@ void expect_stiffness(const ZoneBlock& organ, double tolerance, double skew,
 TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
     SCOPED_TRACE(rings);
-    expect_stiffness(ZoneBlock(rings, kTissue), tolerance, 3 * tolerance);
-    expect_stiffness(sharing_block(rings, CompressibleNeoHookean{1.0, 20.0}), tolerance, 3 * tolerance);
+    expect_stiffness(ZoneBlock(rings, kTissue).pack->get(), tolerance, 3 * tolerance);
+    expect_stiffness(sharing_block(rings, CompressibleNeoHookean{1.0, 20.0}).pack->get(), tolerance,
+                     3 * tolerance);
   }
 }
 
-// Beside a neighbour, too, whose loads the boundary gives.
+// Beside a neighbour, too, whose loads the boundary gives; but for what the rim adds to it.
 TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
-  expect_stiffness(organ, 1e-4, 0.015, {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}});
+  const std::vector<pal_contact> neighbour = {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}};
+  const AlignedBytes bytes = without_rims(organ);
+  expect_stiffness(OpenPack(bytes).get(), 1e-4, 0.015, neighbour);
+  expect_stiffness(organ.pack->get(), 5e-3, 0.015, neighbour);
 }
 
 // What a pack carries of pairs is nothing to a session of one contact.
@@ -366,7 +370,7 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
 }
 
 // Around closed paths forces do no work, but for the orders that the series of the exterior leaves out, which halve
-// with the path, and what the columns of pairs do, which does not.
+// with the path, and what the columns of pairs do, which does not: 2e-4 of two neighbours but one, alone.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
@@ -376,7 +380,7 @@ TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
     EXPECT_GE(work, 1e-6) << "rounding halves nothing";
     EXPECT_LE(work, 3e-4) << sites[0] << ", " << sites.size() << " contacts";
     const double of_half = work_around(organ, sites, size / 2);
-    EXPECT_LE(of_half, std::max(0.6 * work, 2.5e-4)) << sites[0] << ", " << sites.size() << " contacts";
+    EXPECT_LE(of_half, std::max(0.6 * work, 4e-4)) << sites[0] << ", " << sites.size() << " contacts";
   }
 }
 

@@ -98,10 +98,10 @@ struct ZoneBlock {
       : block(made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {
     // For the highest degree outside of zones, and as many fields of pairs as there may be.
     block.scene.accuracy_target = 1e-5;
+    block.scene.max_contacts = pairs ? 2 : 1;
     zone = find_zones(block.scene, block.model, block.sites, rings, std::move(more_rings));
     compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
-    block.scene.max_contacts = pairs ? 2 : 1;
     compute_zone_mutual(assembly, block.scene, block.sites, rest, 2, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
@@ -154,6 +154,16 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
   }
   for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
   return results;
+}
+
+// A pack of the same tables without rims.
+inline AlignedBytes without_rims(const ZoneBlock& organ) {
+  ZoneTables zone = organ.zone;
+  zone.most_rim_nodes = zone.most_rim_elements = 0;
+  PackContent content{
+      organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {}};
+  content.zone = &zone;
+  return write_pack(content);
 }
 
 }  // namespace palpate::test

@@ -1,0 +1,182 @@
+// What the elements next to the zones of neighbours add.
+#include "runtime/src/zone_rim.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "runtime/src/session_state.hpp"
+#include "tests/support/zone_block.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+
+const std::vector<Law>& laws() {
+  static const std::vector<Law> kLaws = {CompressibleNeoHookean{1.0, 4.0},
+                                         StVenantKirchhoff{1.0, 4.0},
+                                         LinearElastic{1.0, 4.0},
+                                         InvariantLaw{0.5, 0.0, 0.2, 0.05, {{1.5, 0.1, 0.0}}},
+                                         InvariantLaw{0.4, 0.2, 0.0, 0.0, {{1.5, 0.0, 0.0}}},
+                                         Ogden{{{1.0, 3.0}, {0.4, -2.0}}, {{1.5, 0.0, 0.0}}}};
+  return kLaws;
+}
+
+// n2(a, b) of an element of a pack: of its forces, by differences, and as the rim has it.
+template <int kNodes>
+void compare_second_order(const pal_pack& pack) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const uint32_t count = std::min(7u, pack.num_zone_elements);
+  std::vector<ZoneBatch<kNodes>> zone(2);
+  std::vector<RimBatch<kNodes>> rim(2);
+  const SecondOrderLaw law = second_order_law(pack.zone_materials[0]);
+  std::array<int, kNodes> nodes;
+  for (uint32_t i = 0; i < count; ++i) {
+    for (size_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(pack.zone_elements[i].nodes[a]);
+    for (int lane = static_cast<int>(i % kLanes); lane < kLanes; ++lane) {
+      ASSERT_TRUE(set_zone_element<kNodes>(pack, pack.zone_elements[i], nodes.data(), pack::kNoPatch, lane,
+                                           zone[i / kLanes]));
+      ASSERT_TRUE(set_rim_element<kNodes>(pack, pack.zone_elements[i], nodes.data(),
+                                          lane == static_cast<int>(i % kLanes) ? law : SecondOrderLaw(), lane,
+                                          rim[i / kLanes]));
+    }
+    zone[i / kLanes].count = static_cast<int>(i % kLanes) + 1;
+  }
+  ZoneBatches batches = {};
+  if constexpr (kNodes == 4) {
+    batches.linear = zone.data();
+    batches.num_linear = (count + kLanes - 1) / kLanes;
+  } else {
+    batches.quadratic = zone.data();
+    batches.num_quadratic = (count + kLanes - 1) / kLanes;
+  }
+  const auto size = static_cast<Eigen::Index>(3 * pack.num_zone_nodes);
+  const Eigen::VectorXd a = Eigen::VectorXd::NullaryExpr(size, [&] { return any(random); });
+  const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(size, [&] { return any(random); });
+  const auto forces_at = [&](const Eigen::VectorXd& u) {
+    Eigen::VectorXd forces = Eigen::VectorXd::Zero(size);
+    add_zone_forces(batches, u.data(), forces.data());
+    return forces;
+  };
+  constexpr double kStep = 2e-4;  // elements are a quarter long
+  const auto even = [&](const Eigen::VectorXd& u) {
+    return Eigen::VectorXd(forces_at(kStep * u) + forces_at(-kStep * u));
+  };
+  const Eigen::VectorXd expected = (even(a + b) - even(a - b)) / (8 * kStep * kStep);
+  Eigen::VectorXd found = Eigen::VectorXd::Zero(size);
+  const double squares =
+      add_rim_forces<kNodes>(rim.data(), (count + kLanes - 1) / kLanes, a.data(), b.data(), found.data());
+  EXPECT_LE((found - expected).norm(), 1e-4 * std::max(expected.norm(), 1e-3 * a.squaredNorm()));
+  EXPECT_GT(squares, 0);
+  // Half of (a + b) at both: its own gradient, whatever they are.
+  const Eigen::VectorXd mean = 0.5 * (a + b);
+  EXPECT_NEAR(add_rim_forces<kNodes>(rim.data(), (count + kLanes - 1) / kLanes, mean.data(), mean.data(),
+                                     found.data()),
+              squares, 1e-9 * squares);
+}
+
+TEST(ZoneRim, ElementsHaveTheSecondOrderOfTheirForces) {
+  for (size_t i = 0; i < laws().size(); ++i) {
+    SCOPED_TRACE(i);
+    compare_second_order<4>(*ZoneBlock(1, laws()[i]).pack->get());
+    compare_second_order<10>(*ZoneBlock(1, laws()[i], true, Eigen::Vector3d::Zero(), 2).pack->get());
+  }
+}
+
+// Neighbours that crush what is between them, one ring about each: far more of what is outside is right, on the
+// boundary, which forces tell of, and in the rim and beyond, which the field tells of.
+TEST(ZoneRim, NeighboursThatCrushEachOther) {
+  for (const bool quadratic : {false, true}) {
+    SCOPED_TRACE(quadratic);
+    const ZoneBlock organ(1, kTissue, quadratic, Eigen::Vector3d::Zero(), quadratic ? 4 : 6, 0.1, true);
+    const AlignedBytes bytes = without_rims(organ);
+    const OpenPack bare(bytes);
+    const double size = 0.35 * organ.block.sites.mean_surface_edge;
+    const std::vector<pal_contact> contacts = {{6, {size, 0, -0.3 * size}, 0, {}, {}, {}},
+                                               {7, {-size, 0, -0.3 * size}, 0, {}, {}, {}}};
+    const ContactAnswer truth = organ.solve(contacts);
+    const auto field_error = [&](const pal_pack* pack) {
+      OwnedSession session(pack, organ.config(2));
+      for (const pal_contact_result& result : settle(session, contacts)) EXPECT_EQ(result.flags, 0u);
+      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
+    };
+    const double with = field_error(organ.pack->get());
+    const double none = field_error(bare.get());
+    RecordProperty(quadratic ? "quadratic" : "linear", testing::PrintToString(with / none));
+    EXPECT_LE(with, 0.5 * none) << with << " for " << none;
+  }
+}
+
+// Whether a group has a rim, of the session's set that answers.
+uint32_t num_rim_nodes(OwnedSession& session) {
+  uint32_t count = 0;
+  const ZoneSet& set = session.get()->zone.answering;
+  for (uint32_t g = 0; g < set.num_groups; ++g) count += set.groups[g].rim.num_nodes;
+  return count;
+}
+
+TEST(ZoneRim, IsThereForNeighboursAlone) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const auto rim_of = [&](const ZoneBlock& of, const std::vector<uint32_t>& sites, uint32_t fixed) {
+    OwnedSession session(of.pack->get(), session_config(of.pack->get(), PAL_MODEL_ZONE,
+                                                        static_cast<uint32_t>(sites.size()), fixed));
+    if (fixed > 0) session.fix({of.pack->info().num_contact_nodes - 1});
+    std::vector<pal_contact> contacts;
+    for (const uint32_t site : sites) contacts.push_back({site, {0, 0, -0.01}, 0, {}, {}, {}});
+    settle(session, contacts);
+    return num_rim_nodes(session);
+  };
+  EXPECT_EQ(rim_of(organ, {6}, 0), 0u);
+  EXPECT_EQ(rim_of(organ, {0, 24}, 0), 0u);
+  EXPECT_GT(rim_of(organ, {6, 7}, 0), 0u);
+  EXPECT_EQ(rim_of(organ, {6, 7}, 1), 0u) << "no loads count beside fixed nodes";
+  const ZoneBlock hookean(1, LinearElastic{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  EXPECT_EQ(rim_of(hookean, {6, 7}, 0), 0u) << "what is linear adds nothing";
+}
+
+// Steps of a steady tool take one iteration, and what they leave is little: the rim is not a round behind.
+TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const double size = 0.3 * organ.block.sites.mean_surface_edge;
+  const auto at = [&](double part) {
+    return std::vector<pal_contact>{{6, {part * size, 0, -0.3 * part * size}, 0, {}, {}, {}},
+                                    {7, {-part * size, 0, 0}, 0, {}, {}, {}}};
+  };
+  OwnedSession moving(organ.pack->get(), organ.config(2));
+  std::vector<pal_contact_result> felt;
+  for (int frame = 0; frame <= 100; ++frame) felt = moving.touch(at(0.01 * frame));
+  OwnedSession held(organ.pack->get(), organ.config(2));
+  const auto settled = settle(held, at(1));
+  for (size_t c = 0; c < felt.size(); ++c) {
+    EXPECT_EQ(felt[c].flags, 0u);
+    EXPECT_LE((Eigen::Vector3d(felt[c].force) - Eigen::Vector3d(settled[c].force)).norm(),
+              1e-3 * Eigen::Vector3d(settled[c].force).norm());
+  }
+  EXPECT_LE((as_vector(moving.field()) - as_vector(held.field())).lpNorm<Eigen::Infinity>(), 5e-4 * size);
+}
+
+// Far beyond what second order tells of it stays bounded, and says so.
+TEST(ZoneRim, CrushedBeyondAllBoundsIsFiniteAndFlagged) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const double edge = organ.block.sites.mean_surface_edge;
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  bool flagged = false;
+  for (int frame = 0; frame < 400; ++frame) {
+    const double size = 4 * edge * frame / 400;
+    const auto results =
+        session.touch({{6, {size, 0, -size}, 0, {}, {}, {}}, {7, {-size, 0, -size}, 0, {}, {}, {}}});
+    for (const pal_contact_result& result : results) {
+      ASSERT_TRUE(all_finite(result)) << frame;
+      flagged = flagged || result.flags != 0;
+    }
+    ASSERT_TRUE(all_finite(session.field())) << frame;
+  }
+  EXPECT_TRUE(flagged);
+  const auto rest = settle(session, {{6, {0, 0, 0}, 0, {}, {}, {}}, {7, {0, 0, 0}, 0, {}, {}, {}}});
+  for (const pal_contact_result& result : rest) EXPECT_LE(Eigen::Vector3d(result.force).norm(), 1e-6);
+}
+
+}  // namespace
+}  // namespace palpate::test
