@@ -106,7 +106,7 @@ struct ZoneNode {
   uint32_t first_element;  // of it, in the list of elements by node
   uint32_t num_elements;   // of it, in the table
   uint32_t num_outside;    // of it, beyond the table
-  uint32_t row;            // its place among the rows of the exterior; a fixed node, and one of no zone, has none: kNoNode
+  uint32_t row;  // its place among the rows of the exterior; kNoNode: fixed, or neither packed nor in a zone
 };
 static_assert(sizeof(ZoneNode) == 72);
 
@@ -152,8 +152,8 @@ inline constexpr uint32_t kPairColumns = num_monomials(2, kLeastZoneDegree);
 
 inline constexpr uint32_t kMostMutualSites =
     128;  // what pairs of them add grows with their square; more have none
-inline constexpr uint32_t kMostPairFields = 24;                       // of a pair's own; a multiple of 4
-inline constexpr int kPairUnit = 127;  // in an int8 of theirs: the scene's largest displacement
+inline constexpr uint32_t kMostPairFields = 24;  // of a pair's own; a multiple of 4
+inline constexpr int kPairUnit = 127;            // in an int8 of theirs: the scene's largest displacement
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // of a session, whose zones

@@ -64,20 +64,6 @@ std::uint32_t num_in_zones(const OpenedPack& opened) {
   return std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
 }
 
-// The c-th of `count` sites far from one another in the scene's list.
-std::uint32_t site_apart(const OpenedPack& opened, std::uint32_t c, std::uint32_t count) {
-  return c * (opened.info().num_sites / count);
-}
-
-// So many, each on that path.
-std::vector<pal_contact> all_on_paths(const OpenedPack& opened, int frame) {
-  const std::uint32_t count = num_in_zones(opened);
-  std::vector<pal_contact> contacts;
-  for (std::uint32_t c = 0; c < count; ++c)
-    contacts.push_back(half_way_out(opened, site_apart(opened, c, count), frame));
-  return contacts;
-}
-
 // Metres, organ frame.
 std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
@@ -90,6 +76,45 @@ std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
                            Eigen::Vector3d(geometry.rest_positions + size_t{3} * node));
   }
   return positions;
+}
+
+// The first site, and one after the other that which is farthest from all before.
+std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t count) {
+  const std::vector<Eigen::Vector3d> positions = site_positions(opened);
+  std::vector<std::uint32_t> sites = {0};
+  std::vector<double> farness(positions.size(), std::numeric_limits<double>::infinity());
+  while (sites.size() < count) {
+    for (size_t i = 0; i < positions.size(); ++i)
+      farness[i] = std::min(farness[i], (positions[i] - positions[sites.back()]).norm());
+    sites.push_back(
+        static_cast<std::uint32_t>(std::max_element(farness.begin(), farness.end()) - farness.begin()));
+  }
+  return sites;
+}
+
+// The first site, and those next to it that are as far from each other as patches take; fewer where there are none.
+std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_t count) {
+  const std::vector<Eigen::Vector3d> positions = site_positions(opened);
+  const pal_pack_info info = opened.info();
+  const double apart = 2 * std::max(info.tip_radius, 0.5 * info.mean_surface_edge);
+  std::vector<std::uint32_t> nearest(positions.size());
+  std::iota(nearest.begin(), nearest.end(), 0u);
+  std::ranges::sort(nearest, {}, [&](std::uint32_t site) { return (positions[site] - positions[0]).norm(); });
+  std::vector<std::uint32_t> sites;
+  for (const std::uint32_t site : nearest) {
+    const bool is_apart = std::ranges::all_of(
+        sites, [&](std::uint32_t other) { return (positions[site] - positions[other]).norm() > apart; });
+    if (is_apart && sites.size() < count) sites.push_back(site);
+  }
+  return sites;
+}
+
+// Each on that path.
+std::vector<pal_contact> all_on_paths(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
+                                      int frame) {
+  std::vector<pal_contact> contacts;
+  for (const std::uint32_t site : sites) contacts.push_back(half_way_out(opened, site, frame));
+  return contacts;
 }
 
 // Places an edge and less around sites, one after the other: metres, organ frame.
@@ -272,22 +297,27 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
                                   frames, [&](int) { session.visual(field.data()); }));
     const std::uint32_t count = num_in_zones(opened);
     if (count == 1) continue;
-    TimedSession several(opened, PAL_MODEL_ZONE, count, rings);
-    timings.push_back(time_frames(model,
-                                  fmt::format("{} contacts, {} ring{}", count, rings, rings > 1 ? "s" : ""),
-                                  frames, [&](int frame) { several.haptic(all_on_paths(opened, frame)); }));
+    const auto time_several = [&](const std::vector<std::uint32_t>& sites, std::string_view where) {
+      TimedSession several(opened, PAL_MODEL_ZONE, count, rings);
+      timings.push_back(time_frames(
+          model, fmt::format("{} contacts {}, {} ring{}", sites.size(), where, rings, rings > 1 ? "s" : ""),
+          frames, [&](int frame) { several.haptic(all_on_paths(opened, sites, frame)); }));
+    };
+    time_several(sites_apart(opened, count), "apart");
+    const std::vector<std::uint32_t> together = sites_together(opened, count);
+    if (together.size() > 1) time_several(together, "together");
   }
   if (opened.info().num_sites == 1) return timings;
   const int few = std::max(100, frames / 100);
   for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
     TimedSession session(opened, PAL_MODEL_ZONE, count);
     std::vector<pal_contact> contacts(count);
+    const std::vector<std::uint32_t> apart = sites_apart(opened, count);
     const std::string stage =
         count == 1 ? "force, new zone each frame" : fmt::format("{} contacts, new zones each frame", count);
     timings.push_back(time_frames(model, stage, few, [&](int frame) {
       for (std::uint32_t c = 0; c < count; ++c) {
-        contacts[c].site =
-            (site_apart(opened, c, count) + static_cast<std::uint32_t>(frame)) % opened.info().num_sites;
+        contacts[c].site = (apart[c] + static_cast<std::uint32_t>(frame)) % opened.info().num_sites;
       }
       session.haptic(contacts);
     }));
@@ -354,7 +384,9 @@ Timing time_scene(const OpenedPack& opened, int frames) {
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
   if (info.zone_rings > 0 && count > 1) {
-    return time_frames("", "scene", frames, [&](int frame) { session.haptic(all_on_paths(opened, frame)); });
+    const std::vector<std::uint32_t> sites = sites_apart(opened, num_in_zones(opened));
+    return time_frames("", "scene", frames,
+                       [&](int frame) { session.haptic(all_on_paths(opened, sites, frame)); });
   }
   // One set of different sites after the other, in any order, so that none is known from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);

@@ -33,6 +33,13 @@ int pair_degree(double reach_in_edges, double accuracy_target) {
                                                                         : pack::kMostPairDegree;
 }
 
+// As the runtime's rims know it.
+bool has_second_order(const Model& model, int e) {
+  const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
+  return element.volume_patch < 0 &&
+         !std::holds_alternative<LinearElastic>(model.materials[static_cast<size_t>(element.material)].law);
+}
+
 }  // namespace
 
 ZoneFinder::ZoneFinder(const Model& model)
@@ -95,6 +102,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   zone.rings = rings;
   zone.more_rings = std::move(more_rings);
   zone.more_rings.resize(sites.sites.size());
+  const bool has_rims = num_zone_pairs(sites, scene.max_contacts) > 0;
   const double reach_in_edges = scene.max_displacement / sites.mean_surface_edge;
   zone.exterior_degree = exterior_degree(reach_in_edges, scene.accuracy_target);
   zone.pair_degree = pair_degree(reach_in_edges, scene.accuracy_target);
@@ -114,9 +122,10 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
     zone.most_nodes = std::max(zone.most_nodes, static_cast<int>(inside.size()));
     zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, static_cast<int>(num_boundary));
     zone.most_elements = std::max(zone.most_elements, static_cast<int>(elements.size()));
-    for (int fewer = 1; fewer <= rings && scene.max_contacts > 1; ++fewer) {
-      const std::vector<int> rim =
+    for (int fewer = 1; fewer <= rings && has_rims; ++fewer) {
+      std::vector<int> rim =
           finder.elements_next_to(finder.elements_about(sites.sites[s], zone.rings_of(s, fewer)));
+      std::erase_if(rim, [&](int e) { return !has_second_order(model, e); });
       std::set<int> nodes;
       for (const int e : rim) {
         element_carried[static_cast<size_t>(e)] = 1;

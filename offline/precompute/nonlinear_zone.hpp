@@ -2,7 +2,7 @@
 // organ onto their boundary (runtime/src/zone_set.hpp has the equations).
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times, and in the end the rest of their volume patches. Where several contacts may come near each other, the elements
+// times, and in the end the rest of their volume patches. Where pairs of contacts are known (num_zone_pairs), the elements
 // that share a node with it and are not in it are its rim (runtime/src/zone_rim.hpp). Carried are the elements and nodes
 // of all sites' zones and rims, and the compliance K^-1 at rest between those nodes, of which the rows and columns of
 // contact nodes are linear_dd's; and what the organ outside adds to its linear answer (zone_exterior.hpp).
@@ -32,7 +32,7 @@ struct ZoneTables {
   int most_nodes = 0;
   int most_boundary_nodes = 0;
   int most_elements = 0;
-  // Largest rim of a site, of any number of rings; 0 where one contact at a time is all there is.
+  // Largest rim of a site, of any number of rings; 0 where nothing of pairs is carried.
   int most_rim_nodes = 0;
   int most_rim_elements = 0;
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.

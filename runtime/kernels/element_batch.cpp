@@ -163,9 +163,12 @@ PALPATE_INLINE void find_second_order(const SecondOrderLanes& law, const MatrixL
     static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here,   \
                                                       find_second_order_##name};                         \
   };
-PALPATE_KERNELS(Portable)
 #if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
 PALPATE_KERNELS(Avx2, __attribute__((target("avx2"))))
+PALPATE_KERNELS(Portable,
+                __attribute__((cold)))  // few processors are left that need them: as small as may be
+#else
+PALPATE_KERNELS(Portable)
 #endif
 
 }  // namespace

@@ -96,6 +96,17 @@ NodalLanes<kNodes> gather(const ElementBatch<kNodes>& batch, const double* value
   return nodal;
 }
 
+// Adds those of the first lanes, so many, to an array of 3 per node.
+template <int kNodes>
+void scatter(const ElementBatch<kNodes>& batch, int lanes, const NodalLanes<kNodes>& nodal, double* values) {
+  for (size_t a = 0; a < kNodes; ++a) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      double* node = values + 3 * static_cast<size_t>(batch.nodes[a][static_cast<size_t>(lane)]);
+      for (size_t i = 0; i < 3; ++i) node[i] += nodal[a][i][lane];
+    }
+  }
+}
+
 // The arithmetic of a batch, for the best instruction set that the processor has.
 template <int kNodes>
 struct BatchKernels {
@@ -108,7 +119,7 @@ struct BatchKernels {
                     NodalLanes<kNodes>& force);
   void (*add_stiffness)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                         Stiffness& stiffness);
-  // P2(A, B) of F = 1 + A and 1 + B; `squares` := the sum of those of (A + B) / 2. The same of any kind.
+  // P2(A, B) of F = 1 + A and 1 + B; `squares` := |(A + B) / 2|^2. The same of any kind.
   void (*find_second_order)(const SecondOrderLanes& law, const MatrixLanes& a, const MatrixLanes& b,
                             MatrixLanes& stress, Lanes& squares);
 };

@@ -41,22 +41,6 @@ PrincipalTangent principal_tangent(const pack::ZoneMaterial& material, const Kin
   return ogden_tangent({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}, F);
 }
 
-// Along an axis, where the principal axes are those of the mesh.
-double principal_stress(const pack::ZoneMaterial& material, const double stretches[3], size_t axis) {
-  KinematicsLanes kinematics = {};
-  double squares = 0;
-  double J = 1;
-  for (size_t i = 0; i < 3; ++i) {
-    kinematics.F[i][i].set(0, stretches[i]);
-    squares += stretches[i] * stretches[i];
-    J *= stretches[i];
-  }
-  if (!is_dyadic(material))
-    return principal_tangent(material, kinematics, 0).first_piola_kirchhoff[axis][axis];
-  const DyadicTangent terms = dyadic_tangent(material, squares, J);
-  return terms.identity * stretches[axis] - terms.transposed / stretches[axis];
-}
-
 // U of offline/material/volume_split.hpp.
 struct VolumeTerm {
   double energy;
@@ -263,17 +247,6 @@ void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
         for (size_t k = 0; k < (a == b ? i + 1 : 3); ++k)
           stiffness[lower_place(kNodes, 3 * a + i, 3 * b + k)].add(lane, point.volume[lane] * block[i][k]);
       }
-    }
-  }
-}
-
-template <int kNodes>
-void scatter_forces(const ElementBatch<kNodes>& elements, int count, const NodalLanes<kNodes>& forces,
-                    double* out) {
-  for (size_t a = 0; a < kNodes; ++a) {
-    for (int lane = 0; lane < count; ++lane) {
-      double* node = out + 3 * static_cast<size_t>(elements.nodes[a][static_cast<size_t>(lane)]);
-      for (size_t i = 0; i < 3; ++i) node[i] += forces[a][i][lane];
     }
   }
 }
@@ -559,7 +532,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
         }
       }
     }
-    scatter_forces<kNodes>(batch.elements, batch.count, sums, forces);
+    scatter<kNodes>(batch.elements, batch.count, sums, forces);
   }
 }
 
@@ -613,7 +586,21 @@ void scale_volumes(const ZoneBatches& batches) {
   scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
 }
 
-// The element's shape gradients and volumes into a lane. False where it is inverted.
+double principal_stress(const pack::ZoneMaterial& material, const double stretches[3], size_t axis) {
+  KinematicsLanes kinematics = {};
+  double squares = 0;
+  double J = 1;
+  for (size_t i = 0; i < 3; ++i) {
+    kinematics.F[i][i].set(0, stretches[i]);
+    squares += stretches[i] * stretches[i];
+    J *= stretches[i];
+  }
+  if (!is_dyadic(material))
+    return principal_tangent(material, kinematics, 0).first_piola_kirchhoff[axis][axis];
+  const DyadicTangent terms = dyadic_tangent(material, squares, J);
+  return terms.identity * stretches[axis] - terms.transposed / stretches[axis];
+}
+
 template <int kNodes>
 bool set_shape(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes], int lane,
                ElementBatch<kNodes>& elements) {
@@ -648,88 +635,12 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
   return true;
 }
 
+template bool set_shape<4>(const pal_pack&, const pack::ZoneElement&, const int[4], int, ElementBatch<4>&);
+template bool set_shape<10>(const pal_pack&, const pack::ZoneElement&, const int[10], int, ElementBatch<10>&);
 template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4], uint32_t, int,
                                   ZoneBatch<4>&);
 template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], uint32_t, int,
                                    ZoneBatch<10>&);
-
-// By central differences of P, with stretches 1 + h: of second order, by the W of element_batch.hpp,
-//
-//   P_1 = lambda (h_1 + h_2 + h_3) h_1 + lambda/2 h.h + 3 mu h_1^2 + nu1/2 (h_1 + h_2 + h_3)^2
-//         + nu2 (h.h + 2 h_1 (h_1 + h_2 + h_3)) + 4 nu3 h_1^2
-SecondOrderLaw second_order_law(const pack::ZoneMaterial& material) {
-  constexpr double kStep = 1e-3;
-  if (material.law == pack::ZoneLaw::linear_elastic) return {};
-  const auto differ = [&](double first, double others, size_t axis, double& slope) {
-    const double there[3] = {1 + kStep * first, 1 + kStep * others, 1 + kStep * others};
-    const double back[3] = {1 - kStep * first, 1 - kStep * others, 1 - kStep * others};
-    const double forward = principal_stress(material, there, axis);
-    const double backward = principal_stress(material, back, axis);
-    slope = (forward - backward) / (2 * kStep);
-    return (forward + backward) / (2 * kStep * kStep);
-  };
-  double along;
-  double across;
-  double of_others;
-  const double a = differ(1, 0, 0, along);
-  const double b = differ(1, 0, 1, across);
-  const double c = differ(0, 1, 0, of_others);
-  SecondOrderLaw law;
-  law.lambda = across;
-  law.mu = 0.5 * (along - across);
-  law.nu1 = c - 2 * b;
-  law.nu2 = b - 0.5 * (law.lambda + law.nu1);
-  law.nu3 = 0.25 * (a - 1.5 * law.lambda - 3 * law.mu - 0.5 * law.nu1 - 3 * law.nu2);
-  return law;
-}
-
-template <int kNodes>
-bool set_rim_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                     const SecondOrderLaw& law, int lane, RimBatch<kNodes>& batch) {
-  batch.law.lambda.set(lane, law.lambda);
-  batch.law.mu.set(lane, law.mu);
-  batch.law.nu1.set(lane, law.nu1);
-  batch.law.nu2.set(lane, law.nu2);
-  batch.law.nu3.set(lane, law.nu3);
-  return set_shape(pack, element, nodes, lane, batch.elements);
-}
-
-template <int kNodes>
-double add_rim_forces(const RimBatch<kNodes>* batches, uint32_t count, const double* a, const double* b,
-                      double* forces) {
-  const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
-  DyadicLanes as_it_is = {};
-  for (int lane = 0; lane < kLanes; ++lane) as_it_is.identity.set(lane, 1);
-  double largest = 0;
-  for (uint32_t n = 0; n < count; ++n) {
-    const ElementBatch<kNodes>& elements = batches[n].elements;
-    const NodalLanes<kNodes> of_a = gather(elements, a);
-    const NodalLanes<kNodes> of_b = gather(elements, b);
-    NodalLanes<kNodes> sums = {};
-    for (const auto& point : elements.points) {
-      KinematicsLanes kinematics;
-      KinematicsLanes other;
-      KinematicsLanes stressed = {};  // P in the place of F
-      Lanes squares;
-      kernels.deform(point, of_a, kinematics);
-      kernels.deform(point, of_b, other);
-      kernels.find_second_order(batches[n].law, kinematics.F, other.F, stressed.F, squares);
-      kernels.add_force(point, stressed, as_it_is, sums);
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!(squares[lane] <= largest)) largest = squares[lane];
-      }
-    }
-    scatter_forces<kNodes>(elements, kLanes, sums, forces);
-  }
-  return largest;
-}
-
-template bool set_rim_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4],
-                                 const SecondOrderLaw&, int, RimBatch<4>&);
-template bool set_rim_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10],
-                                  const SecondOrderLaw&, int, RimBatch<10>&);
-template double add_rim_forces<4>(const RimBatch<4>*, uint32_t, const double*, const double*, double*);
-template double add_rim_forces<10>(const RimBatch<10>*, uint32_t, const double*, const double*, double*);
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
   ZoneStrain strain = {share_volumes(batches, displacement), double{INFINITY}};

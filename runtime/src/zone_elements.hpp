@@ -70,6 +70,15 @@ void for_each_lanes(const ZoneBatches& batches, Work&& work) {
 // Makes of all points and patches what they are in the mesh, times ZoneLanes::stiffness.
 void scale_volumes(const ZoneBatches& batches);
 
+// Shape gradients and volumes of an element's rest geometry in the mesh, in a lane, at these nodes of the batch. False where
+// it is inverted.
+template <int kNodes>
+bool set_shape(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes], int lane,
+               ElementBatch<kNodes>& elements);
+
+// P_aa where F is diagonal.
+double principal_stress(const pack::ZoneMaterial& material, const double stretches[3], size_t axis);
+
 // Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
 // `patch`: of ZoneBatch::patches.
 // False where it is inverted there.
@@ -112,34 +121,6 @@ uint64_t stiffness_operations(const ZoneBatches& batches);
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
-
-// Constants of what a law has of second order (element_batch.hpp), of its stresses at small stretches.
-struct SecondOrderLaw {
-  double lambda;
-  double mu;
-  double nu1;
-  double nu2;
-  double nu3;
-};
-
-SecondOrderLaw second_order_law(const pack::ZoneMaterial& material);
-
-// Elements of which second order is all that counts.
-template <int kNodes>
-struct RimBatch {
-  ElementBatch<kNodes> elements;  // nodes: places in the rim's list
-  SecondOrderLanes law;
-};
-
-// Puts an element in a lane of one. False where it is inverted in the mesh.
-template <int kNodes>
-bool set_rim_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                     const SecondOrderLaw& law, int lane, RimBatch<kNodes>& batch);
-
-// Adds n2(a, b) of the elements to forces, all [nodes][3], and returns the largest squared gradient of (a + b) / 2.
-template <int kNodes>
-double add_rim_forces(const RimBatch<kNodes>* batches, uint32_t count, const double* a, const double* b,
-                      double* forces);
 
 // Adds the tangent stiffness to the lower triangle of a column-major matrix. Where no volume is shared it may be made of
 // the stiffness of some batches after the other.

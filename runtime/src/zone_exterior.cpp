@@ -269,19 +269,19 @@ void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set) 
 }
 
 void weigh_exterior_energy(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, double* parts) {
-  const auto part = [](uint32_t degree) { return static_cast<double>(degree) / (degree + 1) - 0.5; };
   const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
-  for (uint32_t j = 0; j < columns; ++j) parts[j] = part(2) * set.weights[j];
+  for (uint32_t j = 0; j < columns; ++j) parts[j] = part_beyond_half(2) * set.weights[j];
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     double monomials[kMostMonomials];
     const uint32_t own = own_degree(pack, set, c);
     pack::evaluate_monomials(load_of(set, c).x, own, monomials);
     for (uint32_t degree = 3; degree <= own; ++degree) {
       for (uint32_t j = pack::monomial_start(degree); j < pack::monomial_start(degree + 1); ++j)
-        parts[c * pack.zone_columns + j - kFirst] += (part(degree) - part(2)) * monomials[j];
+        parts[c * pack.zone_columns + j - kFirst] +=
+            (part_beyond_half(degree) - part_beyond_half(2)) * monomials[j];
     }
   }
-  add_pairs(pack, state, set, pack::num_pair_monomials(2), part(3) - part(2), parts);
+  add_pairs(pack, state, set, pack::num_pair_monomials(2), part_beyond_half(3) - part_beyond_half(2), parts);
 }
 
 void add_exterior_columns(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,

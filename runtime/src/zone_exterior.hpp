@@ -74,9 +74,13 @@ bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact
 void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
                             uint32_t contact, double derivatives[3][kMostExteriorColumns]);
 
-// What each column counts with in the energy that the organ outside stores beyond t . w / 2, w = C t + b + q: of a
-// part of q that goes with the n-th power of the tractions, n / (n + 1) of t . q in all, as Legendre's transform of
-// the energy in t has it.
+// Of t . q, the energy that the organ outside stores beyond t . w / 2, w = C t + b + q, where q goes with that power of
+// the tractions: n / (n + 1) of it in all, as Legendre's transform of the energy in t has it.
+constexpr double part_beyond_half(uint32_t power) {
+  return static_cast<double>(power) / (power + 1) - 0.5;
+}
+
+// What each column counts with in that energy.
 void weigh_exterior_energy(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, double* parts);
 
 // Adds a group's columns times their weights to [boundary_stride]: ZoneGroup::exterior_fields or exterior_pulls.

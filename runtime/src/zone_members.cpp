@@ -335,7 +335,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
     sound = sound && num_boundary <= state.max_boundary &&
             list_elements(pack, state, groups[c], first_linear, first_quadratic, first_patch, group);
   }
-  for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state, set.groups[g]);
+  for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state);
   forget_marks(state);
   return sound;
 }

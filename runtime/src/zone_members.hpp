@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// Lists the groups of the next set, their nodes, masters and elements, for the contacts that it names. False where
+// Lists the groups of the next set, their nodes, masters, elements and rims, for the contacts that it names. False where
 // that is more than the pack has declared.
 bool find_zone_members(const pal_pack& pack, ZoneState& state);
 

@@ -13,6 +13,9 @@ namespace {
 
 // A gradient of the displacement that second order still tells of; neighbours to two edges go to 0.7.
 constexpr double kMostGradient = 1;
+// What s moves the boundary by, of what the tractions move the rim by: where it is more, third order is as much. The brain's
+// neighbours at nu = 0.4 and below keep it to two edges. Where four-node elements lock, rounds no longer settle at 0.11.
+constexpr double kMostPart = 0.04;
 
 // Bits of ZoneState::element_contacts behind those of contacts: in the rim of a group.
 uint64_t rim_bit(uint32_t group) {
@@ -27,6 +30,16 @@ bool are_near(const ZoneSet& set, const ZoneGroup& group) {
     if (set.near[group.contacts[slot]] != 0) return true;
   }
   return false;
+}
+
+// Whether the series has what each two contacts of the group add to each other.
+bool has_all_pairs(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group) {
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    for (uint32_t other = 0; other < slot; ++other) {
+      if (set.sites[group.contacts[slot]] == set.sites[group.contacts[other]]) return false;
+    }
+  }
+  return pack.num_pair_fields > 0;
 }
 
 double largest_of(const double v[3]) {
@@ -57,20 +70,65 @@ bool append(const pal_pack& pack, const pack::ZoneElement& element, const ZoneSt
   return true;
 }
 
+double add_second_order_of(const ZoneRim& rim, const double* a, const double* b, double* forces) {
+  return std::max(add_second_order(rim.linear, rim.num_linear, a, b, forces),
+                  add_second_order(rim.quadratic, rim.num_quadratic, a, b, forces));
+}
+
+// U x of the group. Returns how much shorter the loads are than they were.
+double find_of_loads(const ZoneFrame& frame, const ZoneGroup& group, double* of_loads) {
+  const ZoneRim& rim = group.rim;
+  double part = 1;
+  memset(of_loads, 0, rim.stride * sizeof *of_loads);
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+    const double* load = frame.set.loads + size_t{3} * group.contacts[slot];
+    double x[3];
+    if (load_that_counts(frame.set, group.contacts[slot], x))
+      part = std::min(part, largest_of(x) / largest_of(load));
+    frame.state.kernel.add_product(rim.per_load + size_t{3} * slot * rim.stride, rim.stride, rim.stride, 3, x,
+                                   of_loads);
+  }
+  return part;
+}
+
+// -s, of v as it is, or shortened as the loads are and as far as its gradient is beyond what counts. Whether it was.
+bool find_second_order(const ZoneFrame& frame, const ZoneGroup& group, const double* v, double* forces) {
+  const ZoneRim& rim = group.rim;
+  double* less = frame.state.rim_scratch[1];
+  double* more = frame.state.rim_scratch[2];
+  double part = find_of_loads(frame, group, forces);
+  for (uint32_t i = 0; i < rim.stride; ++i) {
+    less[i] = part * v[i] - forces[i];
+    more[i] = part * v[i] + forces[i];
+  }
+  for (bool again = false;; again = true) {
+    memset(forces, 0, rim.stride * sizeof *forces);
+    const double square = add_second_order_of(rim, less, more, forces);
+    if (again || square <= kMostGradient * kMostGradient) return part < 1;
+    const double shorter = kMostGradient / sqrt(square);
+    for (uint32_t i = 0; i < rim.stride; ++i) {
+      const double change = (shorter - 1) * part * v[i];
+      less[i] += change;
+      more[i] += change;
+    }
+    part *= shorter;
+  }
+}
+
 }  // namespace
 
 void carve_rims(const pal_pack& pack, Arena& arena, ZoneState& state) {
   if (state.max_contacts < 2 || pack.most_rim_elements == 0) return;
+  // Zones share nothing, but rims of groups may, which are of two contacts at least.
   const auto times = [&](uint32_t of_site, uint32_t all) {
-    const uint64_t most = uint64_t{of_site} * state.max_contacts;
-    return static_cast<uint32_t>(most < all ? most : all);
+    const uint64_t most = uint64_t{all} * (state.max_contacts / 2);
+    return static_cast<uint32_t>(std::min(uint64_t{of_site} * state.max_contacts, most));
   };
   state.max_rim_nodes = times(pack.most_rim_nodes, pack.num_zone_nodes);
   state.max_rim_elements = times(pack.most_rim_elements, pack.num_zone_elements);
-  state.max_rim_quadratic =
-      state.max_rim_elements < pack.num_quadratic ? state.max_rim_elements : pack.num_quadratic;
+  state.max_rim_quadratic = times(pack.most_rim_elements, pack.num_quadratic);
   const size_t strides =
-      elimination_stride(3 * state.max_rim_nodes + 3 + kEliminationRows * state.max_contacts);
+      elimination_stride(3 * state.max_rim_nodes + (3 + kEliminationRows) * state.max_contacts);
   const size_t boundaries =
       elimination_stride(3 * state.max_boundary + kEliminationRows * state.max_contacts);
   state.max_rim_columns = strides * boundaries;
@@ -83,17 +141,19 @@ void carve_rims(const pal_pack& pack, Arena& arena, ZoneState& state) {
     set->rim_columns = arena.take<float>(state.max_rim_columns);
     set->rim_rows = arena.take<double>(state.max_rim_rows);
   }
-  for (double*& scratch : state.rim) scratch = arena.take<double>(strides);
+  for (double*& scratch : state.rim_scratch) scratch = arena.take<double>(strides);
   auto* laws = arena.take<SecondOrderLaw>(pack.num_zone_materials);
   for (uint32_t i = 0; i < pack.num_zone_materials && laws != nullptr; ++i)
     laws[i] = second_order_law(pack.zone_materials[i]);
   state.second_order = laws;
 }
 
-bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state, ZoneGroup& group) {
+bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state) {
   ZoneSet& set = state.next;
-  group.rim = {};
-  if (state.max_rim_nodes == 0 || set.num_fixed > 0 || !are_near(set, group)) return true;
+  ZoneGroup& group = set.groups[index];
+  if (state.max_rim_nodes == 0 || set.num_fixed > 0 || !are_near(set, group) ||
+      !has_all_pairs(pack, set, group))
+    return true;
   ZoneRim& rim = group.rim;
   rim.first_node = state.rim_nodes_used;
   rim.linear = set.rim_linear + state.rim_linear_used;
@@ -152,8 +212,8 @@ bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state, ZoneGroup&
       state.rim_rows_used + rows > state.max_rim_rows)
     return false;
   rim.compliance = set.rim_columns + state.rim_columns_used;
-  rim.moves = set.rim_rows + state.rim_rows_used;
-  rim.force = rim.moves + size_t{3} * group.num_contacts * rim.stride;
+  rim.per_load = set.rim_rows + state.rim_rows_used;
+  rim.force = rim.per_load + size_t{3} * group.num_contacts * rim.stride;
   rim.moved = rim.force + rim.stride;
   rim.pull = rim.moved + group.boundary_stride;
   state.rim_columns_used += columns;
@@ -163,20 +223,22 @@ bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state, ZoneGroup&
 
 bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group,
               uint64_t& spent) {
-  const ZoneSet& set = state.next;
+  ZoneSet& set = state.next;
   ZoneRim& rim = group.rim;
   if (rim.num_nodes == 0) return true;
   for (; state.column < group.num_contacts; ++state.column) {
     if (spent >= operations) return false;
-    const uint32_t contact = group.contacts[state.column];
-    find_moves_of_loads(pack, set.sites[contact], set.rim_nodes + rim.first_node, rim.num_nodes, rim.stride,
-                        rim.moves + size_t{3} * state.column * rim.stride);
+    double* per_load = rim.per_load + size_t{3} * state.column * rim.stride;
+    find_moves_of_loads(pack, set.sites[group.contacts[state.column]], set.rim_nodes + rim.first_node,
+                        rim.num_nodes, rim.stride, per_load);
+    for (uint32_t i = 0; i < 3 * rim.stride; ++i) set.sound = set.sound && isfinite(per_load[i]);
     spent += uint64_t{36} * rim.num_nodes * pack.max_patch_nodes;
   }
   for (; state.column < group.num_contacts + rim.num_nodes; ++state.column) {
     if (spent >= operations) return false;
     if (state.column == group.num_contacts) {
       memset(rim.compliance, 0, size_t{group.boundary_stride} * rim.stride * sizeof *rim.compliance);
+      spent += size_t{group.boundary_stride} * rim.stride / 4;
       rest_rim(group);
     }
     const uint32_t at = state.column - group.num_contacts;
@@ -194,65 +256,50 @@ bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneG
 }
 
 void find_rim(ZoneFrame& frame, ZoneGroup& group) {
+  constexpr double kLargestForce = 1e30;
   ZoneRim& rim = group.rim;
   if (rim.num_nodes == 0) return;
-  const ZoneState& state = frame.state;
-  const ZoneSet& set = frame.set;
-  const EliminationKernel& kernel = state.kernel;
-  const size_t bytes = rim.stride * sizeof(double);
-  double* of_loads = rim.force;  // until that is made
-  double part = 1;               // of v that counts: loads are shortened
-  memset(of_loads, 0, bytes);
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    const double* load = set.loads + size_t{3} * group.contacts[slot];
-    double x[3];
-    if (load_that_counts(set, group.contacts[slot], x))
-      part = std::min(part, largest_of(x) / largest_of(load));
-    kernel.add_product(rim.moves + size_t{3} * slot * rim.stride, rim.stride, rim.stride, 3, x, of_loads);
-  }
-  double* t = state.vector;
-  const double* traction = set.traction + size_t{3} * first_boundary(group);
+  const EliminationKernel& kernel = frame.state.kernel;
+  double* t = frame.state.vector;
+  const double* traction = frame.set.traction + size_t{3} * first_boundary(group);
   memset(t, 0, group.boundary_stride * sizeof *t);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) t[i] = traction[i] - rim.pull[i];
-  double* v = state.rim[0];
-  memset(v, 0, bytes);
+  double* v = frame.state.rim_scratch[0];
+  memset(v, 0, rim.stride * sizeof *v);
   kernel.add_float_product(rim.compliance, rim.stride, rim.stride, 3 * group.num_boundary, t, v);
-  double* less = state.rim[0];
-  double* more = state.rim[1];
+  rim.is_limited = find_second_order(frame, group, v, rim.force);
+  bool sound = true;
+  double reach = 0;
   for (uint32_t i = 0; i < rim.stride; ++i) {
-    const double moved = part * v[i];
-    less[i] = moved - of_loads[i];
-    more[i] = moved + of_loads[i];
+    rim.force[i] = i < 3 * rim.num_nodes ? -rim.force[i] : 0;
+    reach = std::max(reach, fabs(v[i]));
+    sound = sound && fabs(rim.force[i]) <= kLargestForce;
   }
-  rim.is_limited = part < 1;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    memset(rim.force, 0, bytes);
-    double square = add_rim_forces(rim.linear, rim.num_linear, less, more, rim.force);
-    square = std::max(square, add_rim_forces(rim.quadratic, rim.num_quadratic, less, more, rim.force));
-    if (square <= kMostGradient * kMostGradient) break;
-    rim.is_limited = true;
-    const double shorter = kMostGradient / sqrt(square);
-    for (uint32_t i = 0; i < rim.stride && attempt == 0; ++i) {
-      const double moved = 0.5 * (less[i] + more[i]);
-      const double of_load = 0.5 * (more[i] - less[i]);
-      less[i] = shorter * moved - of_load;
-      more[i] = shorter * moved + of_load;
-    }
-  }
-  for (uint32_t i = 0; i < rim.stride; ++i) rim.force[i] = i < 3 * rim.num_nodes ? -rim.force[i] : 0;
-  double* moved = state.vector;
+  double* moved = frame.state.vector;
   memset(moved, 0, group.boundary_stride * sizeof *moved);
   kernel.add_transposed_product(rim.compliance, rim.stride, rim.stride, group.boundary_stride, rim.force,
                                 moved);
-  rim.change = rim.largest = 0;
+  double largest = 0;
   for (uint32_t i = 0; i < group.boundary_stride; ++i) {
+    sound = sound && fabs(moved[i]) <= kLargestForce;
+    largest = std::max(largest, fabs(moved[i]));
+  }
+  const double part = largest > kMostPart * reach ? kMostPart * reach / largest : 1;
+  rim.is_limited = rim.is_limited || part < 1;
+  rim.largest = part * largest;
+  rim.change = 0;
+  for (uint32_t i = 0; i < rim.stride && part < 1; ++i) rim.force[i] *= part;
+  for (uint32_t i = 0; i < group.boundary_stride; ++i) {
+    moved[i] *= part;
     rim.change = std::max(rim.change, fabs(moved[i] - rim.moved[i]));
-    rim.largest = std::max(rim.largest, fabs(moved[i]));
     rim.moved[i] = moved[i];
   }
   memset(rim.pull, 0, group.boundary_stride * sizeof *rim.pull);
   kernel.add_symmetric_product(group.whole, group.boundary_stride, moved, rim.pull);
   rim.since = 0;
+  if (sound) return;
+  rest_rim(group);
+  frame.flags |= PAL_FLAG_NOT_FINITE;
 }
 
 void rest_rim(ZoneGroup& group) {
@@ -266,11 +313,10 @@ void rest_rim(ZoneGroup& group) {
 
 double rim_energy(const ZoneSet& set, const ZoneGroup& group) {
   if (group.rim.num_nodes == 0) return 0;
-  constexpr double kPart = 2.0 / 3.0 - 0.5;
   const double* t = set.traction + size_t{3} * first_boundary(group);
   double energy = 0;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
-    energy += kPart * (t[i] - group.rim.pull[i]) * group.rim.moved[i];
+    energy += part_beyond_half(2) * (t[i] - group.rim.pull[i]) * group.rim.moved[i];
   return energy;
 }
 

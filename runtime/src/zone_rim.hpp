@@ -10,16 +10,18 @@
 //   dq = K^-1 s,   dq_B = C_BR s,   g = T dq_B
 //
 // is what the series has not got, and g moves the zone as forces from outside would. t is T (w_B - b), of which g is
-// what moves the boundary as the rim does, so that other groups see it; the field has t - g on B and s on R. Found with
-// the g before: of what it changes in a round, the next one changes a third at most (measured: 0.04 to 0.32 on the
-// brain's neighbours to two edges), so it is found once in a frame that moves little.
+// what moves the boundary as the rim does: about what other groups, and a set that begins where this one is, have of the
+// rim. The field has t - g on B and s on R. Found with the g before: a round changes g by less than a third of what the
+// one before did (0.04 to 0.32 of it on the brain's neighbours to two edges), so one a frame is enough where it moves
+// little; what would change more is shortened, flagged. Where two contacts of the group add nothing to each other in the
+// series there is no rim.
 //
-// The laws are those about the mesh: under the organ's weight its strains, some percent, are what is wrong with them.
-// Elements that share volumes have no part in it, and there is none with nodes fixed while running, where no loads
-// count. Three contacts and more that share a zone have as much. Units of the model.
+// The laws are those of elements as they are in the mesh: what the organ's weight strains them by is as much of s that is
+// wrong. Elements that share volumes take no part, and with nodes fixed while running, where no loads count, none does.
+// Units of the model.
 //
 // On the brain at nu = 0.4, pairs of neighbours pushed up to one mean edge, the largest of what is left outside of zones
-// goes from 0.96 to 0.28 % of |d|, where second order everywhere leaves 0.25 %.
+// goes from 0.96 to 0.28 % of |d|, where second order of all elements outside leaves 0.25 %.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -32,14 +34,15 @@ namespace palpate {
 // Capacities and arrays of rims, once those of zones are known.
 void carve_rims(const pal_pack& pack, Arena& arena, ZoneState& state);
 
-// The elements next to a group, none of any zone; contacts' zones are marked. False where that is more than fit.
-bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state, ZoneGroup& group);
+// The elements at the boundary of a group, none of any zone, where contacts' zones are marked. False where that is more than
+// the pack has declared.
+bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state);
 
 // Its compliance and moves, some nodes from state.column on. True when it has ended. Cost: for each node a block of the
 // compliance for each of the boundary, and of a patch.
 bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group, uint64_t& spent);
 
-// s and g at the group's tractions and loads. Cost: twice the rim's nodes x the boundary's, 9 multiply-adds each, and
+// s and g at the group's tractions and loads; none, flagged, where that is not finite. Cost: twice the rim's nodes x the boundary's, 9 multiply-adds each, and
 // second order of the elements, about as their forces.
 void find_rim(ZoneFrame& frame, ZoneGroup& group);
 

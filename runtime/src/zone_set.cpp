@@ -491,7 +491,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
           state.phase = Phase::done;
           break;
         }
-        spent += uint64_t{1000} * set.num_nodes + fetched(set.groups[0]);
+        spent += uint64_t{1000} * (set.num_nodes + state.rim_nodes_used) + fetched(set.groups[0]);
         fill_compliance(pack, set, set.groups[0], state.preparation);
         state.phase = Phase::inverse;
         state.column = 0;

@@ -24,6 +24,7 @@
 #include "runtime/src/elimination.hpp"
 #include "runtime/src/pose.hpp"
 #include "runtime/src/zone_elements.hpp"
+#include "runtime/src/zone_second_order.hpp"
 
 namespace palpate {
 
@@ -43,7 +44,7 @@ struct ZoneRim {
   RimBatch<4>* linear;
   RimBatch<10>* quadratic;
   float* compliance;  // C_RB: [boundary_stride][stride], a column for each move of the boundary's
-  double* moves;      // U: [3 num_contacts][stride]
+  double* per_load;   // [3 num_contacts][stride] U
   double* force;      // [stride] s
   double* moved;      // [boundary_stride] C_BR s
   double* pull;       // [boundary_stride] g
@@ -262,7 +263,7 @@ struct ZoneState {
   uint32_t group;
   uint32_t column;
   uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
-  uint64_t* element_contacts;  // [num_zone_elements]
+  uint64_t* element_contacts;  // [num_zone_elements]; behind those a bit for each group whose rim does
   uint32_t* found_nodes;       // [max_nodes]
   uint32_t* found_elements;    // [max_elements + max_rim_elements]
   uint32_t num_found_nodes;
@@ -294,7 +295,7 @@ struct ZoneState {
   double* pull;
   double* overlap;
   double* vector;
-  double* rim[2];                      // [stride of a rim]
+  double* rim_scratch[3];              // [stride of a rim]
   const SecondOrderLaw* second_order;  // [num_zone_materials]; null where no group has a rim
 };
 

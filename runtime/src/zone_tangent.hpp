@@ -18,7 +18,8 @@
 //
 // brings forces and torques D dx, and stiffness is A + D N (-W X^T). The load of a contact alone is its force, in
 // units of force_scale: so much of the contact's own rows stands in the place of R, xi and H. What the nodes' own
-// forces add to d torque / dw as their arms turn is ZoneSet::turning.
+// forces add to d torque / dw as their arms turn is ZoneSet::turning. What rims add is not in it: some 1e-3 of the stiffness
+// of neighbours.
 //
 // A tangent is kept from frame to frame (a modified Newton method): a step of it leaves of an error the part by which
 // the stiffness has changed since, where a tool moves by some hundredths of an edge in a frame. Meanwhile the next

@@ -156,14 +156,19 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
   return results;
 }
 
-// A pack of the same tables without rims.
+// A pack of the same organ with other tables.
+inline AlignedBytes pack_of(const ZoneBlock& organ, const ZoneTables& zone) {
+  PackContent content{
+      organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {},
+      &organ.rest};
+  content.zone = &zone;
+  return write_pack(content);
+}
+
 inline AlignedBytes without_rims(const ZoneBlock& organ) {
   ZoneTables zone = organ.zone;
   zone.most_rim_nodes = zone.most_rim_elements = 0;
-  PackContent content{
-      organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {}};
-  content.zone = &zone;
-  return write_pack(content);
+  return pack_of(organ, zone);
 }
 
 }  // namespace palpate::test

@@ -123,7 +123,8 @@ typedef enum pal_model {
   PAL_MODEL_POLYNOMIAL = 2,
   /* nonlinear_zone: nonlinear, up to 8 contacts and 32 run-time fixed nodes, no turned gravity. Its answer depends on the
    * frames before: each goes on from the last. Its force is the gradient of the stored energy but for some 1e-4 of it,
-   * more where several contacts pull against each other, and its stiffness symmetric. */
+   * more where several contacts pull against each other, and its stiffness symmetric; of contacts near each other it leaves
+   * out what the elements next to their zone add, some 1e-3. */
   PAL_MODEL_ZONE = 3,
   /* affine_site: as polynomial_dd, at sites that were not sampled: their exact derivatives at rest, to fifth order. A site that
    * was sampled answers with its own polynomial, under this name. */
@@ -441,10 +442,11 @@ typedef struct pal_contact_result {
  * nonlinear_zone, within the same iterations, or linear_dd. At a point between sites: that of its corners, of
  * linear_dd alone 9 for each node of their patches, and of several contacts the above for each way to choose their
  * corners; those that were made ready lately are kept, and a contact that slides into the next triangle needs at most
- * a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, and 9 for
- * each pair of nodes on the boundaries of two zones; m^3 / 60 + m^2 and 300 for each element of four nodes a frame
- * that moves, for the stiffness of some frames later; ten times as much where it jumps, and 7 / 6 b^3 + m^3 / 3 more
- * where it is new, b = 3 x its boundary nodes, those fixed while running among them; between sites that of what moves
+ * a third of them anew. nonlinear_zone: for each Newton iteration some 4 m^2 a zone, m = 3 x its nodes, 9 for each
+ * pair of nodes on the boundaries of two zones, and a frame 18 for each of a boundary and next to it where contacts are
+ * near each other; m^3 / 60 + m^2 and 300 for each element of four nodes a frame that moves, for the stiffness of some
+ * frames later; ten times as much where it jumps, and 7 / 6 b^3 + m^3 / 3 more where it is new, b = 3 x its boundary
+ * nodes, those fixed while running among them; between sites that of what moves
  * it besides: of one contact of its corners, of two or three and beside fixed nodes of linear_dd between sites for
  * each iteration, and where the places are new. Real-time safe: yes, for the n that the budget allows. */
 PAL_NODISCARD pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts, uint32_t count,
