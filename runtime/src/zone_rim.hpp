@@ -13,7 +13,7 @@
 // what moves the boundary as the rim does: about what other groups, and a set that begins where this one is, have of the
 // rim. The field has t - g on B and s on R. Found with the g before: a round changes g by less than a third of what the
 // one before did (0.04 to 0.32 of it on the brain's neighbours to two edges), so one a frame is enough where it moves
-// little; what would change more is shortened, flagged. Where two contacts of the group add nothing to each other in the
+// little. Where that would not hold s is shortened, flagged. Where two contacts of the group add nothing to each other in the
 // series there is no rim.
 //
 // The laws are those of elements as they are in the mesh: what the organ's weight strains them by is as much of s that is
@@ -42,8 +42,8 @@ bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state);
 // compliance for each of the boundary, and of a patch.
 bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group, uint64_t& spent);
 
-// s and g at the group's tractions and loads; none, flagged, where that is not finite. Cost: twice the rim's nodes x the boundary's, 9 multiply-adds each, and
-// second order of the elements, about as their forces.
+// s and g at the group's tractions and loads; none, flagged, where that is not finite. Cost: twice the rim's nodes x the
+// boundary's, 9 multiply-adds each, and second order of the elements, about as their forces.
 void find_rim(ZoneFrame& frame, ZoneGroup& group);
 
 // Nothing moves it.
