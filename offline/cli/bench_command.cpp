@@ -32,6 +32,7 @@ int run_bench(const BenchArguments& arguments) {
   if (has_places(opened)) {
     for (Timing& timing : time_search(opened, arguments.frames)) timings.push_back(std::move(timing));
   }
+  timings.push_back(time_loop(arguments.frames));
   for (Timing& timing : time_start(arguments.pack)) timings.push_back(std::move(timing));
   const Timing clock = time_frames("", "reading the clock", arguments.frames, [](int) {});
   if (arguments.json) {
@@ -67,9 +68,8 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("bench", "Measure what a frame costs on this machine, per model and stage");
   command->footer(
-      "Every frame is timed alone: median, p99, p99.9 and maximum. The maximum on a shared machine is the "
-      "machine's, not the\n"
-      "runtime's. A memcpy of the bytes that a field reads stands beside it.\n\n"
+      "Every frame is timed alone: median, p99, p99.9 and maximum. On a shared machine the last are the\n"
+      "machine's, too: a loop in registers, and a memcpy of the bytes that a field reads, say how much.\n\n"
       "Example: palpate bench brain.pack --frames 10000");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   command->add_option("--frames", arguments->frames, "Frames a row, 100 or more; default 100000")

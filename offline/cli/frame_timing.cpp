@@ -212,6 +212,16 @@ pal_contact on_path(std::uint32_t site, double reach, int frame) {
   return contact;
 }
 
+Timing time_loop(int frames) {
+  volatile double start = 1;  // so that the compiler has nothing to take away
+  volatile double end = 0;
+  return time_frames("", "a loop in registers", frames, [&](int) {
+    double sum = start;
+    for (int i = 0; i < 20000; ++i) sum = 0.5 * sum + 1;
+    end = sum;
+  });
+}
+
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames) {
   std::vector<unsigned char> from(bytes, 1);
   std::vector<unsigned char> to(bytes);
