@@ -66,13 +66,13 @@ void shapes(benchmark::internal::Benchmark* bench) {
 // A polynomial's panels with columns of int16.
 struct RoundedPanels {
   RoundedPanels(size_t panels, uint32_t rank)
-      : panel_bytes(palpate::pack::polynomial_panel_bytes(rank, true)),
+      : panel_bytes(palpate::pack::field_panel_bytes(3 + rank, true)),
         count(panels * panel_bytes),
         bytes(static_cast<unsigned char*>(::operator new(count, std::align_val_t(64)))) {
     for (size_t panel = 0; panel < panels; ++panel) {
-      auto* pairs = reinterpret_cast<int16_t*>(bytes + panel * panel_bytes);
-      for (size_t i = 0; i < panel_bytes / sizeof *pairs; ++i)
-        pairs[i] = static_cast<int16_t>(997 * i % 32767);
+      auto* columns = reinterpret_cast<int16_t*>(bytes + panel * panel_bytes);
+      for (size_t i = 0; i < panel_bytes / sizeof *columns; ++i)
+        columns[i] = static_cast<int16_t>(997 * i % 32767);
     }
   }
   ~RoundedPanels() { ::operator delete(bytes, std::align_val_t(64)); }
@@ -88,9 +88,9 @@ void rounded_field(benchmark::State& state, palpate::AddRounded add_rounded) {
   const auto rank = static_cast<uint32_t>(state.range(1));
   const RoundedPanels field(panels, rank);
   palpate::RoundedWeights rounded = {};
-  rounded.num_pairs = palpate::pack::num_column_pairs(rank);
-  rounded.linear_unit = rounded.unit = pal_real(1e-9);
-  for (uint32_t k = 0; k < 2 * rounded.num_pairs; ++k)
+  rounded.num_pairs = palpate::pack::num_column_pairs(3 + rank);
+  rounded.first_unit = rounded.unit = pal_real(1e-9);
+  for (uint32_t k = 0; k < 3 + 2 * rounded.num_pairs; ++k)
     rounded.weights[k] = static_cast<int16_t>(65000 / rank);
   alignas(64) pal_real sum[kPanelRows];
   for (auto _ : state) {

@@ -17,7 +17,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 16;
+inline constexpr uint32_t kFormatVersion = 17;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients lie together in a field panel
@@ -177,17 +177,25 @@ constexpr void find_lower_block(uint32_t place, uint32_t& i, uint32_t& j) {
   j = place;
 }
 
-// Columns of L and B that are int16, two by two: the third of L is beside one of zeros, and so is the last of an odd
-// number of B.
-inline constexpr uint32_t kLinearPairs = 2;
-constexpr uint32_t num_column_pairs(uint32_t rank) {
-  return kLinearPairs + (rank + 1) / 2;
+// A panel of columns that are int16, three or more: the first two by turns, [96][2], the third alone, [96], and all
+// others two by turns, [pairs][96][2], the last of an odd number of them beside one of zeros. Each a number of cache lines.
+constexpr uint32_t num_column_pairs(uint32_t columns) {
+  return (columns - 3 + 1) / 2;
+}
+constexpr uint32_t rounded_panel_numbers(uint32_t columns) {
+  return kPanelRows * (3 + 2 * num_column_pairs(columns));
+}
+// Where the entry of a column and one of the 96 rows is.
+constexpr uint32_t rounded_place(uint32_t column, uint32_t row) {
+  if (column < 2) return 2 * row + column;
+  if (column == 2) return 2 * kPanelRows + row;
+  return rounded_panel_numbers(column - (column - 3) % 2) + 2 * row + (column - 3) % 2;
 }
 
-// Of a panel of a polynomial's field.
-constexpr uint64_t polynomial_panel_bytes(uint32_t rank, bool rounded) {
-  return kPanelRows *
-         (rounded ? 2 * sizeof(int16_t) * num_column_pairs(rank) : sizeof(Real) * (uint64_t{3} + rank));
+// Of a panel of so many columns of a field.
+constexpr uint64_t field_panel_bytes(uint32_t columns, bool rounded) {
+  return rounded ? sizeof(int16_t) * rounded_panel_numbers(columns)
+                 : sizeof(Real) * kPanelRows * uint64_t{columns};
 }
 
 constexpr uint32_t num_panels(uint32_t num_nodes) {

@@ -123,7 +123,7 @@ ZoneTables zones_of(const Block& block, int rings, int jobs) {
   ZoneTables zone = find_zones(block.scene, block.model, block.sites, rings);
   compute_zone_compliance(block.assembly, block.sites, {}, {}, zone);
   compute_zone_exterior(block.assembly, block.sites, {}, block.scene.max_displacement, jobs, {}, zone);
-  if (num_zone_pairs(block.sites, block.scene.max_contacts) > 0)
+  if (zone.num_pairs > 0)
     compute_zone_mutual(
         block.assembly, block.scene, block.sites, {}, jobs, [](double) {}, zone);
   return zone;

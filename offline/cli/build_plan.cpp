@@ -88,7 +88,7 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
     ZoneTables zone = find_zones(scene, model, sites, rings);
-    const auto bytes = [&] { return zone_bytes(zone, sites, scene.max_contacts, scene.accuracy_target); };
+    const auto bytes = [&] { return zone_bytes(zone, sites); };
     // A ring is worth more than a degree outside of it.
     while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && bytes() > kMostZoneBytes)
       --zone.exterior_degree;
@@ -113,12 +113,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
     plan.most_samples = kSolvesForFineTargets;
-  // Columns of int16 and their weights are wrong by 3e-5 of |d| together (fields of the brain beside those of float32),
-  // by more where a domain is longer than wide: nothing beside a target of ten times that and more.
-  constexpr double kRoundedFrom = 5e-4;
-  plan.rounded = scene.precision == FieldPrecision::rounded ||
-                 (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
-                  scene.accuracy_target >= kRoundedFrom);
+  plan.rounded = rounds_fields(scene);
   // Below it energies and forces lose to rounding what a polynomial is fitted to.
   constexpr double kLeastReach = 1e-6;  // of h
   if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
@@ -240,7 +235,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double of_zones = zone_bytes(*zone, sites, scene.max_contacts, scene.accuracy_target);
+    const double of_zones = zone_bytes(*zone, sites);
     bytes += of_zones;
     // What is outside of zones, order by order along rays (zone_exterior.hpp): as many factors as an order of a ray
     // takes the time of, on the brain with one ring and two, and the same of pairs.
@@ -249,10 +244,10 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     constexpr double kFactorsPerPair[] = {0.5, 1.0};  // to second order, to third
     const int degree = zone->exterior_degree;
     const int orders = (degree - 1) * num_rays(degree);
-    factors += orders * (kFactorsPerOrder + kFactorsPerRing * zone->rings) *
-                   static_cast<double>(sites.sites.size()) +
-               kFactorsPerPair[zone->pair_degree > 2 ? 1 : 0] * zone->rings *
-                   static_cast<double>(num_zone_pairs(sites, scene.max_contacts));
+    factors +=
+        orders * (kFactorsPerOrder + kFactorsPerRing * zone->rings) *
+            static_cast<double>(sites.sites.size()) +
+        kFactorsPerPair[zone->pair_degree > 2 ? 1 : 0] * zone->rings * static_cast<double>(zone->num_pairs);
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
         zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,

@@ -43,7 +43,8 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     const pack::NonlinearZone& zone = *tables.nonlinear_zone();
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
            zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
-           zone.force_scale()->bytes() + zone.exterior()->bytes() +
+           zone.field_units()->bytes() + zone.force_scale()->bytes() + zone.more_rings()->bytes() +
+           zone.exterior()->bytes() + zone.exterior_units()->bytes() +
            (zone.num_pair_fields() > 0 ? zone.pair_fields()->bytes() + zone.pair_weights()->bytes() : 0);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
@@ -71,12 +72,8 @@ double sampled_to(const pack::PolynomialSite& site) {
   return least_reach(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit));
 }
 
-bool is_rounded(const pack::PolynomialDd& polynomial) {
-  return polynomial.precision() == pack::FieldPrecision::i16;
-}
-
-const char* precision_name(const pack::PolynomialDd& polynomial) {
-  if (is_rounded(polynomial)) return "i16";
+const char* precision_name(pack::FieldPrecision precision) {
+  if (precision == pack::FieldPrecision::i16) return "i16";
   return sizeof(pack::Real) == sizeof(float) ? "f32" : "f64";
 }
 
@@ -115,8 +112,8 @@ void print_polynomials(const OpenedPack& opened) {
                sites.size());
   }
   fmt::print("                 their fields in {} directions ({}), which leave out at most {:.2g} % of |d|\n",
-             range_of(sites, &pack::PolynomialSite::rank), precision_name(*opened.tables().polynomial_dd()),
-             100 * basis_error);
+             range_of(sites, &pack::PolynomialSite::rank),
+             precision_name(opened.tables().polynomial_dd()->precision()), 100 * basis_error);
   if (shorter > 0) {
     fmt::print(
         "                 {} sites are sampled less far than {:.4g}{} in some directions: there is no "
@@ -202,6 +199,7 @@ int run_info(const InfoArguments& arguments) {
                                        {"wider_sites", num_wider(opened, *zone)},
                                        {"exterior_degree", zone->exterior_degree()},
                                        {"pair_degree", zone->num_pair_fields() > 0 ? zone->pair_degree() : 0},
+                                       {"precision", precision_name(zone->precision())},
                                        {"nodes", zone->num_nodes()},
                                        {"elements", zone->num_elements()},
                                        {"most_nodes", zone->most_nodes()},
@@ -210,7 +208,7 @@ int run_info(const InfoArguments& arguments) {
     }
     if (tables.polynomial_dd() != nullptr) {
       models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
-      models["polynomial_dd"]["precision"] = precision_name(*tables.polynomial_dd());
+      models["polynomial_dd"]["precision"] = precision_name(tables.polynomial_dd()->precision());
     }
     fmt::print("{}\n",
                json_text({{"tool_version", tables.tool_version()->str()},
@@ -266,9 +264,11 @@ int run_info(const InfoArguments& arguments) {
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
     const int wider = num_wider(opened, *zone);
     fmt::print(
-        "  zones          up to {} rings{}; {} nodes, {} elements; of a site up to {} nodes, {} elements\n",
-        zone->rings(), wider > 0 ? fmt::format(", of {} sites one more", wider) : "", zone->num_nodes(),
-        zone->num_elements(), zone->most_nodes(), zone->most_elements());
+        "  zones          up to {} rings{}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
+        "elements\n",
+        zone->rings(), wider > 0 ? fmt::format(", of {} sites one more", wider) : "",
+        precision_name(zone->precision()), zone->num_nodes(), zone->num_elements(), zone->most_nodes(),
+        zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",

@@ -47,7 +47,7 @@ void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSit
   ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
   compute_zone_exterior(
       assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
-  if (num_zone_pairs(sites, scene.max_contacts) > 0) {
+  if (zone.num_pairs > 0) {
     constexpr int kSteps = 1000;
     ProgressBar pairs("pairs of contacts", kSteps);
     compute_zone_mutual(

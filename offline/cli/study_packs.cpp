@@ -77,14 +77,16 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
   return packs;
 }
 
-std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings) {
+std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings, int contacts) {
   constexpr double kMostBytes = 256e6;
   Scene scene = study_scene(organ);
   scene.zone = true;
   scene.zone_rings = most_rings;
-  while (scene.zone_rings > 1 && zone_bytes(find_zones(scene, organ.model, organ.sites, scene.zone_rings),
-                                            organ.sites, 1, scene.accuracy_target) > kMostBytes)
-    --scene.zone_rings;
+  scene.max_contacts = contacts;
+  const auto bytes_of = [&](int rings) {
+    return zone_bytes(find_zones(scene, organ.model, organ.sites, rings), organ.sites);
+  };
+  while (scene.zone_rings > 1 && bytes_of(scene.zone_rings) > kMostBytes) --scene.zone_rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
   ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
   compute_zone(organ.assembly, scene, organ.sites, organ.rest, jobs, zone);

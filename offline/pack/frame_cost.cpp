@@ -82,7 +82,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     for (const int element : content.zone->elements)
       dofs = std::max<std::uint64_t>(dofs,
                                      3 * content.model.elements[static_cast<size_t>(element)].nodes().size());
-    const std::uint64_t columns =
+    const std::uint32_t columns =
         pack::num_monomials(2, static_cast<std::uint32_t>(content.zone->exterior_degree));
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
@@ -91,7 +91,11 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
                                            elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
     cost.field_operations = rows * (boundary + columns);
-    cost.field_bytes = cost.field_operations * sizeof(pack::Real);
+    // What contact nodes on the boundary have is real, but taken as the others' here.
+    const bool rounded = content.zone->rounded;
+    cost.field_bytes =
+        rows / pack::kPanelRows *
+        (boundary / 3 * pack::field_panel_bytes(3, rounded) + pack::field_panel_bytes(columns, rounded));
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {
@@ -109,7 +113,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
           std::max<std::uint64_t>(cost.force_bytes, pack::num_monomials(2, degree + 1) * sizeof(double));
       cost.field_operations = std::max(cost.field_operations, rows * (3 + rank) + field_terms);
       cost.field_bytes = std::max<std::uint64_t>(
-          cost.field_bytes, rows / pack::kPanelRows * pack::polynomial_panel_bytes(rank, content.rounded) +
+          cost.field_bytes, rows / pack::kPanelRows * pack::field_panel_bytes(3 + rank, content.rounded) +
                                 field_terms * sizeof(pack::Real));
     }
     costs.push_back(cost);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <type_traits>
@@ -69,8 +70,8 @@ struct SurfaceSegments {
 };
 
 struct ZoneSegments {
-  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, force_scale,
-      more_rings, exterior, pair_fields, pair_weights;
+  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, field_units,
+      force_scale, more_rings, exterior, exterior_units, pair_fields, pair_weights;
 };
 
 std::vector<uint32_t> as_unsigned(const std::vector<int>& values) {
@@ -88,6 +89,25 @@ void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::
     for (size_t i = 0; i < pack::kPanelRows; ++i) {
       const auto row = static_cast<Eigen::Index>(panel * pack::kPanelRows + i);
       out.push_back(row < columns.rows() ? static_cast<Number>(columns(row, column)) : Number{0});
+    }
+  }
+}
+
+// The same of three columns and more as int16 (pack::rounded_place), each over its unit.
+template <typename Columns>
+void append_rounded_panel(const Eigen::MatrixBase<Columns>& columns, const Eigen::VectorXd& units,
+                          size_t panel, std::vector<std::int16_t>& out) {
+  const auto count = static_cast<uint32_t>(columns.cols());
+  const size_t start = out.size();
+  out.resize(start + pack::rounded_panel_numbers(count));
+  const auto first = static_cast<Eigen::Index>(panel * pack::kPanelRows);
+  const Eigen::Index rows = std::min<Eigen::Index>(pack::kPanelRows, columns.rows() - first);
+  for (uint32_t column = 0; column < count; ++column) {
+    const double per_unit = units[column] > 0 ? pack::kBasisUnit / units[column] : 0;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const double entry = per_unit * static_cast<double>(columns(first + i, column));
+      out[start + pack::rounded_place(column, static_cast<uint32_t>(i))] =
+          static_cast<std::int16_t>(std::lround(entry));
     }
   }
 }
@@ -271,21 +291,68 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
   return nodes;
 }
 
-// Panels of packed nodes, then of inner ones, of one matrix after the other.
-template <typename Number>
-std::vector<Number> exterior_panels(
-    const PackContent& content,
-    const std::vector<Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic>>& all) {
+// append(rows, panel) for each panel of packed nodes, then of inner ones.
+template <typename Matrix, typename Append>
+void for_each_exterior_panel(const PackContent& content, const Matrix& fields, Append&& append) {
   const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
   const auto num_inner = static_cast<Eigen::Index>(content.zone->inner_nodes.size());
-  std::vector<Number> numbers;
-  for (const auto& fields : all) {
-    for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
-      for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
-        append_panel(rows, panel, numbers);
+  for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
+    for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
+      append(rows, panel);
+  }
+}
+
+// Columns of zones over their units, panel after panel.
+class ZoneColumns {
+ public:
+  explicit ZoneColumns(bool rounded) : rounded_(rounded) {}
+
+  template <typename Columns>
+  void append(const Eigen::MatrixBase<Columns>& columns, const Eigen::VectorXd& units, size_t panel) {
+    if (rounded_) {
+      append_rounded_panel(columns, units, panel, integers_);
+    } else {
+      append_panel(columns.template cast<double>() * units.cwiseMax(kLeast).cwiseInverse().asDiagonal(),
+                   panel, reals_);
     }
   }
-  return numbers;
+
+  pack::Segment add_to(SegmentStore& store) const {
+    return rounded_ ? store.add(integers_) : store.add(reals_);
+  }
+
+ private:
+  static constexpr double kLeast = std::numeric_limits<double>::min();  // columns of zeros have a unit of 0
+  bool rounded_;
+  std::vector<std::int16_t> integers_;
+  std::vector<pack::Real> reals_;
+};
+
+void add_field_compliance(const PackContent& content, SegmentStore& store, ZoneSegments& segments) {
+  const Eigen::MatrixXd& compliance = content.zone->field_compliance;
+  ZoneColumns field(content.zone->rounded);
+  std::vector<double> units;
+  for (Eigen::Index first = 0; first < compliance.cols(); first += 3) {
+    const auto columns = compliance.middleCols<3>(first);
+    units.push_back(columns.cwiseAbs().maxCoeff());
+    for (size_t panel = 0; panel < num_panels(content.sites); ++panel)
+      field.append(columns, Eigen::VectorXd::Constant(3, units.back()), panel);
+  }
+  segments.field_compliance = field.add_to(store);
+  segments.field_units = store.add(units);
+}
+
+void add_exterior(const PackContent& content, SegmentStore& store, ZoneSegments& segments) {
+  ZoneColumns exterior(content.zone->rounded);
+  std::vector<double> units;
+  for (const auto& fields : content.zone->exterior) {
+    const Eigen::VectorXd of_columns = fields.cwiseAbs().colwise().maxCoeff().template cast<double>();
+    units.insert(units.end(), of_columns.begin(), of_columns.end());
+    for_each_exterior_panel(
+        content, fields, [&](const auto& rows, size_t panel) { exterior.append(rows, of_columns, panel); });
+  }
+  segments.exterior = exterior.add_to(store);
+  segments.exterior_units = store.add(units);
 }
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
@@ -310,12 +377,17 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
     }
   }
   segments.compliance = store.add(blocks);
-  segments.field_compliance = store.add(field_columns(zone.field_compliance, num_panels(content.sites)));
+  add_field_compliance(content, store, segments);
   segments.force_scale = store.add(zone.force_scale);
   segments.more_rings = store.add(zone.more_rings);
-  segments.exterior = store.add(exterior_panels(content, zone.exterior));
+  add_exterior(content, store, segments);
   if (!zone.pair_fields.empty()) {
-    segments.pair_fields = store.add(exterior_panels(content, zone.pair_fields));
+    std::vector<std::int8_t> fields;
+    for (const ZoneTables::PairFields& of_pair : zone.pair_fields) {
+      for_each_exterior_panel(content, of_pair,
+                              [&](const auto& rows, size_t panel) { append_panel(rows, panel, fields); });
+    }
+    segments.pair_fields = store.add(fields);
     std::vector<float> weights;
     for (const Eigen::MatrixXf& of_pair : zone.pair_weights)
       weights.insert(weights.end(), of_pair.data(), of_pair.data() + of_pair.size());
@@ -327,26 +399,6 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
 void append_bytes(const void* data, size_t count, std::vector<unsigned char>& bytes) {
   const auto* from = static_cast<const unsigned char*>(data);
   bytes.insert(bytes.end(), from, from + count);
-}
-
-// The panel's rows of L, over its unit, and of B, two columns by turns, times kBasisUnit.
-void append_rounded(const SitePolynomial& polynomial, float linear_unit, size_t panel,
-                    std::vector<unsigned char>& bytes) {
-  const auto first = static_cast<Eigen::Index>(panel * pack::kPanelRows);
-  const auto append = [&](const Eigen::MatrixXd& columns, double scale) {
-    for (Eigen::Index pair = 0; pair < columns.cols(); pair += 2) {
-      for (Eigen::Index row = first; row < first + Eigen::Index{pack::kPanelRows}; ++row) {
-        for (Eigen::Index column = pair; column < pair + 2; ++column) {
-          const bool is_any = row < columns.rows() && column < columns.cols();
-          const double entry = is_any ? scale * columns(row, column) : 0;
-          const auto integer = static_cast<std::int16_t>(std::lround(pack::kBasisUnit * entry));
-          append_bytes(&integer, sizeof integer, bytes);
-        }
-      }
-    }
-  };
-  append(polynomial.linear, linear_unit > 0 ? 1 / static_cast<double>(linear_unit) : 0);
-  append(polynomial.basis, 1);
 }
 
 // Of divided monomials x^a/a! y^b/b! z^c/c!.
@@ -371,7 +423,6 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
   std::vector<pack::Real> coefficients;
   std::vector<unsigned char> field;
   const size_t panels = num_panels(contact_sites);
-  std::vector<pack::Real> columns;
   for (const SiteResult& result : results) {
     const SitePolynomial& polynomial = result.polynomial;
     pack::PolynomialSite site = {};
@@ -389,16 +440,20 @@ PolynomialSegments add_polynomials(const std::vector<SiteResult>& results, const
     append_energy(polynomial, energy);
     const std::vector<double> rows = by_rows(polynomial.coefficients);
     for (const double number : rows) coefficients.push_back(static_cast<pack::Real>(number));
+    Eigen::MatrixXd columns(polynomial.linear.rows(), 3 + polynomial.basis.cols());
+    columns << polynomial.linear, polynomial.basis;
+    Eigen::VectorXd units = Eigen::VectorXd::Ones(columns.cols());
+    units.head<3>().setConstant(static_cast<double>(site.linear_unit));
+    std::vector<std::int16_t> integers;
+    std::vector<pack::Real> reals;
     for (size_t panel = 0; panel < panels; ++panel) {
-      if (rounded) {
-        append_rounded(polynomial, site.linear_unit, panel, field);
-        continue;
-      }
-      columns.clear();
-      append_panel(polynomial.linear, panel, columns);
-      append_panel(polynomial.basis, panel, columns);
-      append_bytes(columns.data(), columns.size() * sizeof(pack::Real), field);
+      if (rounded)
+        append_rounded_panel(columns, units, panel, integers);
+      else
+        append_panel(columns, panel, reals);
     }
+    append_bytes(integers.data(), integers.size() * sizeof integers[0], field);
+    append_bytes(reals.data(), reals.size() * sizeof reals[0], field);
   }
   return {store.add(sites), store.add(energy), store.add(coefficients), store.add(field)};
 }
@@ -588,6 +643,8 @@ AlignedBytes write_pack(const PackContent& content) {
       const pack::Segment force_scale = at(zone.force_scale);
       const pack::Segment more_rings = at(zone.more_rings);
       const pack::Segment exterior = at(zone.exterior);
+      const pack::Segment field_units = at(zone.field_units);
+      const pack::Segment exterior_units = at(zone.exterior_units);
       const bool has_pairs = !content.zone->pair_fields.empty();
       const uint32_t num_pair_fields =
           has_pairs ? static_cast<uint32_t>(content.zone->pair_fields.front().cols()) : 0;
@@ -605,7 +662,9 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.zone->exterior_degree),
           static_cast<uint32_t>(content.zone->pair_degree), &more_rings,
           static_cast<uint32_t>(content.zone->most_rim_nodes),
-          static_cast<uint32_t>(content.zone->most_rim_elements));
+          static_cast<uint32_t>(content.zone->most_rim_elements),
+          content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units,
+          &exterior_units);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);
@@ -704,7 +763,7 @@ double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSiz
     const double panels = rows / pack::kPanelRows;
     const size_t tables = sizeof(pack::PolynomialSite) + sizeof(double) * pack::num_monomials(2, degree + 1) +
                           sizeof(pack::Real) * pack::num_monomials(2, degree) * rank;
-    bytes += num_sites * (panels * static_cast<double>(pack::polynomial_panel_bytes(rank, rounded)) +
+    bytes += num_sites * (panels * static_cast<double>(pack::field_panel_bytes(3 + rank, rounded)) +
                           static_cast<double>(tables));
   }
   return bytes;

@@ -33,6 +33,13 @@ int pair_degree(double reach_in_edges, double accuracy_target) {
                                                                         : pack::kMostPairDegree;
 }
 
+// Of the columns that a pair has for what is of second order, eight leave 0.6 % at one edge outside of two rings (median of
+// the brain's pairs), sixteen 0.15; outside of one ring its own error is more than what eight leave.
+int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double accuracy_target) {
+  const double left = (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
+  return (accuracy_target < left ? 16 : 8) + (pair_degree > 2 ? kThirdOrderFields : 0);
+}
+
 // As the runtime's rims know it.
 bool has_second_order(const Model& model, int e) {
   const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
@@ -100,12 +107,18 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   std::vector<char> in_zone(num_nodes);
   ZoneTables zone;
   zone.rings = rings;
+  zone.rounded = rounds_fields(scene);
   zone.more_rings = std::move(more_rings);
   zone.more_rings.resize(sites.sites.size());
-  const bool has_rims = num_zone_pairs(sites, scene.max_contacts) > 0;
   const double reach_in_edges = scene.max_displacement / sites.mean_surface_edge;
   zone.exterior_degree = exterior_degree(reach_in_edges, scene.accuracy_target);
   zone.pair_degree = pair_degree(reach_in_edges, scene.accuracy_target);
+  const std::size_t num_sites = sites.sites.size();
+  const bool has_rims = scene.max_contacts > 1 && num_sites > 1 && num_sites <= pack::kMostMutualSites;
+  if (has_rims) {
+    zone.num_pairs = num_sites * (num_sites - 1) / 2;
+    zone.num_pair_fields = num_pair_fields(rings, zone.pair_degree, reach_in_edges, scene.accuracy_target);
+  }
   for (size_t s = 0; s < sites.sites.size(); ++s) {
     const std::vector<int> elements = finder.elements_about(sites.sites[s], zone.rings_of(s, rings));
     std::map<int, size_t> inside;  // elements of the zone at each of its nodes
@@ -217,29 +230,22 @@ std::vector<Eigen::Index> exterior_dofs(const ContactSites& sites, const ZoneTab
   return dofs;
 }
 
-std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts) {
-  const size_t count = sites.sites.size();
-  return max_contacts > 1 && count <= pack::kMostMutualSites ? count * (count - 1) / 2 : 0;
-}
-
-int num_pair_fields(const ZoneTables& zone, double accuracy_target) {
-  const int of_second = accuracy_target < (zone.rings > 1 ? 0.01 : 0.002) ? 16 : 8;
-  return of_second + (zone.pair_degree > 2 ? kThirdOrderFields : 0);
-}
-
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts,
-                  double accuracy_target) {
-  const auto pairs = static_cast<double>(num_zone_pairs(sites, max_contacts));
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {
+  const auto pairs = static_cast<double>(zone.num_pairs);
   const auto contacts = static_cast<double>(sites.contact_nodes.size());
   const double free = zone.num_free;
   const double panels = pack::num_panels(static_cast<std::uint32_t>(sites.packed_nodes.size()));
   const double all_panels = panels + pack::num_panels(static_cast<std::uint32_t>(zone.inner_nodes.size()));
-  const double of_site =
-      zone.rings * all_panels * pack::num_monomials(2, static_cast<std::uint32_t>(zone.exterior_degree));
-  const double columns = (free - contacts) * panels * 3 + static_cast<double>(sites.sites.size()) * of_site;
-  const int of_pair = num_pair_fields(zone, accuracy_target);
-  return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) +
-         columns * pack::kPanelRows * sizeof(pack::Real) + pairs * of_pair * all_panels * pack::kPanelRows +
+  const std::uint32_t columns = pack::num_monomials(2, static_cast<std::uint32_t>(zone.exterior_degree));
+  const double of_sites = zone.rings * static_cast<double>(sites.sites.size()) *
+                          (all_panels * static_cast<double>(pack::field_panel_bytes(columns, zone.rounded)) +
+                           columns * sizeof(double));
+  const double of_nodes =
+      (free - contacts) *
+      (panels * static_cast<double>(pack::field_panel_bytes(3, zone.rounded)) + sizeof(double));
+  const int of_pair = zone.num_pair_fields;
+  return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) + of_sites + of_nodes +
+         pairs * of_pair * all_panels * pack::kPanelRows +
          zone.rings * pairs * pack::num_pair_monomials(static_cast<std::uint32_t>(zone.pair_degree)) *
              (2 * pack::kPairColumns + of_pair) * sizeof(float);
 }

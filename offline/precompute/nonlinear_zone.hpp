@@ -2,7 +2,7 @@
 // organ onto their boundary (runtime/src/zone_set.hpp has the equations).
 //
 // The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times, and in the end the rest of their volume patches. Where pairs of contacts are known (num_zone_pairs), the elements
+// times, and in the end the rest of their volume patches. Where pairs of contacts are known (num_pairs), the elements
 // that share a node with it and are not in it are its rim (runtime/src/zone_rim.hpp). Carried are the elements and nodes
 // of all sites' zones and rims, and the compliance K^-1 at rest between those nodes, of which the rows and columns of
 // contact nodes are linear_dd's; and what the organ outside adds to its linear answer (zone_exterior.hpp).
@@ -22,6 +22,7 @@ namespace palpate {
 
 struct ZoneTables {
   int rings = 0;
+  bool rounded = false;                  // whether a pack has its fields as int16
   std::vector<std::uint8_t> more_rings;  // of each site: those that its zones have beyond the rings asked for
   std::vector<int>
       nodes;  // model nodes: contact nodes in their order, others that are free along some axis, fixed ones
@@ -46,10 +47,13 @@ struct ZoneTables {
   // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each
   // monomial of degrees 2 .. exterior_degree of x = f / force_scale.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
+  // Pairs of sites of which it is known what they add to that: all where a scene has several contacts at a time, none of
+  // too many sites. Columns of its own that each has (zone_mutual.hpp).
+  std::size_t num_pairs = 0;
+  int num_pair_fields = 0;
   int pair_degree = pack::kLeastPairDegree;
-  // What pairs of sites i > j, at lower_block(i - 1, j), add to that (zone_mutual.hpp); empty where none was asked
-  // for. Columns of their own, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest
-  // displacement;
+  // What sites i > j, at lower_block(i - 1, j), add; empty until that is known, and where it is nothing. Their own
+  // columns, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
   std::vector<PairFields> pair_fields;
   // and for each ring, and in it each pair, weights of the exterior's first pack::kPairColumns columns of i, of those
@@ -88,16 +92,10 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                              const std::function<void(int, int)>& progress, ZoneTables& zone);
 
-// Pairs of sites whose exterior a pack carries: none where one contact at a time is all there is, or of too many sites.
-std::size_t num_zone_pairs(const ContactSites& sites, int max_contacts);
-
-// Columns of its own that each of them has (zone_mutual.hpp): for what is of second order, where what eight leave is
-// little beside what one ring does, and goes with a target of one percent; and for what is of third.
+// Of those columns, those for what is of third order.
 inline constexpr int kThirdOrderFields = 8;
-int num_pair_fields(const ZoneTables& zone, double accuracy_target);
 
 // Bytes of a pack that the compliance and the exterior take, at most.
-double zone_bytes(const ZoneTables& zone, const ContactSites& sites, int max_contacts,
-                  double accuracy_target);
+double zone_bytes(const ZoneTables& zone, const ContactSites& sites);
 
 }  // namespace palpate

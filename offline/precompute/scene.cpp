@@ -261,6 +261,13 @@ Model read_model(const SceneTable& top, Scene& scene) {
 
 }  // namespace
 
+bool rounds_fields(const Scene& scene) {
+  constexpr double kFrom = 5e-4;
+  return scene.precision == FieldPrecision::rounded ||
+         (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
+          scene.accuracy_target >= kFrom);
+}
+
 LoadedScene read_scene(const std::filesystem::path& file) {
   const toml::table parsed = parse_toml(file.string());
   const SceneTable top(parsed, "", file.string());

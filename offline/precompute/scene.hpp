@@ -56,6 +56,11 @@ struct Scene {
   int zone_rings = 0;  // 0: chosen by what they take
 };
 
+// Whether a pack has its nonlinear fields as int16. With their weights they are wrong by 3e-5 of |d| together (fields of the
+// brain beside those of float32), by more where a domain is longer than wide: nothing beside a target of ten times that
+// and more.
+bool rounds_fields(const Scene& scene);
+
 // A scene and the model it names, both checked against each other.
 struct LoadedScene {
   Scene scene;

@@ -347,7 +347,7 @@ void compute_zone_mutual(const Assembly& assembly, const Scene& scene, const Con
                          const RestState& rest, int threads, const std::function<void(double)>& progress,
                          ZoneTables& zone) {
   const size_t num_sites = sites.sites.size();
-  const size_t num_pairs = num_zone_pairs(sites, scene.max_contacts);
+  const size_t num_pairs = zone.num_pairs;
   const bool is_linear = std::all_of(zone.exterior.begin(), zone.exterior.end(),
                                      [](const Fields& fields) { return fields.isZero(0); });
   if (num_pairs == 0 || is_linear) return;
@@ -360,7 +360,7 @@ void compute_zone_mutual(const Assembly& assembly, const Scene& scene, const Con
     if (progress) progress(std::min(1.0, static_cast<double>(done) / static_cast<double>(num_pairs)));
   };
 
-  const Eigen::Index most = num_pair_fields(zone, scene.accuracy_target);
+  const Eigen::Index most = zone.num_pair_fields;
   zone.pair_fields.assign(num_pairs, {});
   zone.pair_weights.assign(static_cast<size_t>(zone.rings) * num_pairs, {});
   pairs.for_each_site([&](size_t site, StaticSolver& solver) {

@@ -1,7 +1,10 @@
 #include "runtime/src/compliance.hpp"
 
+#include <string.h>
+
 #include "runtime/src/compressed_compliance.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/weighed_columns.hpp"
 
 namespace palpate {
 
@@ -21,21 +24,24 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
 
 // All panels of one held node after one another: the columns of many would be as many streams.
 void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
-                           AddColumns add_columns, bool onto, pal_real* sum) {
-  constexpr size_t kColumns = size_t{3} * pack::kPanelRows;
-  const size_t panels = pack::num_panels(pack.num_nodes);
+                           const FieldKernel& kernel, bool onto, pal_real* sum) {
+  const uint64_t panels = pack::num_panels(pack.num_nodes);
+  WeighedColumns columns;
+  columns.num_columns = columns.num_weighed = 3;
   if (forces.count == 0 && !onto) clear_panels(count, sum);
   for (uint32_t slot = 0; slot < forces.count; ++slot, onto = true) {
     const uint32_t node = forces.nodes[slot];
-    const pal_real* all =
-        node < pack.num_contact_nodes
-            ? pack.field_compliance + node * panels * kColumns
-            : pack.zone_field_compliance + (node - pack.num_contact_nodes) * panels * kColumns;
-    const pal_real* columns = all + first * kColumns;
-    for (uint32_t panel = 0; panel < count; ++panel) {
-      add_columns(columns + panel * kColumns, pack::kPanelRows, forces.weights + size_t{3} * slot, 3, onto,
-                  sum + size_t{panel} * pack::kPanelRows);
-    }
+    memcpy(columns.weights, forces.weights + size_t{3} * slot, 3 * sizeof *columns.weights);
+    const bool is_contact = node < pack.num_contact_nodes;
+    const uint32_t place = is_contact ? node : node - pack.num_contact_nodes;
+    columns.is_rounded = !is_contact && pack.zone_rounded;
+    columns.field = (is_contact ? reinterpret_cast<const unsigned char*>(pack.field_compliance)
+                                : pack.zone_field_compliance) +
+                    place * panels * pack::field_panel_bytes(3, columns.is_rounded);
+    const auto unit = is_contact ? pal_real(1) : static_cast<pal_real>(pack.zone_field_units[place]);
+    for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] *= unit;
+    if (columns.is_rounded) round_weights(columns);
+    fill_columns(columns, first, count, kernel, onto, sum);
   }
 }
 

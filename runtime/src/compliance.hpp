@@ -16,6 +16,6 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
 // sum[96 count] = displacements of the nodes of `count` panels from `first` on by nodal forces, onto what is there or
 // not. The compliance is dense. Cost: reads 288 numbers for each panel and node with a force.
 void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
-                           AddColumns add_columns, bool onto, pal_real* sum);
+                           const FieldKernel& kernel, bool onto, pal_real* sum);
 
 }  // namespace palpate

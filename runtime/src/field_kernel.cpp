@@ -18,19 +18,20 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
   }
 }
 
-void add_rounded_scalar(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum) {
+void add_rounded_scalar(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum) {
   if (!onto) clear_panels(1, sum);
-  const int16_t* weight = rounded.weights;
-  const auto add = [&](uint32_t count, pal_real unit) {
+  const uint32_t ends[] = {3, 3 + 2 * rounded.num_pairs};
+  const pal_real units[] = {rounded.first_unit, rounded.unit};
+  for (uint32_t part = 0, j = 0; part < 2 && j < ends[1]; ++part) {
     int32_t integers[pack::kPanelRows] = {};
-    for (uint32_t p = 0; p < count; ++p, weight += 2) {
-      for (uint32_t i = 0; i < pack::kPanelRows; ++i, pairs += 2)
-        integers[i] += weight[0] * pairs[0] + weight[1] * pairs[1];
+    for (; j < ends[part]; ++j) {
+      const int16_t* column = columns + pack::rounded_place(j, 0);
+      const uint32_t stride = pack::rounded_place(j, 1) - pack::rounded_place(j, 0);
+      for (uint32_t i = 0; i < pack::kPanelRows; ++i) integers[i] += rounded.weights[j] * column[stride * i];
     }
-    for (uint32_t i = 0; i < pack::kPanelRows; ++i) sum[i] += unit * static_cast<pal_real>(integers[i]);
-  };
-  add(pack::kLinearPairs, rounded.linear_unit);
-  add(rounded.num_pairs - pack::kLinearPairs, rounded.unit);
+    for (uint32_t i = 0; i < pack::kPanelRows; ++i)
+      sum[i] += units[part] * static_cast<pal_real>(integers[i]);
+  }
 }
 
 void add_bytes_scalar(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum) {
@@ -117,27 +118,41 @@ __attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const
 
 #if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
 // Both weights of a pair, as they lie.
-int pair_of(const int16_t* weights, uint32_t p) {
+int pair_of(const int16_t* weights) {
   int pair;
-  memcpy(&pair, weights + 2 * p, sizeof pair);
+  memcpy(&pair, weights, sizeof pair);
   return pair;
 }
 
-// 12 sums of 8 rows, as above, in registers while so many pairs stream by; then through memory.
-__attribute__((target("avx2,fma"))) void add_pairs_avx2(const int16_t* pairs, const int16_t* weights,
-                                                        uint32_t count, pal_real unit, bool onto,
-                                                        pal_real* sum) {
+// That of a column alone, beside 0: its entries, widened, are pairs of them and of their signs.
+int single_of(const int16_t* weight) {
+  return static_cast<uint16_t>(*weight);
+}
+
+// 12 sums of 8 rows, as above, in registers while so many pairs stream by, and behind them a column alone or none; then
+// through memory.
+__attribute__((target("avx2,fma"))) void add_part_avx2(const int16_t* columns, const int16_t* weights,
+                                                       uint32_t num_pairs, bool single, pal_real unit,
+                                                       bool onto, pal_real* sum) {
   constexpr uint32_t kRegisters = 12;
   constexpr uint32_t kLanes = 8;
   __m256i integers[kRegisters];
 #pragma GCC unroll 12
   for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm256_setzero_si256();
-  for (uint32_t p = 0; p < count; ++p, pairs += 2 * pack::kPanelRows) {
-    const __m256i weight = _mm256_set1_epi32(pair_of(weights, p));
+  for (uint32_t p = 0; p < num_pairs; ++p, columns += 2 * pack::kPanelRows, weights += 2) {
+    const __m256i weight = _mm256_set1_epi32(pair_of(weights));
 #pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) {
-      const __m256i pair = _mm256_load_si256(reinterpret_cast<const __m256i*>(pairs + 2 * kLanes * r));
+      const __m256i pair = _mm256_load_si256(reinterpret_cast<const __m256i*>(columns + 2 * kLanes * r));
       integers[r] = _mm256_add_epi32(integers[r], _mm256_madd_epi16(pair, weight));
+    }
+  }
+  if (single) {
+    const __m256i weight = _mm256_set1_epi32(single_of(weights));
+#pragma GCC unroll 12
+    for (uint32_t r = 0; r < kRegisters; ++r) {
+      const __m128i entries = _mm_load_si128(reinterpret_cast<const __m128i*>(columns + kLanes * r));
+      integers[r] = _mm256_add_epi32(integers[r], _mm256_madd_epi16(_mm256_cvtepi16_epi32(entries), weight));
     }
   }
   __m256i stored[kRegisters];
@@ -151,16 +166,16 @@ __attribute__((target("avx2,fma"))) void add_pairs_avx2(const int16_t* pairs, co
   }
 }
 
-void add_rounded_avx2(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum) {
-  constexpr uint32_t kLinear = pack::kLinearPairs;
-  add_pairs_avx2(pairs, rounded.weights, kLinear, rounded.linear_unit, onto, sum);
-  add_pairs_avx2(pairs + size_t{2} * kLinear * pack::kPanelRows, rounded.weights + 2 * kLinear,
-                 rounded.num_pairs - kLinear, rounded.unit, true, sum);
+void add_rounded_avx2(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum) {
+  add_part_avx2(columns, rounded.weights, 1, true, rounded.first_unit, onto, sum);
+  if (rounded.num_pairs > 0)
+    add_part_avx2(columns + size_t{3} * pack::kPanelRows, rounded.weights + 3, rounded.num_pairs, false,
+                  rounded.unit, true, sum);
 }
 
 // 6 sums of 16 rows, and the rows, in registers; product and sum are one instruction. (Conversion without a mask is one
 // that GCC warns of.)
-__attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* pairs,
+__attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* columns,
                                                                           const RoundedWeights& rounded,
                                                                           bool onto, pal_real* sum) {
   constexpr uint32_t kRegisters = 6;
@@ -169,21 +184,30 @@ __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const 
 #pragma GCC unroll 6
   for (uint32_t r = 0; r < kRegisters; ++r)
     rows[r] = onto ? _mm512_loadu_ps(sum + kLanes * r) : _mm512_setzero_ps();
-  uint32_t p = 0;
+  const int16_t* weights = rounded.weights;
+  const uint32_t num_parts = rounded.num_pairs > 0 ? 2 : 1;
 #pragma GCC unroll 1
-  for (uint32_t part = 0; part < 2; ++part) {
-    const uint32_t end = part == 0 ? pack::kLinearPairs : rounded.num_pairs;
+  for (uint32_t part = 0; part < num_parts; ++part) {
     __m512i integers[kRegisters];
 #pragma GCC unroll 6
     for (uint32_t r = 0; r < kRegisters; ++r) integers[r] = _mm512_setzero_si512();
-    for (; p < end; ++p, pairs += 2 * pack::kPanelRows) {
-      const __m512i weight = _mm512_set1_epi32(pair_of(rounded.weights, p));
+    const uint32_t num_pairs = part == 0 ? 1 : rounded.num_pairs;
+    for (uint32_t p = 0; p < num_pairs; ++p, columns += 2 * pack::kPanelRows, weights += 2) {
+      const __m512i weight = _mm512_set1_epi32(pair_of(weights));
 #pragma GCC unroll 6
       for (uint32_t r = 0; r < kRegisters; ++r) {
-        integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_load_si512(pairs + 2 * kLanes * r), weight);
+        integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_load_si512(columns + 2 * kLanes * r), weight);
       }
     }
-    const __m512 unit = _mm512_set1_ps(part == 0 ? rounded.linear_unit : rounded.unit);
+    if (part == 0) {
+      const __m512i weight = _mm512_set1_epi32(single_of(weights++));
+#pragma GCC unroll 6
+      for (uint32_t r = 0; r < kRegisters; ++r, columns += kLanes) {
+        const __m256i entries = _mm256_load_si256(reinterpret_cast<const __m256i*>(columns));
+        integers[r] = _mm512_dpwssd_epi32(integers[r], _mm512_maskz_cvtepi16_epi32(0xffff, entries), weight);
+      }
+    }
+    const __m512 unit = _mm512_set1_ps(part == 0 ? rounded.first_unit : rounded.unit);
 #pragma GCC unroll 6
     for (uint32_t r = 0; r < kRegisters; ++r)
       rows[r] = _mm512_fmadd_ps(unit, _mm512_maskz_cvtepi32_ps(0xffff, integers[r]), rows[r]);

@@ -15,19 +15,19 @@ namespace palpate {
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
                             bool onto, pal_real* sum);
 
-// Weights of columns that are rounded to int16: integers, and what one unit of their sum means. Those of L, in the
-// first pack::kLinearPairs, and those of B, which are much smaller, have a unit each.
+// Weights of columns that are int16 (pack::rounded_place): integers, and what one unit of their sum means. The first
+// three and the others, which may be much smaller, have a unit each.
 struct RoundedWeights {
-  uint32_t num_pairs;
-  pal_real linear_unit;
-  pal_real unit;
-  alignas(4) int16_t weights[2 * pack::num_column_pairs(pack::kMostRank)];  // [num_pairs][2]
+  uint32_t num_pairs;  // of the others
+  pal_real first_unit;
+  pal_real unit;                                                         // of them, where there are any
+  int16_t weights[3 + 2 * pack::num_column_pairs(3 + pack::kMostRank)];  // [3 + 2 num_pairs]
 };
 
-// sum[i] = (onto ? sum[i] : 0) + sum over p < num_pairs of (p < kLinearPairs ? linear_unit : unit) * sum over c < 2 of
-// weights[p][c] * pairs[p][i][c],  i < pack::kPanelRows; num_pairs >= kLinearPairs. The integers are summed in 32 bits,
-// exactly: the caller's weights are small enough. Pairs are aligned to 64 bytes.
-using AddRounded = void (*)(const int16_t* pairs, const RoundedWeights& rounded, bool onto, pal_real* sum);
+// sum[i] = (onto ? sum[i] : 0) + sum over j < 3 + 2 num_pairs of (j < 3 ? first_unit : unit) * weights[j] *
+// columns[pack::rounded_place(j, i)],  i < pack::kPanelRows. The integers of either unit are summed in 32 bits, exactly:
+// the caller's weights are small enough. Columns are aligned to 64 bytes.
+using AddRounded = void (*)(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum);
 
 // sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows, four at a time: `count` is a multiple
 // of that.

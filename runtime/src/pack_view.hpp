@@ -98,14 +98,18 @@ struct pal_pack {
   uint32_t num_zone_materials;
   const palpate::pack::ZoneMaterial* zone_materials;
   const double* zone_compliance;  // rows from num_contact_nodes on
-  const pal_real* zone_field_compliance;
-  uint32_t num_row_panels;         // of zone_exterior: of packed nodes, then of inner ones
-  const double* zone_force_scale;  // [num_sites]
-  uint32_t zone_degree;            // of zone_exterior, a polynomial of the load
-  uint32_t zone_columns;           // its monomials of degree 2 and up
-  const pal_real* zone_exterior;   // [zone_rings][num_sites][num_row_panels][zone_columns][96]
-  uint32_t num_pair_fields;        // 0 without what pairs of contacts add
-  const int8_t* pair_fields;       // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
+  // Columns are over the units below, real, or int16 times kBasisUnit.
+  bool zone_rounded;
+  const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
+  const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
+  uint32_t num_row_panels;                     // of zone_exterior: of packed nodes, then of inner ones
+  const double* zone_force_scale;              // [num_sites]
+  uint32_t zone_degree;                        // of zone_exterior, a polynomial of the load
+  uint32_t zone_columns;                       // its monomials of degree 2 and up
+  const unsigned char* zone_exterior;  // [zone_rings][num_sites][num_row_panels] panels of zone_columns
+  const double* zone_exterior_units;   // [zone_rings][num_sites][zone_columns]
+  uint32_t num_pair_fields;            // 0 without what pairs of contacts add
+  const int8_t* pair_fields;           // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
   uint32_t pair_degree;
   const float* pair_weights;  // [zone_rings][pairs][num_pair_monomials][2 kPairColumns + num_pair_fields]
 

@@ -66,7 +66,7 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
         !coefficients.append(site.coefficients_start,
                              uint64_t{pack::num_monomials(2, site.degree)} * site.rank) ||
         !field.append(site.field_start,
-                      panels * pack::polynomial_panel_bytes(site.rank, pack.basis_rounded))) {
+                      panels * pack::field_panel_bytes(3 + site.rank, pack.basis_rounded))) {
       return false;
     }
   }
@@ -86,7 +86,7 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
   if (pack.basis_rounded) return true;  // any integer is a column's
   for (uint32_t i = 0; i < pack.num_sites; ++i) {
     const pack::PolynomialSite& site = pack.polynomial_sites[i];
-    const uint64_t panel_bytes = pack::polynomial_panel_bytes(site.rank, false);
+    const uint64_t panel_bytes = pack::field_panel_bytes(3 + site.rank, false);
     for (uint64_t panel = 0; panel < panels; ++panel) {
       const auto* columns =
           reinterpret_cast<const pal_real*>(pack.polynomial_field + site.field_start + panel * panel_bytes);

@@ -177,7 +177,7 @@ bool has_corners(const FieldState& field) {
 // A field and what is made of it once for all its panels.
 struct ShownField {
   const FieldState& state;
-  const PolynomialWeights* corners;  // [num_corners]
+  const WeighedColumns* corners;  // [num_corners]
 };
 
 // The nodes in a nonlinear zone, over what the linear organ makes of them.
@@ -194,20 +194,19 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
                  pal_real* sum) {
   const FieldState& field = shown.state;
   const pal_pack& pack = *session.pack;
-  const AddColumns add_columns = session.kernel.add_columns;
   bool onto = fill_rest(session, turn_of(field), first, count, sum);
   if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
-    fill_compliance_field(pack, field.forces(), first, count, add_columns, onto, sum);
+    fill_compliance_field(pack, field.forces(), first, count, session.kernel, onto, sum);
     onto = true;
   }
   if (field.model == PAL_MODEL_ZONE) {
     add_exterior_field(pack, field, first, count, session.kernel, sum);
     write_own_nodes(field, first, count, sum);
-    fill_compliance_field(pack, field.moving_forces(), first, count, add_columns, true, sum);
+    fill_compliance_field(pack, field.moving_forces(), first, count, session.kernel, true, sum);
   }
   if (has_corners(field)) {
     for (uint32_t i = 0; i < field.num_corners; ++i, onto = true)
-      fill_polynomial_field(shown.corners[i], first, count, session.kernel, onto, sum);
+      fill_columns(shown.corners[i], first, count, session.kernel, onto, sum);
   }
   if (!onto) clear_panels(count, sum);
 }
@@ -235,7 +234,7 @@ char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, cha
 // The panels of most fields hold nodes that follow one another.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
-  PolynomialWeights corners[most_corners(kMostZoneContacts)];
+  WeighedColumns corners[most_corners(kMostZoneContacts)];
   for (uint32_t i = 0; has_corners(field) && i < field.num_corners; ++i)
     weigh_polynomial(*session.pack, field.corners[i], corners[i]);
   const ShownField shown = {field, corners};

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/weighed_columns.hpp"
 #include "schemas/pair_monomials.hpp"
 
 namespace palpate {
@@ -15,9 +16,26 @@ constexpr uint32_t kFirst = pack::monomial_start(2);
 constexpr uint32_t kMostMonomials = pack::monomial_start(pack::kMostZoneDegree + 1);
 
 // A panel of these columns, of a site outside of so many rings.
-const pal_real* panel_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t panel) {
+const unsigned char* panel_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t panel) {
   const uint64_t index = (uint64_t{rings - 1} * pack.num_sites + site) * pack.num_row_panels + panel;
-  return pack.zone_exterior + index * pack.zone_columns * pack::kPanelRows;
+  return pack.zone_exterior + index * pack::field_panel_bytes(pack.zone_columns, pack.zone_rounded);
+}
+
+double unit_of_column(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t column) {
+  const uint64_t first = (uint64_t{rings - 1} * pack.num_sites + site) * pack.zone_columns;
+  return pack.zone_exterior_units[first + column];
+}
+
+// Of one of its columns.
+double entry_of_site(const pal_pack& pack, uint32_t rings, uint32_t site, uint32_t column, uint32_t row) {
+  const unsigned char* panel = panel_of_site(pack, rings, site, row / pack::kPanelRows);
+  row %= pack::kPanelRows;
+  const double part =
+      pack.zone_rounded
+          ? static_cast<double>(reinterpret_cast<const int16_t*>(panel)[pack::rounded_place(column, row)]) /
+                pack::kBasisUnit
+          : static_cast<double>(reinterpret_cast<const pal_real*>(panel)[column * pack::kPanelRows + row]);
+  return unit_of_column(pack, rings, site, column) * part;
 }
 
 // Of two sites that are not the same.
@@ -383,14 +401,13 @@ bool gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
   memset(pull, 0, stride * sizeof *pull);
   for (uint32_t b = 0; b < group.num_boundary && !is_nothing; ++b) {
     const uint32_t row = pack.zone_nodes[set.nodes[first_boundary(group) + b]].row;
-    const uint32_t panel = row / pack::kPanelNodes;
-    const size_t first = size_t{place} * pack::kPanelRows + size_t{3} * (row % pack::kPanelNodes);
     for (uint32_t axis = 0; axis < 3; ++axis) {
+      const uint32_t i = 3 * row + axis;
       field[3 * b + axis] =
-          is_own
-              ? static_cast<double>(panel_of_site(pack, state.rings, set.sites[contact], panel)[first + axis])
-              : pack.max_displacement / pack::kPairUnit *
-                    panel_of_pair(pack, set.sites[contact], set.sites[other], panel)[first + axis];
+          is_own ? entry_of_site(pack, state.rings, set.sites[contact], place, i)
+                 : pack.max_displacement / pack::kPairUnit *
+                       panel_of_pair(pack, set.sites[contact], set.sites[other],
+                                     i / pack::kPanelRows)[place * pack::kPanelRows + i % pack::kPanelRows];
     }
   }
   if (!is_nothing) state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
@@ -411,20 +428,31 @@ void fill_exterior_state(const pal_pack& pack, const ZoneState& state, FieldStat
   field.exterior_rings = state.rings;
   if (field.num_exterior == 0) return;
   for (uint32_t c = 0; c < set.num_contacts; ++c) field.exterior_sites[c] = set.sites[c];
-  const double unit = pack.metres * pack.max_displacement / pack::kPairUnit;
-  for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j)
-    field.exterior_weights[j] = static_cast<pal_real>(
-        set.weights[j] * (j < set.num_contacts * pack.zone_columns ? pack.metres : unit));
+  const uint32_t of_contacts = set.num_contacts * pack.zone_columns;
+  const double of_pairs = pack.metres * pack.max_displacement / pack::kPairUnit;
+  for (uint32_t j = 0; j < num_exterior_columns(pack, set.num_contacts); ++j) {
+    const double unit =
+        j < of_contacts ? pack.metres * unit_of_column(pack, state.rings, set.sites[j / pack.zone_columns],
+                                                       j % pack.zone_columns)
+                        : of_pairs;
+    field.exterior_weights[j] = static_cast<pal_real>(unit * set.weights[j]);
+  }
 }
 
 void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t first, uint32_t count,
                         const FieldKernel& kernel, pal_real* sum) {
   for (uint32_t c = 0; c < field.num_exterior; ++c) {
     const uint32_t site = field.exterior_sites[c];
-    for (uint32_t panel = 0; panel < count; ++panel)
-      kernel.add_columns(panel_of_site(pack, field.exterior_rings, site, first + panel), pack::kPanelRows,
-                         field.exterior_weights + size_t{c} * pack.zone_columns, pack.zone_columns, true,
-                         sum + size_t{panel} * pack::kPanelRows);
+    WeighedColumns columns;
+    static_assert(pack::num_monomials(2, pack::kMostZoneDegree) <= sizeof columns.weights / sizeof(pal_real));
+    columns.field = panel_of_site(pack, field.exterior_rings, site, 0);
+    columns.is_rounded = pack.zone_rounded;
+    columns.num_columns = columns.num_weighed = pack.zone_columns;
+    memcpy(columns.weights, field.exterior_weights + size_t{c} * pack.zone_columns,
+           pack.zone_columns * sizeof *columns.weights);
+    while (columns.num_weighed > 3 && columns.weights[columns.num_weighed - 1] == 0) --columns.num_weighed;
+    if (columns.is_rounded) round_weights(columns);
+    fill_columns(columns, first, count, kernel, true, sum);
     for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other) {
       const pal_real* weights =
           field.exterior_weights + first_column_of_pair(pack, field.num_exterior, c, other);

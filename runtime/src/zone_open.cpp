@@ -137,26 +137,32 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   const uint64_t others = pack.num_zone_free - pack.num_contact_nodes;
   const uint64_t blocks =
       pack::lower_block(pack.num_zone_free, 0) - pack::lower_block(pack.num_contact_nodes, 0);
-  const uint64_t column = uint64_t{pack::num_panels(pack.num_nodes)} * 3 * pack::kPanelRows;
+  pack.zone_rounded = zone.precision() == pack::FieldPrecision::i16;
+  if (!pack.zone_rounded && zone.precision() != pack::FieldPrecision::real) return false;
+  const uint64_t of_node = pack::num_panels(pack.num_nodes) * pack::field_panel_bytes(3, pack.zone_rounded);
   pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
   pack.zone_field_compliance =
-      array_of<pal_real>(pack, zone.field_compliance(), first_offset, others * column);
+      array_of<unsigned char>(pack, zone.field_compliance(), first_offset, others * of_node);
+  pack.zone_field_units = array_of<double>(pack, zone.field_units(), first_offset, others);
   pack.zone_degree = zone.exterior_degree();
   if (pack.zone_degree < pack::kLeastZoneDegree || pack.zone_degree > pack::kMostZoneDegree) return false;
   pack.zone_columns = pack::num_monomials(2, pack.zone_degree);
   // As many panels of inner nodes as the array has.
-  const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites * pack.zone_columns * pack::kPanelRows;
-  const uint64_t num_numbers = zone.exterior() != nullptr ? zone.exterior()->bytes() / sizeof(pal_real) : 0;
-  if (of_panel == 0 || num_numbers % of_panel != 0 ||
-      num_numbers / of_panel > kMostNodes / pack::kPanelNodes ||
-      num_numbers / of_panel < pack::num_panels(pack.num_nodes))
+  const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites *
+                            pack::field_panel_bytes(pack.zone_columns, pack.zone_rounded);
+  const uint64_t num_bytes = zone.exterior() != nullptr ? zone.exterior()->bytes() : 0;
+  if (of_panel == 0 || num_bytes % of_panel != 0 || num_bytes / of_panel > kMostNodes / pack::kPanelNodes ||
+      num_bytes / of_panel < pack::num_panels(pack.num_nodes))
     return false;
-  pack.num_row_panels = static_cast<uint32_t>(num_numbers / of_panel);
+  pack.num_row_panels = static_cast<uint32_t>(num_bytes / of_panel);
   pack.zone_more_rings = array_of<uint8_t>(pack, zone.more_rings(), first_offset, pack.num_sites);
   pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
-  pack.zone_exterior = array_of<pal_real>(pack, zone.exterior(), first_offset, num_numbers);
+  pack.zone_exterior = array_of<unsigned char>(pack, zone.exterior(), first_offset, num_bytes);
+  const uint64_t num_units = uint64_t{pack.zone_rings} * pack.num_sites * pack.zone_columns;
+  pack.zone_exterior_units = array_of<double>(pack, zone.exterior_units(), first_offset, num_units);
   if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
+      pack.zone_field_units == nullptr || pack.zone_exterior_units == nullptr ||
       pack.zone_more_rings == nullptr || pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
     return false;
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
@@ -203,9 +209,14 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   }
   pack.zone_nodes = nodes;
   if (trusted) return true;
-  if (!is_compliance(pack) ||
-      !all_within(pack.zone_exterior, num_numbers,
-                  static_cast<pal_real>(kLargestAmplification * pack.max_displacement)) ||
+  const auto are_parts = [&](const unsigned char* columns, uint64_t bytes) {
+    constexpr pal_real kLargestPart = pal_real(1.001);  // 1, and rounding
+    return pack.zone_rounded ||
+           all_within(reinterpret_cast<const pal_real*>(columns), bytes / sizeof(pal_real), kLargestPart);
+  };
+  if (!is_compliance(pack) || !are_parts(pack.zone_field_compliance, others * of_node) ||
+      !are_parts(pack.zone_exterior, num_bytes) ||
+      !all_within(pack.zone_exterior_units, num_units, kLargestAmplification * pack.max_displacement) ||
       (pack.pair_weights != nullptr &&
        !all_within(pack.pair_weights, num_weights, static_cast<float>(kLargestAmplification))))
     return false;
@@ -215,9 +226,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
         pack.zone_compliance + 9 * (pack::lower_block(at, at) - pack::lower_block(pack.num_contact_nodes, 0));
     double largest = 0;
     for (uint32_t axis = 0; axis < 3; ++axis) largest = block[4 * axis] > largest ? block[4 * axis] : largest;
-    if (!all_within(pack.zone_field_compliance + node * column, column,
-                    static_cast<pal_real>(kLargestAmplification * largest)))
-      return false;
+    if (!all_within(pack.zone_field_units + node, 1, kLargestAmplification * largest)) return false;
   }
   return true;
 }

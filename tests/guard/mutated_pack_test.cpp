@@ -203,8 +203,9 @@ TEST(MutatedPack, EachSegmentOfZones) {
   int accepted = 0;
   for (const pack::Segment* segment :
        {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
-        zone.field_compliance(), zone.force_scale(), zone.exterior(), zone.pair_fields(), zone.pair_weights(),
-        zone.more_rings(), tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
+        zone.field_compliance(), zone.field_units(), zone.force_scale(), zone.exterior(),
+        zone.exterior_units(), zone.pair_fields(), zone.pair_weights(), zone.more_rings(),
+        tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }
@@ -401,15 +402,21 @@ pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original)
 pal_status status_with_exterior_degree(uint32_t degree, const AlignedBytes& original) {
   const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
-  const uint64_t of_column = zone.exterior()->bytes() / pack::num_monomials(2, zone.exterior_degree());
-  const uint64_t bytes = of_column * pack::num_monomials(2, degree);
-  AlignedBytes longer = with_room(original, bytes);
+  const uint32_t columns = pack::num_monomials(2, zone.exterior_degree());
+  const uint32_t other_columns = pack::num_monomials(2, degree);
+  const uint64_t bytes = zone.exterior()->bytes() / pack::rounded_panel_numbers(columns) *
+                         pack::rounded_panel_numbers(other_columns);
+  const uint64_t of_units = zone.exterior_units()->bytes() / columns * other_columns;
+  const uint64_t end = pack::round_up(original.bytes().size() + bytes, pack::kAlignment);
+  AlignedBytes longer = with_room(original, end + of_units - original.bytes().size());
   const auto field_of_zone = [&](flatbuffers::voffset_t field) {
     return field_of_table(longer, pack::Pack::VT_NONLINEAR_ZONE, field);
   };
   memcpy(field_of_zone(pack::NonlinearZone::VT_EXTERIOR_DEGREE), &degree, sizeof degree);
   *reinterpret_cast<pack::Segment*>(field_of_zone(pack::NonlinearZone::VT_EXTERIOR)) =
       pack::Segment(original.bytes().size(), bytes);
+  *reinterpret_cast<pack::Segment*>(field_of_zone(pack::NonlinearZone::VT_EXTERIOR_UNITS)) =
+      pack::Segment(end, of_units);
   repair_checksum(longer.bytes());
   return open_status(longer.bytes());
 }
@@ -488,13 +495,21 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(status_with<double>(
                 zone.compliance(), [](double* c) { c[1] = 1e30; }, original),
             PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<pal_real>(
-                zone.field_compliance(), [](pal_real* c) { c[9] = 1e38f; }, original),
-            PAL_STATUS_CORRUPT_CONTENT);
+  // Their numbers are any, their units are not.
+  for (const double wrong : {1e30, -1e30, std::nan("")}) {
+    for (const pack::Segment* units : {zone.field_units(), zone.exterior_units()}) {
+      EXPECT_EQ(status_with<double>(
+                    units, [&](double* of_columns) { of_columns[2] = wrong; }, original),
+                PAL_STATUS_CORRUPT_CONTENT)
+          << wrong;
+    }
+  }
   // What the organ outside adds.
-  const auto num_rows = static_cast<uint32_t>(
-      zone.exterior()->bytes() / sizeof(pal_real) / 3 /
-      (zone.rings() * tables().sites()->num_sites() * pack::num_monomials(2, zone.exterior_degree())));
+  const auto num_rows =
+      static_cast<uint32_t>(zone.exterior()->bytes() * pack::kPanelNodes /
+                            (uint64_t{zone.rings()} * tables().sites()->num_sites() *
+                             pack::field_panel_bytes(pack::num_monomials(2, zone.exterior_degree()),
+                                                     zone.precision() == pack::FieldPrecision::i16)));
   EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[4].row = num_rows; }), PAL_STATUS_CORRUPT_CONTENT);
   for (const double wrong : {0.0, -1.0, 1e-300, 1e300, std::nan("")}) {
     EXPECT_EQ(status_with<double>(
@@ -509,11 +524,6 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(with_more_rings(pack::kMostZoneRings), PAL_STATUS_OK);
   EXPECT_EQ(with_more_rings(pack::kMostZoneRings + 1), PAL_STATUS_CORRUPT_CONTENT);
   for (const float wrong : {1e30f, -1e30f, std::nanf("")}) {
-    EXPECT_EQ(
-        status_with<pal_real>(
-            zone.exterior(), [&](pal_real* numbers) { numbers[5] = static_cast<pal_real>(wrong); }, original),
-        PAL_STATUS_CORRUPT_CONTENT)
-        << wrong;
     EXPECT_EQ(status_with<float>(
                   zone.pair_weights(), [&](float* weights) { weights[3] = wrong; }, original),
               PAL_STATUS_CORRUPT_CONTENT)
@@ -613,10 +623,9 @@ TEST_F(Contradiction, PolynomialNumbers) {
       EXPECT_EQ(with(polynomial.field(), 40, wrong), of_columns) << wrong;
       const auto& last = reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() +
                                                                        polynomial.sites()->offset())[11];
-      const uint64_t in_panel = pack::polynomial_panel_bytes(last.rank, rounded) / sizeof(pal_real);
-      const uint64_t of_linear =
-          rounded ? 2 * pack::kLinearPairs * pack::kPanelRows * sizeof(int16_t) / sizeof(pal_real)
-                  : 3 * pack::kPanelRows;
+      const uint64_t in_panel = pack::field_panel_bytes(3 + last.rank, rounded) / sizeof(pal_real);
+      const uint64_t of_linear = rounded ? pack::rounded_panel_numbers(3) * sizeof(int16_t) / sizeof(pal_real)
+                                         : 3 * pack::kPanelRows;
       const uint64_t in_last = polynomial.field()->bytes() / sizeof(pal_real) - in_panel + of_linear - 1;
       EXPECT_EQ(with(polynomial.field(), in_last, wrong), of_columns) << wrong;
     }
@@ -686,8 +695,8 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     };
     const uint64_t panels = pack::num_panels(static_cast<uint32_t>(small_.sites.packed_nodes.size()));
     shorten(pack::PolynomialDd::VT_COEFFICIENTS, fewer * pack::num_monomials(2, 3) * sizeof(pal_real));
-    shorten(pack::PolynomialDd::VT_FIELD, panels * (pack::polynomial_panel_bytes(8, true) -
-                                                    pack::polynomial_panel_bytes(8 - fewer_packed, true)));
+    shorten(pack::PolynomialDd::VT_FIELD, panels * (pack::field_panel_bytes(3 + 8, true) -
+                                                    pack::field_panel_bytes(3 + 8 - fewer_packed, true)));
     auto* sites =
         reinterpret_cast<pack::PolynomialSite*>(copy.bytes().data() + polynomials_of(copy).sites()->offset());
     sites[small_.sites.sites.size() - 1].rank -= fewer;

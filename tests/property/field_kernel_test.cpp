@@ -118,19 +118,20 @@ TEST(FieldKernel, BytesAreWidenedExactly) {
 
 // ---- Columns of int16
 
-constexpr uint32_t kMostPairs = pack::num_column_pairs(pack::kMostRank);
+constexpr uint32_t kMostPairs = pack::num_column_pairs(3 + pack::kMostRank);
 
-// One call's operands, pairs on cache lines.
+// One call's operands, columns on cache lines.
 struct RoundedPanel {
-  explicit RoundedPanel(uint32_t num_pairs) : memory(pack::kPanelRows * 2 * sizeof(int16_t) * num_pairs) {
+  explicit RoundedPanel(uint32_t num_pairs)
+      : num_columns(3 + 2 * num_pairs), memory(sizeof(int16_t) * pack::rounded_panel_numbers(num_columns)) {
     rounded.num_pairs = num_pairs;
-    rounded.linear_unit = rounded.unit = 1;
+    rounded.first_unit = rounded.unit = 1;
     for (int16_t& weight : rounded.weights) weight = 0;
   }
 
-  int16_t* pairs() { return reinterpret_cast<int16_t*>(memory.bytes().data()); }
-  int16_t entry(uint32_t column, size_t row) {
-    return pairs()[2 * (column / 2 * pack::kPanelRows + row) + column % 2];
+  int16_t* columns() { return reinterpret_cast<int16_t*>(memory.bytes().data()); }
+  int16_t& entry(uint32_t column, size_t row) {
+    return columns()[pack::rounded_place(column, static_cast<uint32_t>(row))];
   }
   // Of some columns.
   int64_t integer(size_t row, uint32_t first, uint32_t end) {
@@ -139,15 +140,34 @@ struct RoundedPanel {
     return sum;
   }
 
+  uint32_t num_columns;
   AlignedBytes memory;
   RoundedWeights rounded;
 };
+
+// Every entry has a place of its own, and those of a pair are side by side.
+TEST(FieldKernel, RoundedColumnsFillTheirPanel) {
+  for (const uint32_t columns : {3u, 4u, 5u, 16u, 52u, 99u}) {
+    SCOPED_TRACE(columns);
+    std::vector<int> taken(pack::rounded_panel_numbers(columns));
+    EXPECT_EQ(taken.size() * sizeof(int16_t) % pack::kAlignment, 0);
+    for (uint32_t column = 0; column < columns; ++column) {
+      for (uint32_t row = 0; row < pack::kPanelRows; ++row) {
+        ++taken.at(pack::rounded_place(column, row));
+        if (column == 1 || (column > 3 && column % 2 == 0)) {
+          EXPECT_EQ(pack::rounded_place(column, row), pack::rounded_place(column - 1, row) + 1);
+        }
+      }
+    }
+    EXPECT_EQ(*std::max_element(taken.begin(), taken.end()), 1);
+  }
+}
 
 // How far a kernel is from the sum with integers of 64 bits, over the bound that it states; onto `start`, or from zero
 // where there is none.
 double error_over_bound(AddRounded add_rounded, RoundedPanel& panel, const std::vector<pal_real>& start) {
   std::vector<pal_real> result = start.empty() ? std::vector<pal_real>(pack::kPanelRows, 7) : start;
-  add_rounded(panel.pairs(), panel.rounded, !start.empty(), result.data());
+  add_rounded(panel.columns(), panel.rounded, !start.empty(), result.data());
   double worst = 0;
   for (size_t i = 0; i < pack::kPanelRows; ++i) {
     const double from = start.empty() ? 0.0 : static_cast<double>(start[i]);
@@ -160,8 +180,8 @@ double error_over_bound(AddRounded add_rounded, RoundedPanel& panel, const std::
       exact += static_cast<double>(unit) * static_cast<double>(integer);
       magnitude += std::abs(static_cast<double>(unit) * static_cast<double>(integer));
     };
-    add(0, 2 * pack::kLinearPairs, panel.rounded.linear_unit);
-    add(2 * pack::kLinearPairs, 2 * panel.rounded.num_pairs, panel.rounded.unit);
+    add(0, 3, panel.rounded.first_unit);
+    add(3, panel.num_columns, panel.rounded.unit);
     const double error = std::abs(static_cast<double>(result[i]) - exact);
     if (error > 0) worst = std::max(worst, error / (4 * kEpsilon * magnitude));
   }
@@ -183,19 +203,19 @@ TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
   std::uniform_real_distribution<pal_real> value(-1, 1);
   std::uniform_int_distribution<int> exponent(-20, 20);
   const auto any = [&] { return std::ldexp(value(random), exponent(random)); };
-  for (const uint32_t num_pairs : {2u, 3u, 4u, 5u, 10u, 17u, kMostPairs}) {
+  for (const uint32_t num_pairs : {0u, 1u, 2u, 3u, 8u, 15u, kMostPairs}) {
     SCOPED_TRACE(num_pairs);
     for (int round = 0; round < 20; ++round) {
       RoundedPanel panel(num_pairs);
-      for (pal_real* unit : {&panel.rounded.linear_unit, &panel.rounded.unit})
+      for (pal_real* unit : {&panel.rounded.first_unit, &panel.rounded.unit})
         *unit = std::abs(any()) / pack::kBasisUnit;
-      const int most = static_cast<int>(65000 / (2 * num_pairs));
+      const int most = static_cast<int>(65000 / panel.num_columns);
       std::uniform_int_distribution<int> weight(-std::min(most, 32767), std::min(most, 32767));
       std::uniform_int_distribution<int> entry(-32767, 32767);
-      for (uint32_t k = 0; k < 2 * num_pairs; ++k)
+      for (uint32_t k = 0; k < panel.num_columns; ++k)
         panel.rounded.weights[k] = static_cast<int16_t>(weight(random));
-      for (size_t i = 0; i < size_t{2} * num_pairs * pack::kPanelRows; ++i)
-        panel.pairs()[i] = static_cast<int16_t>(entry(random));
+      for (size_t i = 0; i < pack::rounded_panel_numbers(panel.num_columns); ++i)
+        panel.columns()[i] = static_cast<int16_t>(entry(random));
       std::vector<pal_real> start(pack::kPanelRows);
       for (pal_real& row : start) row = any();
       expect_exact(panel, start);
@@ -210,28 +230,28 @@ TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
   std::mt19937_64 random(9);
   constexpr uint32_t kMost = pack::kMostRank;
   constexpr int kEach = 65535 / static_cast<int>(kMost);
-  constexpr uint32_t kOfLinear = 2 * pack::kLinearPairs;
   const std::vector<std::vector<int>> weight_sets = {
-      {32767, 32767, 1, 0}, {-32767, -32767, -1, 0},        {32767, -32767, 0, 1},
-      {0, 32767, 32767, 1}, std::vector<int>(kMost, kEach), std::vector<int>(kMost, -kEach)};
+      {32767, 32767, 1, 0},           {-32767, -32767, -1, 0}, {32767, -32767, 0, 1},
+      {0, 32767, 32767, 1},           {1, 32766, -32767, 1},   std::vector<int>(kMost, kEach),
+      std::vector<int>(kMost, -kEach)};
   for (const std::vector<int>& weights : weight_sets) {
     for (const int largest : {32767, -32767, -32768}) {
       for (const bool same_signs : {true, false}) {
-        RoundedPanel panel(pack::kLinearPairs + static_cast<uint32_t>(weights.size() / 2));
-        panel.rounded.linear_unit = panel.rounded.unit = pal_real(1) / 65536;
+        RoundedPanel panel(static_cast<uint32_t>(weights.size() / 2));
+        panel.rounded.first_unit = panel.rounded.unit = pal_real(1) / 65536;
         const auto weight_of = [&](size_t k) {
           const bool is_turned = weights.size() == kMost && !same_signs && random() % 2 == 0;
           return static_cast<int16_t>(is_turned ? -weights[k] : weights[k]);
         };
-        // Those of L are the first of the same.
-        for (size_t k = 0; k < kOfLinear; ++k) panel.rounded.weights[k] = weight_of(k);
-        for (size_t k = 0; k < weights.size(); ++k) panel.rounded.weights[kOfLinear + k] = weight_of(k);
+        // The first three are the same, too.
+        for (size_t k = 0; k < 3; ++k) panel.rounded.weights[k] = weight_of(k);
+        for (size_t k = 0; k < weights.size(); ++k) panel.rounded.weights[3 + k] = weight_of(k);
         for (size_t row = 0; row < pack::kPanelRows; ++row) {
-          for (uint32_t k = 0; k < kOfLinear + weights.size(); ++k) {
+          for (uint32_t k = 0; k < panel.num_columns; ++k) {
             // Every product of one sign, so that nothing cancels; or the largest as they are.
             const bool turned = !same_signs && (panel.rounded.weights[k] < 0) != (row % 2 == 0);
             const int entry = turned ? std::min(32767, -largest) : largest;
-            panel.pairs()[2 * (k / 2 * pack::kPanelRows + row) + k % 2] = static_cast<int16_t>(entry);
+            panel.entry(k, row) = static_cast<int16_t>(entry);
           }
         }
         expect_exact(panel, start);
@@ -242,26 +262,26 @@ TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
 
 // The checks see a kernel that saturates pairs of products, and one whose sums are of less than 32 bits.
 TEST(FieldKernel, SaturatedAndWrappedSumsAreSeen) {
-  constexpr AddRounded kSaturated = [](const int16_t* pairs, const RoundedWeights& rounded, bool,
+  constexpr AddRounded kSaturated = [](const int16_t* columns, const RoundedWeights& rounded, bool,
                                        pal_real* sum) {
     for (size_t i = 0; i < pack::kPanelRows; ++i) {
-      const int exact = rounded.weights[0] * pairs[2 * i] + rounded.weights[1] * pairs[2 * i + 1];
-      sum[i] = rounded.linear_unit * static_cast<pal_real>(std::min(exact, 1 << 30));
+      const int exact = rounded.weights[0] * columns[2 * i] + rounded.weights[1] * columns[2 * i + 1];
+      sum[i] = rounded.first_unit * static_cast<pal_real>(std::min(exact, 1 << 30));
     }
   };
-  constexpr AddRounded kWrapped = [](const int16_t* pairs, const RoundedWeights& rounded, bool,
+  constexpr AddRounded kWrapped = [](const int16_t* columns, const RoundedWeights& rounded, bool,
                                      pal_real* sum) {
     for (size_t i = 0; i < pack::kPanelRows; ++i) {
-      const int exact = rounded.weights[0] * pairs[2 * i] + rounded.weights[1] * pairs[2 * i + 1];
-      sum[i] = rounded.linear_unit * static_cast<pal_real>(exact % (1 << 30));
+      const int exact = rounded.weights[0] * columns[2 * i] + rounded.weights[1] * columns[2 * i + 1];
+      sum[i] = rounded.first_unit * static_cast<pal_real>(exact % (1 << 30));
     }
   };
-  RoundedPanel panel(pack::kLinearPairs);
+  RoundedPanel panel(0);
   panel.rounded.weights[0] = panel.rounded.weights[1] = 32767;
-  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.pairs()[i] = 32767;
+  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.columns()[i] = 32767;
   EXPECT_GT(error_over_bound(kSaturated, panel, {}), 1);
   EXPECT_GT(error_over_bound(kWrapped, panel, {}), 1);
-  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.pairs()[i] = 8000;
+  for (size_t i = 0; i < size_t{2} * pack::kPanelRows; ++i) panel.columns()[i] = 8000;
   EXPECT_LE(error_over_bound(kSaturated, panel, {}), 0.5);
   EXPECT_LE(error_over_bound(kWrapped, panel, {}), 0.5);
 }

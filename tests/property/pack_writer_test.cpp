@@ -1,7 +1,10 @@
 // What the builder lays down is what the runtime reads: same content, same bytes; every array in its place.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "schemas/monomials.hpp"
 #include "schemas/pack_generated.h"
@@ -150,7 +153,7 @@ void expect_sites(const AlignedBytes& bytes, const std::vector<SiteResult>& resu
     EXPECT_EQ(site.field_start % pack::kAlignment, 0U);
     energy += static_cast<uint64_t>(polynomial.energy.size());
     coefficients += static_cast<uint64_t>(polynomial.coefficients.size());
-    field += panels * pack::polynomial_panel_bytes(site.rank, rounded);
+    field += panels * pack::field_panel_bytes(3 + site.rank, rounded);
   }
   EXPECT_EQ(table.energy()->bytes(), energy * sizeof(double));
   EXPECT_EQ(table.coefficients()->bytes(), coefficients * sizeof(pack::Real));
@@ -160,6 +163,69 @@ void expect_sites(const AlignedBytes& bytes, const std::vector<SiteResult>& resu
 TEST(PackWriter, SitesAdjoin) {
   expect_sites(small_pack_bytes(), small_pack().polynomials, false);
   expect_sites(rounded_pack_bytes(), small_pack().rounded_polynomials(), true);
+}
+
+// Columns of zones are what they stand for, but for half a unit where they are int16, and zeros behind the last row.
+void expect_columns_of_zones(const SmallPack& small, bool rounded) {
+  ZoneTables zone = small.zone;
+  zone.rounded = rounded;
+  PackContent content = small.content();
+  content.zone = &zone;
+  const AlignedBytes bytes = write_pack(content);
+  const pack::NonlinearZone& table = *tables_of(bytes).nonlinear_zone();
+  EXPECT_EQ(table.precision(), rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real);
+  double worst = 0;  // of an entry, of its unit
+  const auto expect_columns = [&](const auto& columns, const unsigned char*& panel, const double* units) {
+    const auto count = static_cast<uint32_t>(columns.cols());
+    for (Eigen::Index first = 0; first < columns.rows(); first += pack::kPanelRows) {
+      for (uint32_t column = 0; column < count; ++column) {
+        for (uint32_t i = 0; i < pack::kPanelRows; ++i) {
+          const double part =
+              rounded ? reinterpret_cast<const std::int16_t*>(panel)[pack::rounded_place(column, i)] /
+                            static_cast<double>(pack::kBasisUnit)
+                      : static_cast<double>(
+                            reinterpret_cast<const pack::Real*>(panel)[column * pack::kPanelRows + i]);
+          const Eigen::Index row = first + i;
+          const double expected = row < columns.rows() ? static_cast<double>(columns(row, column)) : 0;
+          worst = std::max(worst, std::abs(part - expected / units[column]));
+        }
+      }
+      panel += pack::field_panel_bytes(count, rounded);
+    }
+  };
+  const auto begin_of = [&](const pack::Segment* segment) {
+    return static_cast<const unsigned char*>(bytes.bytes().data()) + segment->offset();
+  };
+  const auto numbers_of = [&](const pack::Segment* segment) {
+    return reinterpret_cast<const double*>(begin_of(segment));
+  };
+
+  const unsigned char* panel = begin_of(table.field_compliance());
+  const double* unit = numbers_of(table.field_units());
+  for (Eigen::Index first = 0; first < zone.field_compliance.cols(); first += 3, ++unit) {
+    const double units[3] = {*unit, *unit, *unit};
+    expect_columns(zone.field_compliance.middleCols<3>(first), panel, units);
+  }
+  EXPECT_EQ(panel, begin_of(table.field_compliance()) + table.field_compliance()->bytes());
+
+  panel = begin_of(table.exterior());
+  unit = numbers_of(table.exterior_units());
+  const auto num_packed = static_cast<Eigen::Index>(small.sites.packed_nodes.size());
+  for (const auto& fields : zone.exterior) {
+    expect_columns(fields.topRows(3 * num_packed), panel, unit);
+    expect_columns(fields.bottomRows(fields.rows() - 3 * num_packed), panel, unit);
+    unit += fields.cols();
+  }
+  EXPECT_EQ(panel, begin_of(table.exterior()) + table.exterior()->bytes());
+
+  const double most = rounded ? 0.5 / pack::kBasisUnit : std::numeric_limits<pack::Real>::epsilon();
+  EXPECT_LE(worst, 1.000001 * most);
+  EXPECT_GT(worst, 0.3 * most);  // so it is rounding that is seen
+}
+
+TEST(PackWriter, ColumnsOfZones) {
+  expect_columns_of_zones(small_pack(), true);
+  expect_columns_of_zones(small_pack(), false);
 }
 
 TEST(PackWriter, EstimateOfTheSizeIsNear) {
