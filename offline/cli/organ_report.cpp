@@ -148,6 +148,14 @@ class Measurement {
       for (const LinearContact& contact : truth.contacts) set.push_back(contact.site);
     }
     std::vector<ComparedMethod> methods = carried_methods(opened_);
+    // What a pack has of pairs is for all of its rings: fewer of them are compared as a pack of no more answers.
+    for (ComparedMethod& method : methods) {
+      if (method.kind != MethodKind::zone || method.rings == opened_.info().zone_rings) continue;
+      auto fewer = make_zone_pack(organ_, jobs_, static_cast<int>(method.rings), contacts);
+      if (fewer->opened.info().zone_rings != method.rings) continue;  // where its zones would take too much
+      method.pack = &fewer->opened;
+      packs_of_fewer_rings_.push_back(std::move(fewer));
+    }
     const std::vector<ComparedMethod> moving =
         moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
@@ -263,7 +271,10 @@ class Measurement {
 
   // Of the method's pack, of each site of the organ's.
   std::vector<std::uint32_t> sites_of(const ComparedMethod& method) const {
-    return method.pack == &opened_ ? all_sites() : others_->sites();
+    const auto is_of = [&](const auto& pack) { return method.pack == &pack->opened; };
+    const bool has_all = method.pack == &opened_ ||
+                         std::any_of(packs_of_fewer_rings_.begin(), packs_of_fewer_rings_.end(), is_of);
+    return has_all ? all_sites() : others_->sites();
   }
 
   std::vector<std::uint32_t> all_sites() const {
@@ -281,7 +292,8 @@ class Measurement {
   std::vector<double> parts_;  // of the largest |d|, at which methods are compared
   OrganReport report_;
   ReportRows rows_;
-  std::unique_ptr<OtherSettings> others_;  // whose packs the timers use
+  std::unique_ptr<OtherSettings> others_;                         // whose packs the timers use,
+  std::vector<std::unique_ptr<StudyPack>> packs_of_fewer_rings_;  // as they do these
   std::vector<Timed> timers_;
 };
 
