@@ -18,6 +18,7 @@
 #include "offline/cli/report_pushes.hpp"
 #include "offline/cli/report_rows.hpp"
 #include "offline/cli/scene_sites.hpp"
+#include "offline/cli/study_packs.hpp"
 #include "offline/precompute/solver_threads.hpp"
 
 namespace palpate {
@@ -148,14 +149,7 @@ class Measurement {
       for (const LinearContact& contact : truth.contacts) set.push_back(contact.site);
     }
     std::vector<ComparedMethod> methods = carried_methods(opened_);
-    // What a pack has of pairs is for all of its rings: fewer of them are compared as a pack of no more answers.
-    for (ComparedMethod& method : methods) {
-      if (method.kind != MethodKind::zone || method.rings == opened_.info().zone_rings) continue;
-      auto fewer = make_zone_pack(organ_, jobs_, static_cast<int>(method.rings), contacts);
-      if (fewer->opened.info().zone_rings != method.rings) continue;  // where its zones would take too much
-      method.pack = &fewer->opened;
-      packs_of_fewer_rings_.push_back(std::move(fewer));
-    }
+    if (effort_.packs_of_fewer_rings) answer_by_packs_of_fewer_rings(methods, contacts);
     const std::vector<ComparedMethod> moving =
         moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
@@ -164,6 +158,24 @@ class Measurement {
                   [](const ComparedMethod& method) { return method.kind == MethodKind::polynomial; });
     compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, contacts, rows_);
+  }
+
+  // What a pack has of pairs of contacts is for all of its rings: what fewer are worth, a pack of no more of them says.
+  void answer_by_packs_of_fewer_rings(std::vector<ComparedMethod>& methods, int contacts) {
+    for (ComparedMethod& method : methods) {
+      const auto rings = static_cast<int>(method.rings);
+      if (method.kind != MethodKind::zone || method.rings == opened_.info().zone_rings ||
+          rings_of_zone_pack(organ_, rings, contacts) != rings)
+        continue;
+      packs_of_fewer_rings_.push_back(make_zone_pack(organ_, jobs_, rings, contacts));
+      method.pack = &packs_of_fewer_rings_.back()->opened;
+    }
+    if (!packs_of_fewer_rings_.empty()) {
+      report_.notes.push_back(
+          "Several contacts in zones of fewer rings than the pack's are compared in packs of so many: what "
+          "pairs of "
+          "contacts add, a pack has for all of its rings.");
+    }
   }
 
   // Errors of methods at each level, which do not depend on what else the machine does, and timers for what does.

@@ -19,6 +19,7 @@ struct ReportEffort {
   int most_moving_rings_of_several = 2;                          //   and so many where several contacts move
   std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3, 1e-4};  // of localised conjugate gradients
   bool every_setting = true;                                     // of polynomials, else a few
+  bool packs_of_fewer_rings = true;                              // for several contacts
   size_t timed_sets = 4;             // of sites, at which a method's frames are timed,
   int timed_rounds = 5;              //   each method so often
   double seconds = 0.6;              // of the warm frames of a method at one |d|,
@@ -46,6 +47,7 @@ struct ReportEffort {
     effort.most_moving_rings_of_several = 1;
     effort.cg_tolerances = {1e-1, 1e-3};
     effort.every_setting = false;
+    effort.packs_of_fewer_rings = false;
     effort.timed_sets = 1;
     effort.timed_rounds = 2;
     effort.seconds = effort.seconds_of_settings = 0.06;

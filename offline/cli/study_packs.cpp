@@ -25,6 +25,13 @@ Scene study_scene(const Organ& organ) {
   return scene;
 }
 
+Scene zone_scene(const Organ& organ, int contacts) {
+  Scene scene = study_scene(organ);
+  scene.zone = true;
+  scene.max_contacts = contacts;
+  return scene;
+}
+
 const char* precision_name(pack::FieldPrecision precision) {
   if (precision == pack::FieldPrecision::i16) return "int16";
   return sizeof(pack::Real) == sizeof(float) ? "float32" : "float64";
@@ -77,16 +84,20 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
   return packs;
 }
 
-std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings, int contacts) {
+int rings_of_zone_pack(const Organ& organ, int most, int contacts) {
   constexpr double kMostBytes = 256e6;
-  Scene scene = study_scene(organ);
-  scene.zone = true;
-  scene.zone_rings = most_rings;
-  scene.max_contacts = contacts;
+  const Scene scene = zone_scene(organ, contacts);
   const auto bytes_of = [&](int rings) {
     return zone_bytes(find_zones(scene, organ.model, organ.sites, rings), organ.sites);
   };
-  while (scene.zone_rings > 1 && bytes_of(scene.zone_rings) > kMostBytes) --scene.zone_rings;
+  int rings = most;
+  while (rings > 1 && bytes_of(rings) > kMostBytes) --rings;
+  return rings;
+}
+
+std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts) {
+  Scene scene = zone_scene(organ, contacts);
+  scene.zone_rings = rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
   ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
   compute_zone(organ.assembly, scene, organ.sites, organ.rest, jobs, zone);

@@ -37,7 +37,9 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
                                                          const SampleStore* store,
                                                          std::vector<std::string>& notes);
 
-// nonlinear_zone of so many contacts at all sites of the organ, of as many rings, up to `most`, as take no more than 256 MB.
-std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int most_rings, int contacts);
+// As many rings, up to `most`, as take no more than 256 MB of a pack of nonlinear_zone at all sites of the organ, of so many
+// contacts.
+int rings_of_zone_pack(const Organ& organ, int most, int contacts);
+std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts);
 
 }  // namespace palpate

@@ -92,7 +92,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                              const std::function<void(int, int)>& progress, ZoneTables& zone);
 
-// Of those columns, those for what is of third order.
+// Of num_pair_fields, those for what is of third order.
 inline constexpr int kThirdOrderFields = 8;
 
 // Bytes of a pack that the compliance and the exterior take, at most.

@@ -207,8 +207,7 @@ ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const Conta
     more_rings[s] = left > kMostLeft * scene.accuracy_target * scene.max_displacement ? 1 : 0;
   });
   ZoneTables wider = find_zones(scene, assembly.model(), sites, zone.rings, std::move(more_rings));
-  wider.exterior_degree = zone.exterior_degree;
-  wider.pair_degree = zone.pair_degree;
+  wider.exterior_degree = zone.exterior_degree;  // the plan may have lowered it
   return wider;
 }
 

@@ -36,8 +36,8 @@
 
 namespace palpate {
 
-// Fills ZoneTables::pair_fields and pair_weights for its num_pairs, to its pair_degree, on so many
-// threads; the rest is there. Nothing where the organ outside adds nothing, as linear ones do. `progress` gets the part
+// Fills ZoneTables::pair_fields and pair_weights of its pairs, to its pair_degree, on so many threads; the rest
+// is there. Nothing where the organ outside adds nothing, as linear ones do. `progress` gets the part
 // of the work that is done, 0 to 1, from any of the threads, one at a time. Cost: for each pair 21 back-solves a ring
 // and nine products of a vector with a matrix like K; to third order 77 a ring and nine, 13 assemblies of K, and 135 of
 // those products; memory of each site then as many columns of the organ as its patch has dofs. Throws

@@ -19,19 +19,25 @@ void add_columns_scalar(const pal_real* columns, size_t stride, const pal_real* 
 }
 
 void add_rounded_scalar(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum) {
+  constexpr uint32_t kRows = pack::kPanelRows;
   if (!onto) clear_panels(1, sum);
-  const uint32_t ends[] = {3, 3 + 2 * rounded.num_pairs};
-  const pal_real units[] = {rounded.first_unit, rounded.unit};
-  for (uint32_t part = 0, j = 0; part < 2 && j < ends[1]; ++part) {
-    int32_t integers[pack::kPanelRows] = {};
-    for (; j < ends[part]; ++j) {
-      const int16_t* column = columns + pack::rounded_place(j, 0);
-      const uint32_t stride = pack::rounded_place(j, 1) - pack::rounded_place(j, 0);
-      for (uint32_t i = 0; i < pack::kPanelRows; ++i) integers[i] += rounded.weights[j] * column[stride * i];
+  int32_t integers[kRows] = {};
+  const int16_t* weight = rounded.weights;
+  const auto flush = [&](pal_real unit) {
+    for (uint32_t i = 0; i < kRows; ++i) {
+      sum[i] += unit * static_cast<pal_real>(integers[i]);
+      integers[i] = 0;
     }
-    for (uint32_t i = 0; i < pack::kPanelRows; ++i)
-      sum[i] += units[part] * static_cast<pal_real>(integers[i]);
+  };
+  for (uint32_t p = 0; p <= rounded.num_pairs; ++p, weight += 2) {
+    for (uint32_t i = 0; i < kRows; ++i, columns += 2)
+      integers[i] += weight[0] * columns[0] + weight[1] * columns[1];
+    if (p > 0) continue;
+    for (uint32_t i = 0; i < kRows; ++i) integers[i] += weight[2] * *columns++;
+    flush(rounded.first_unit);
+    ++weight;
   }
+  if (rounded.num_pairs > 0) flush(rounded.unit);
 }
 
 void add_bytes_scalar(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum) {

@@ -116,7 +116,6 @@ void go_back(ZoneFrame& frame, ZoneGroup& group) {
     group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
     group.astray = 0;
     go_back_to_balance(frame.set, group);
-    rest_rim(group);
   }
   place_held(frame, group);
   evaluate_group(frame, group);

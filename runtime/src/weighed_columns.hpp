@@ -1,4 +1,4 @@
-// Columns of a field as a pack has them, panel by panel, and what each weighs: made once for all panels.
+// Columns of a field as a pack has them, panel by panel, and what each weighs.
 #pragma once
 
 #include <palpate/palpate.h>

@@ -450,6 +450,7 @@ void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t 
     columns.num_columns = columns.num_weighed = pack.zone_columns;
     memcpy(columns.weights, field.exterior_weights + size_t{c} * pack.zone_columns,
            pack.zone_columns * sizeof *columns.weights);
+    // Of near contacts the higher degrees weigh nothing.
     while (columns.num_weighed > 3 && columns.weights[columns.num_weighed - 1] == 0) --columns.num_weighed;
     if (columns.is_rounded) round_weights(columns);
     fill_columns(columns, first, count, kernel, true, sum);

@@ -423,6 +423,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].balanced;
   group.stored = group.stored_in_balance;
+  rest_rim(group);
   group.has_tangent = false;
   group.is_making = false;
   group.has_trend = false;

@@ -342,7 +342,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 // ZoneSet::balanced := where the group is, in balance.
 void keep_balance(ZoneSet& set, ZoneGroup& group);
 
-// Takes a group back there. It has no tangent then.
+// Takes a group back there. It has no tangent then, and its rim moves nothing.
 void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.

@@ -404,8 +404,9 @@ pal_status status_with_exterior_degree(uint32_t degree, const AlignedBytes& orig
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
   const uint32_t columns = pack::num_monomials(2, zone.exterior_degree());
   const uint32_t other_columns = pack::num_monomials(2, degree);
-  const uint64_t bytes = zone.exterior()->bytes() / pack::rounded_panel_numbers(columns) *
-                         pack::rounded_panel_numbers(other_columns);
+  const bool rounded = zone.precision() == pack::FieldPrecision::i16;
+  const uint64_t bytes = zone.exterior()->bytes() / pack::field_panel_bytes(columns, rounded) *
+                         pack::field_panel_bytes(other_columns, rounded);
   const uint64_t of_units = zone.exterior_units()->bytes() / columns * other_columns;
   const uint64_t end = pack::round_up(original.bytes().size() + bytes, pack::kAlignment);
   AlignedBytes longer = with_room(original, end + of_units - original.bytes().size());
@@ -651,6 +652,41 @@ TEST_F(Contradiction, PolynomialTable) {
   EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
   for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
     EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
+}
+
+// Columns of zones that are real are over their units; of int16 any are.
+TEST_F(Contradiction, ColumnsOfZones) {
+  for (const bool rounded : {false, true}) {
+    SCOPED_TRACE(rounded);
+    ZoneTables zone = small_.zone;
+    zone.rounded = rounded;
+    PackContent content = small_.content();
+    content.zone = &zone;
+    const AlignedBytes bytes = write_pack(content);
+    const pack::NonlinearZone& table =
+        *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->nonlinear_zone();
+    for (const pack::Segment* columns : {table.field_compliance(), table.exterior()}) {
+      const auto with = [&](uint64_t place, pal_real value) {
+        return status_with<pal_real>(
+            columns, [&](pal_real* numbers) { numbers[place] = value; }, bytes);
+      };
+      for (const uint64_t place : {uint64_t{9}, columns->bytes() / sizeof(pal_real) - 1}) {
+        EXPECT_EQ(with(place, pal_real(-0.5)), PAL_STATUS_OK);
+        for (const pal_real wrong :
+             {std::numeric_limits<pal_real>::quiet_NaN(), pal_real(1e38), pal_real(-1.01)})
+          EXPECT_EQ(with(place, wrong), rounded ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT) << wrong;
+      }
+    }
+    const auto with_precision = [&](uint8_t value) {
+      return status_with_scalar(pack::Pack::VT_NONLINEAR_ZONE, pack::NonlinearZone::VT_PRECISION, value,
+                                bytes);
+    };
+    if (rounded) {
+      EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
+      for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
+        EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
+    }
+  }
 }
 
 // Whole packs, each array as long as its sites say: of degrees and ranks that no frame has room for.

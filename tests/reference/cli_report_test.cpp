@@ -57,7 +57,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, const std::v
 TEST(Report, AStrangersSceneGivesAWholePage) {
   const SceneFiles files(
       "[contact]\nsites = [19, 23, 27]\nmax_displacement = 0.03\nmax_contacts = 2\n"
-      "[models]\nzone = true\nzone_rings = 1\n");
+      "[models]\nzone = true\nzone_rings = 2\n");
   const std::filesystem::path folder = files.dir.path() / "report";
   const ProgramRun run = report(files.scene, folder);
   ASSERT_EQ(run.exit_code, 0) << run.error << run.out;
@@ -75,7 +75,8 @@ TEST(Report, AStrangersSceneGivesAWholePage) {
   const std::string methods = file_text(folder / "block_methods.csv");
   for (const char* method :
        {"\"linear_dd\",1,1,", "\"polynomial_dd, degree 2, ", "\"nonlinear_zone, 1 ring\",1,1,",
-        "\"nonlinear_zone, 2 rings\",0,1,", "\"nonlinear_zone, 1 ring, 1 iteration a frame\",0,1,",
+        "\"nonlinear_zone, 2 rings\",1,1,", "\"nonlinear_zone, 1 ring\",1,2,",
+        "\"nonlinear_zone, 1 ring, 1 iteration a frame\",0,1,",
         "\"nonlinear_zone, 1 ring, 4 iterations a frame\",0,2,", "\"linear, back-solve\",0,1,",
         "\"linear, PFE\",0,2,", "\"linear, LCG to 0.1\",0,1,", "\"full Newton, warm\",0,1,",
         "\"full Newton, warm\",0,2,", "\"linear_dd\",1,2,"})

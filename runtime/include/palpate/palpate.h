@@ -323,7 +323,8 @@ typedef struct pal_session_config {
   pal_clock clock; /* may be NULL where there is no budget, or where the time is given */
   void* clock_user;
   /* nonlinear_zone: rings of elements about each patch, 1 .. those of the pack (0: all of them), one more where the
-   * pack has one more, and Newton iterations of a frame, 1 .. 16 (0: 4). */
+   * pack has one more, and Newton iterations of a frame, 1 .. 16 (0: 4). What pairs of contacts add to each other a pack has
+   * for all of its rings: for several contacts in fewer, build one of no more. */
   uint32_t zone_rings;
   uint32_t zone_iterations;
   /* 1: patches turn with what holds them, and tools feel the torque that this takes; 0: they only move. A tool that goes beyond a
