@@ -24,6 +24,7 @@ Scene scene_of(const OrganSpec& spec) {
   scene.polynomial = spec.polynomial;
   if (spec.fewest) scene.sampled_sites = SampledSites::fewest;
   scene.accuracy_target = spec.target;
+  scene.precision = spec.precision;
   scene.zone = true;
   scene.zone_rings = spec.zone_rings;
   scene.output_nodes = extract_surface(spec.model).nodes;

@@ -21,6 +21,7 @@ struct OrganSpec {
   bool polynomial = true;
   bool fewest = false;  // sites are sampled only where the target asks for it
   double target = 0.01;
+  FieldPrecision precision = FieldPrecision::automatic;
   int survey_samples = 0;  // of a site; 0: as a build has them
 };
 

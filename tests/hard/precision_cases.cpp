@@ -35,10 +35,12 @@ std::vector<Answer> linear_fields(const std::string& name, const std::function<M
 
 // A push so small that the organ answers linearly, by every model beside linear_dd's answer, which scales. Errors are
 // parts of the push or, if that is larger, of 1e-9 of the domain.
-std::vector<Answer> tiny(double size) {
-  const Organ& organ = shared_organ("precision plain", [] {
+std::vector<Answer> tiny(double size, FieldPrecision precision) {
+  const bool rounded = precision == FieldPrecision::rounded;
+  const Organ& organ = shared_organ(rounded ? "precision tiny rounded" : "precision tiny", [&] {
     OrganSpec spec = touched(unit_block(5), kMost, 0.2);
     spec.sites.resize(4);
+    spec.precision = precision;
     return spec;
   });
   const Assembly assembly(organ.model(), organ.model().fixed_dofs());
@@ -93,8 +95,11 @@ Group precision_cases() {
     const Bar linear = {1e-5, 1e-5};
     group.cases.push_back({"precision", fmt::format("tiny_{}", shown),
                            fmt::format("a push of 1 / {} of the block", shown), linear, Expected::answer, "",
-                           [size = size] { return tiny(size); }});
+                           [size = size] { return tiny(size, FieldPrecision::real); }});
   }
+  const Bar rounded = {1e-4, 1e-5};
+  group.cases.push_back({"precision", "rounded", "a push of 1 / 1e9 of the block, by fields of int16",
+                         rounded, Expected::answer, "", [] { return tiny(1e-9, FieldPrecision::rounded); }});
   return group;
 }
 

@@ -220,7 +220,8 @@ void expect_columns_of_zones(const SmallPack& small, bool rounded) {
   EXPECT_EQ(panel, begin_of(table.exterior()) + table.exterior()->bytes());
 
   // Half a unit; of a real below 1 that is a quarter of epsilon, of a double twice that by what is computed here.
-  const double most = rounded ? 0.5 / pack::kBasisUnit : 0.25 * std::numeric_limits<pack::Real>::epsilon();
+  const auto epsilon = static_cast<double>(std::numeric_limits<pack::Real>::epsilon());
+  const double most = rounded ? 0.5 / pack::kBasisUnit : 0.25 * epsilon;
   EXPECT_LE(worst, sizeof(pack::Real) == sizeof(double) && !rounded ? 4 * most : 1.000001 * most);
   EXPECT_GT(worst, 0.3 * most);  // so it is rounding that is seen
 }
