@@ -267,20 +267,23 @@ void begin_tangent(ZoneGroup& group, uint32_t shift) {
   group.moved_since = 0;
 }
 
-// Goes on until so much is spent. True once nothing is left but to take it; where it was not positive definite it begins
-// anew, made stiffer, or is_making ends.
+// Goes on until so much is spent, and anew, made stiffer, where it is not positive definite. True once nothing is left but
+// to take it; is_making ends where all shifts were in vain.
 bool go_on_making(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint64_t& spent) {
-  while (spent < operations && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
-  for (; spent < operations && group.column < group.size; group.column += kEliminationColumns) {
-    spent += elimination_operations(group.size, group.unknowns, group.column);
-    if (frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns,
-                                             group.column))
-      continue;
+  while (group.is_making) {
+    while (spent < operations && group.assembled < num_parts(group)) spent += assemble_part(frame, group);
+    bool is_positive = true;
+    for (; is_positive && spent < operations && group.column < group.size;
+         group.column += kEliminationColumns) {
+      spent += elimination_operations(group.size, group.unknowns, group.column);
+      is_positive = frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size,
+                                                         group.unknowns, group.column);
+    }
+    if (is_positive) return group.assembled == num_parts(group) && group.column >= group.size;
     group.is_making = group.shift + 1 < kNumShifts;
     if (group.is_making) begin_tangent(group, group.shift + 1);
-    return false;
   }
-  return group.assembled == num_parts(group) && group.column >= group.size;
+  return false;
 }
 
 }  // namespace
@@ -290,8 +293,7 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   begin_tangent(group, 0);
   group.is_making = true;
   uint64_t spent = 0;
-  bool is_made = false;
-  while (group.is_making && !is_made) is_made = go_on_making(frame, UINT64_MAX, group, spent);
+  const bool is_made = go_on_making(frame, UINT64_MAX, group, spent);
   group.is_making = false;
   if (is_made && !take_tangent(frame, group)) frame.flags |= PAL_FLAG_NOT_FINITE;
   return group.has_tangent;

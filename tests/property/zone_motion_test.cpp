@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -207,6 +208,50 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
       EXPECT_NE(group.factor, group.spare);
     }
     EXPECT_TRUE(has_ended(settle(session, contacts)));
+  }
+}
+
+// Contacts that are others all at once, in tissue that is strained as far as it goes, where first tangents may have to be
+// made stiffer: those of the frame are answered, not those before, and come to where a new session finds them.
+TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
+  for (const int rings : {1, 2}) {
+    SCOPED_TRACE(rings);
+    const ZoneBlock organ(rings, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+    const double edge = organ.block.sites.mean_surface_edge;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> component(-1, 1);
+    const auto draw = [&] {
+      std::vector<uint32_t> sites(9);
+      for (uint32_t site = 0; site < 9; ++site) sites[site] = site;
+      std::shuffle(sites.begin(), sites.end(), random);
+      std::vector<pal_contact> contacts;
+      for (size_t c = 0; c < 1 + random() % 3; ++c) {
+        const Eigen::Vector3d d =
+            edge * Eigen::Vector3d(component(random), component(random), component(random)).normalized();
+        contacts.push_back({sites[c], {d[0], d[1], d[2]}, 0, {}, {}, {}});
+      }
+      return contacts;
+    };
+    const auto with_part = [](std::vector<pal_contact> contacts, double part) {
+      for (pal_contact& contact : contacts) {
+        for (double& d : contact.displacement) d *= part;
+      }
+      return contacts;
+    };
+    for (int i = 0; i < 150; ++i) {
+      const std::vector<pal_contact> before = draw();
+      const std::vector<pal_contact> now = with_part(draw(), 0.3);
+      OwnedSession session(organ.pack->get(), organ.config(3));
+      for (int step = 1; step <= 10; ++step) session.touch(with_part(before, 0.1 * step));
+      for (const pal_contact_result& result : session.touch(now)) {
+        ASSERT_EQ(result.model, PAL_MODEL_ZONE) << i;
+        ASSERT_EQ(result.flags & PAL_FLAG_NEAREST_SITE, 0U) << i;
+      }
+      std::vector<pal_contact_result> found;
+      for (int frame = 0; frame < 40; ++frame) found = session.touch(now);
+      OwnedSession another(organ.pack->get(), organ.config(3));
+      EXPECT_TRUE(!has_ended(found) || worst_force_error(found, settle(another, now)) <= 1e-3) << i;
+    }
   }
 }
 
