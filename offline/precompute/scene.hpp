@@ -16,7 +16,7 @@ enum class Directions { all, inward };
 // How linear_dd keeps the compliance; automatic: dense where that is small enough.
 enum class ComplianceForm { automatic, dense, compressed };
 
-// How polynomial_dd keeps its fields; automatic: rounded where that leaves the target alone.
+// How polynomial_dd and nonlinear_zone keep their fields; automatic: rounded where that leaves the target alone.
 enum class FieldPrecision { automatic, real, rounded };
 
 // How polynomial_dd samples and fits; all but the first as the paper does (paper_quadratic.hpp).
@@ -57,8 +57,8 @@ struct Scene {
 };
 
 // Whether a pack has its nonlinear fields as int16. With their weights they are wrong by 3e-5 of |d| together (fields of the
-// brain beside those of float32), by more where a domain is longer than wide: nothing beside a target of ten times that
-// and more.
+// brain beside those of float32), by more where a domain is longer than wide and for each contact of several: little beside
+// a target of ten times that and more.
 bool rounds_fields(const Scene& scene);
 
 // A scene and the model it names, both checked against each other.

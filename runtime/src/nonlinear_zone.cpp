@@ -28,6 +28,7 @@ constexpr double kMostLeft =
 constexpr double kLargest = 1e60;      // displacement, model units
 constexpr uint32_t kMostAstray = 4;    // solves in a row
 constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
+constexpr uint32_t kMostLate = 50;     // solves in a row; at half an edge each the way to rest takes some ten
 
 // A Newton step, or as much of it as leaves all elements upright. Its length, of the largest component; negative where
 // there was no way: nothing has moved then.
@@ -106,11 +107,25 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   group.stored = stored_energy(frame, group);
 }
 
+// Whether it has looked for a way to contacts that are nearer to rest than to where it is for longer than any takes: from
+// beyond a fold there may be none that Newton finds.
+bool is_late(const ZoneFrame& frame, const double* wanted, ZoneGroup& group) {
+  double from_here = 0;
+  double from_rest = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
+    from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
+  }
+  group.late = from_here > from_rest ? group.late + 1 : 0;
+  return group.late > kMostLate;
+}
+
 // There was no way on: from the last balance the contacts follow in shorter steps.
 void go_back(ZoneFrame& frame, ZoneGroup& group) {
   constexpr double kShorter = 0.25;
   constexpr double kShortestStep = 1e-3;
-  if (++group.failures > kMostFailures) {
+  if (++group.failures > kMostFailures || group.late > kMostLate) {
     rest_group(frame.pack, frame.set, group);
   } else {
     group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
@@ -223,6 +238,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
     is_stuck[g] =
         failed[g] || group.astray > kMostAstray || (frame.flags != set.flags && is_lost(frame, group, size));
+    is_stuck[g] = is_late(frame, displacements, group) || is_stuck[g];
     is_any_stuck = is_any_stuck || is_stuck[g];
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {

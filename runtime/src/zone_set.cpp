@@ -449,7 +449,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = false;
   group.is_making = false;
   group.has_trend = false;
-  group.failures = group.astray = 0;
+  group.failures = group.astray = group.late = 0;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
 }

@@ -255,5 +255,33 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   }
 }
 
+// Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
+// begins anew from rest after a while.
+TEST(ZoneMotion, WhatFindsNoWayBackBeginsAnewAtRest) {
+  const ZoneBlock organ(1, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(1));
+  const auto pressed_by = [](double depth) {
+    return std::vector<pal_contact>{{4, {0, 0, -depth}, 0, {}, {}, {}}};
+  };
+  settle(session, pressed_by(0.1));
+  // Steps of next to nothing are as good as none.
+  const auto depth_after = [&](int frames, double depth) {
+    pal_contact_result result = {};
+    for (int frame = 0; frame < frames; ++frame) {
+      session.get()->zone.answering.groups[0].longest_step = 1e-9;
+      result = session.touch(pressed_by(depth))[0];
+      EXPECT_NE(result.flags & PAL_FLAG_UNCONVERGED, 0U);
+    }
+    return -result.displacement[2];
+  };
+  EXPECT_NEAR(depth_after(200, 0.3), 0.1, 1e-6);
+  EXPECT_NEAR(depth_after(20, 0.01), 0.1, 1e-6);
+  EXPECT_NEAR(depth_after(60, 0.01), 0, 1e-6);
+  const auto found = settle(session, pressed_by(0.01));
+  EXPECT_TRUE(has_ended(found));
+  OwnedSession another(organ.pack->get(), organ.config(1));
+  EXPECT_LE(worst_force_error(found, settle(another, pressed_by(0.01))), 1e-6);
+}
+
 }  // namespace
 }  // namespace palpate::test
