@@ -90,8 +90,7 @@ OpenedPack::OpenedPack(const AlignedBytes& bytes) {
   if (status == PAL_STATUS_CORRUPT_CONTENT)
     throw std::runtime_error(
         "the organ's forces or displacements are too large or too small for a pack's 32-bit numbers: state "
-        "the model "
-        "in other units of length or force");
+        "the model in other units of length or force, or lower a max_displacement far beyond its size");
   require_ok(status, "pack in memory");
 }
 
