@@ -118,7 +118,7 @@ struct ZoneGroup {
   double stored_in_balance;  // when it was in balance last
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
-  uint32_t late;             // solves in a row after which rest was nearer to where contacts are to be than they were
+  uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
   double longest_step;       // of a contact in one solve, in mean edges of the surface
   // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the
   // rest; where this one began (zone_motion.hpp).
