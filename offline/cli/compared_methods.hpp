@@ -13,8 +13,8 @@
 
 namespace palpate {
 
-// A model of a pack, as a session answers it; carried by the pack that the report is about (of several contacts in zones of
-// fewer rings by one of no more rings, if there is a note), or another setting.
+// A model of a pack, as a session answers it; carried by the pack that the report is about (of several contacts in zones
+// of fewer rings by one of no more rings, if there is a note), or another setting.
 struct ComparedMethod : MethodName {
   const OpenedPack* pack = nullptr;
   pal_model model = PAL_MODEL_LINEAR;

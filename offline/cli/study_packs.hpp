@@ -37,8 +37,8 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
                                                          const SampleStore* store,
                                                          std::vector<std::string>& notes);
 
-// As many rings, up to `most`, as take no more than 256 MB of a pack of nonlinear_zone at all sites of the organ, of so many
-// contacts.
+// As many rings, up to `most`, as take no more than 256 MB of a pack of nonlinear_zone at all sites of the organ, of so
+// many contacts.
 int rings_of_zone_pack(const Organ& organ, int most, int contacts);
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts);
 

@@ -33,8 +33,8 @@ int pair_degree(double reach_in_edges, double accuracy_target) {
                                                                         : pack::kMostPairDegree;
 }
 
-// Of the columns that a pair has for what is of second order, eight leave 0.6 % at one edge outside of two rings (median of
-// the brain's pairs), sixteen 0.15; outside of one ring its own error is more than what eight leave.
+// Of the columns that a pair has for what is of second order, eight leave 0.6 % at one edge outside of two rings (median
+// of the brain's pairs), sixteen 0.15; outside of one ring its own error is more than what eight leave.
 int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double accuracy_target) {
   const double left = (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
   return (accuracy_target < left ? 16 : 8) + (pair_degree > 2 ? kThirdOrderFields : 0);
