@@ -56,7 +56,7 @@ pal_contact on_path(std::uint32_t site, double reach, int frame);
 // A copy of as many bytes as a field reads: the bound that memory sets.
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
 
-// A loop of some 50 us that touches no memory: what is beyond its median is the machine's.
+// A loop of some 30 us that touches no memory: what is beyond its median is the machine's.
 Timing time_loop(int frames);
 
 // As the system calls it.

@@ -173,8 +173,7 @@ class Measurement {
     if (!packs_of_fewer_rings_.empty()) {
       report_.notes.push_back(
           "Several contacts in zones of fewer rings than the pack's are compared in packs of so many: what "
-          "pairs of "
-          "contacts add, a pack has for all of its rings.");
+          "pairs of contacts add, a pack has for all of its rings.");
     }
   }
 

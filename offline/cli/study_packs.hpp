@@ -40,6 +40,9 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
 // As many rings, up to `most`, as take no more than 256 MB of a pack of nonlinear_zone at all sites of the organ, of so
 // many contacts.
 int rings_of_zone_pack(const Organ& organ, int most, int contacts);
+
+// That pack, of so many rings, without a survey. Cost: as `palpate build` takes for zones; for several contacts, with
+// all pairs.
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts);
 
 }  // namespace palpate
