@@ -46,10 +46,6 @@ void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from,
   }
 }
 
-uint32_t num_moving(const ZoneGroup& group) {
-  return 3 * (group.num_interior + group.num_boundary);
-}
-
 // Whether Du is what Dd has brought about, as far as a tangent tells: it may also be what others, an inclusion or an
 // error before it have.
 bool is_of_axes(const ZoneGroup& group) {

@@ -139,6 +139,11 @@ inline uint32_t first_boundary(const ZoneGroup& group) {
   return group.first_node + group.num_interior;
 }
 
+// Numbers of the displacements that are solved for, from its first node on.
+inline uint32_t num_moving(const ZoneGroup& group) {
+  return 3 * (group.num_interior + group.num_boundary);
+}
+
 // pal_inclusion in model units (zone_inclusion.hpp).
 struct Inclusion {
   bool is_present;

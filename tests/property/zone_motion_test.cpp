@@ -255,6 +255,31 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   }
 }
 
+// Two neighbours, pushed across each other by two edges: other equilibria are near, and Newton finds one in steps of a
+// quarter of an edge, unless nodes that go much farther than contacts make it go back and take shorter ones.
+TEST(ZoneMotion, LongStepsLeadWhereShortOnesDo) {
+  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+  const double edge = organ.block.sites.mean_surface_edge;
+  const auto pushed = [&](double part) {
+    const double length = part * edge;
+    return std::vector<pal_contact>{{1, {1.06 * length, 1.01 * length, -1.36 * length}, 0, {}, {}, {}},
+                                    {2, {-1.48 * length, -1.29 * length, 0.39 * length}, 0, {}, {}, {}}};
+  };
+  const auto led_there = [&](int steps) {
+    OwnedSession session(organ.pack->get(), organ.config(2));
+    for (int step = 1; step <= steps; ++step) {
+      for (int frame = 0; frame < 16; ++frame) {
+        if (has_ended(session.touch(pushed(static_cast<double>(step) / steps)))) break;
+      }
+    }
+    std::vector<pal_contact_result> held;
+    for (int frame = 0; frame < 40; ++frame) held = session.touch(pushed(1));
+    return held;
+  };
+  const std::vector<pal_contact_result> expected = led_there(64);
+  for (const int steps : {1, 4, 8}) EXPECT_LE(worst_force_error(led_there(steps), expected), 1e-3) << steps;
+}
+
 // Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
 // begins anew from rest after a while.
 TEST(ZoneMotion, WhatFindsNoWayBackBeginsAnewAtRest) {
