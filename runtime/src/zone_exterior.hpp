@@ -8,8 +8,9 @@
 //
 // which is a sum of columns q_ck of each contact and q_cdk of each pair, times weights that the loads give. Left out
 // is what three contacts and more add to each other in the third order, all of higher ones that contacts add to each
-// other, and of contacts one of whose patches reaches into the other's zone all beyond the second. What that counts
-// twice zone_overlap.hpp takes out, to second order. Units of the model.
+// other, and, of contacts one of whose patches reaches into another's zone, all beyond the second: what those have
+// alone, what they add to each other and what they and others do, of which parts by themselves are worse than nothing.
+// What that counts twice zone_overlap.hpp takes out, to second order. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series
 // are made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it
@@ -42,7 +43,7 @@ uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
-// order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes
+// order of near contacts (ZoneSet::is_near), to that of pairs of others that share a zone, and not at all with nodes
 // fixed while running.
 void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set);
 

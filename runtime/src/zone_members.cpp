@@ -296,15 +296,14 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
 
 // Once the zones of all contacts are marked.
 void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
-  memset(set.near, 0, sizeof set.near);
+  memset(set.is_near, 0, sizeof set.is_near);
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    uint64_t reached = 0;
     for (uint32_t p = patch_begin(pack, set.sites[c]); p < patch_end(pack, set.sites[c]); ++p)
-      set.near[c] |= state.node_contacts[pack.patch_nodes[p]];
-    set.near[c] &= ~(uint64_t{1} << c);
-  }
-  for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    for (uint32_t other = 0; other < set.num_contacts; ++other)
-      set.near[c] |= (set.near[other] >> c & 1) << other;
+      reached |= state.node_contacts[pack.patch_nodes[p]];
+    for (uint32_t other = 0; other < set.num_contacts; ++other) {
+      if (other != c && (reached >> other & 1) != 0) set.is_near[c] = set.is_near[other] = true;
+    }
   }
 }
 

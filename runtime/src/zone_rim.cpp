@@ -27,7 +27,7 @@ constexpr uint64_t kZoneBits = (uint64_t{1} << kMostZoneContacts) - 1;
 
 bool are_near(const ZoneSet& set, const ZoneGroup& group) {
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (set.near[group.contacts[slot]] != 0) return true;
+    if (set.is_near[group.contacts[slot]]) return true;
   }
   return false;
 }

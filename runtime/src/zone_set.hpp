@@ -177,8 +177,8 @@ struct ZoneSet {
   uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
-  // Of each contact, as bits, those whose patch reaches into its zone, or into whose zone its own does.
-  uint64_t near[kMostZoneContacts];
+  bool
+      is_near[kMostZoneContacts];  // to another contact, whose patch reaches into its zone, or it into theirs
   uint32_t num_nodes;
   uint32_t* nodes;       // [max_nodes] zone nodes, group by group
   uint32_t* unknown_of;  // [max_nodes] ZoneUnknowns::of_node; within the group. kNoUnknown: it does not move

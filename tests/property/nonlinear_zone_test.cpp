@@ -554,6 +554,23 @@ TEST(NonlinearZone, PairsAddToThirdOrder) {
   }
 }
 
+// Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the answer
+// worse by a half to three quarters.
+TEST(NonlinearZone, NearContactsAddToOthersToSecondOrder) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const double size = 0.5 * organ.block.sites.mean_surface_edge;
+  for (const auto& [third, most] : {std::pair{3u, 2.9e-3}, {16u, 1.8e-3}, {18u, 1.4e-3}}) {
+    SCOPED_TRACE(third);
+    const std::vector<pal_contact> contacts = {{6, {0.1 * size, 0, -0.4 * size}, 0, {}, {}, {}},
+                                               {7, {0, 0.3 * size, -size}, 0, {}, {}, {}},
+                                               {third, {-0.2 * size, 0, -size}, 0, {}, {}, {}}};
+    const ContactAnswer truth = organ.solve(contacts);
+    OwnedSession session(organ.pack->get(), organ.config(3));
+    settle(session, contacts);
+    EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size, most);
+  }
+}
+
 // Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
 // order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
 // quarter, but for what the columns of pairs leave of neighbours in a row.
