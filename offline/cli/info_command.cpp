@@ -199,6 +199,7 @@ int run_info(const InfoArguments& arguments) {
                                        {"wider_sites", num_wider(opened, *zone)},
                                        {"exterior_degree", zone->exterior_degree()},
                                        {"pair_degree", zone->num_pair_fields() > 0 ? zone->pair_degree() : 0},
+                                       {"between", zone->between()},
                                        {"precision", precision_name(zone->precision())},
                                        {"nodes", zone->num_nodes()},
                                        {"elements", zone->num_elements()},

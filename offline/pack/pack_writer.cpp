@@ -664,7 +664,7 @@ AlignedBytes write_pack(const PackContent& content) {
           static_cast<uint32_t>(content.zone->most_rim_nodes),
           static_cast<uint32_t>(content.zone->most_rim_elements),
           content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units,
-          &exterior_units);
+          &exterior_units, content.zone->between);
     }
     const pack::Segment primitives = at(surface.primitives);
     const pack::Segment nodes = at(surface.nodes);

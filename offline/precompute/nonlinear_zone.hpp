@@ -39,7 +39,8 @@ struct ZoneTables {
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
   Eigen::MatrixXd compliance;
   Eigen::MatrixXd field_compliance;  // the same columns, rows of packed nodes
-  std::vector<int> inner_nodes;      // free ones of zones that are not packed, in their order; model nodes
+  // Free ones of zones that are not packed, in their order, and of rims where there is something between; model nodes
+  std::vector<int> inner_nodes;
   // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
   // in a linear organ.
   std::vector<double> force_scale;
@@ -52,6 +53,7 @@ struct ZoneTables {
   std::size_t num_pairs = 0;
   int num_pair_fields = 0;
   int pair_degree = pack::kLeastPairDegree;
+  bool between = false;  // zones of near contacts hold what is next to both
   // What sites i > j, at lower_block(i - 1, j), add; empty until that is known, and where it is nothing. Their own
   // columns, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;

@@ -174,7 +174,7 @@ class PairResponses {
   }
 
   // Whether the patch of one reaches into the zone of the other: of such nothing is carried beyond second order
-  // (ZoneSet::is_near).
+  // (ZoneSet::near).
   bool are_near(size_t site, size_t other, int rings) const {
     const auto reaches = [&](size_t one, size_t into) {
       const std::vector<int> zone = zone_of(into, rings);

@@ -14,7 +14,7 @@
 //
 // with the forces f as arguments and K_tied the organ whose patches move as one each, without a force of their own;
 // what one patch does to the other's zone beyond a net force is left out, as St. Venant's principle has it. Of
-// contacts one of whose patches reaches into the other's zone (ZoneSet::is_near) nothing is carried beyond the second
+// contacts one of whose patches reaches into the other's zone (ZoneSet::near) nothing is carried beyond the second
 // order.
 //
 // Twenty-one fields to second order, 77 to third, for each pair of sites and each ring are made of what both sites

@@ -82,28 +82,34 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Whether a node has gone farther since the last balance than contacts have a right to move it. Without balance: Newton has
-// found a way to where the linear organ outside says nothing any more. In balance: several times as far as any contact.
-// In tissue that is crushed other equilibria are near, and a long step may end in one that contacts do not lead to; what
-// still does so in short steps is how the tissue moves. Of the brain's neighbours, an eighth of an edge at a time, nodes
-// of 99 steps in 100 go up to 1.1 times as far; where they buckle, up to 4 times in short ones.
+// Whether Newton has found a way to where nothing leads: in a frame with a flag, a node much farther from rest than
+// any contact has a right to move it, where the linear organ outside says nothing any more; in balance, one that has
+// gone twice as far since the last one as all contacts. In tissue that is crushed other equilibria are near, and a
+// long step may end in one that contacts do not lead to; what still does so in short steps is how the tissue moves.
+// Of the brain's neighbours, an eighth of an edge at a time, nodes of 99 steps in 100 go up to 1.1 times as far as
+// contacts; where they buckle, up to 4 times in short ones. A group that begins has no balance yet to tell by.
 bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, bool in_balance, double size) {
   constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
   constexpr double kMostAhead = 2;
   constexpr double kShort = 1.0 / 32;  // mean edges of the surface
-  const double edge = frame.pack.mean_surface_edge;
   const ZoneSet& set = frame.set;
-  double limit = kFarthest * (size + edge);
-  if (in_balance) {
-    double way = 0;
-    for (uint32_t i = 0; i < set.num_axes; ++i)
-      way = std::max(way, length_of(frame, i, set.followed[i] - set.balanced.followed[i]));
-    if (!group.has_balance || group.longest_step <= kShort || way <= kShort * edge) return false;
-    limit = kMostAhead * way;
+  const double edge = frame.pack.mean_surface_edge;
+  const double farthest = frame.flags != set.flags ? kFarthest * (size + edge) : kLargest;
+  double ahead = kLargest;
+  if (in_balance && group.has_balance && group.longest_step > kShort) {
+    double way = 0;  // of all contacts, squared
+    for (uint32_t i = 0; i < set.num_axes; ++i) {
+      const double length = length_of(frame, i, set.followed[i] - set.balanced.followed[i]);
+      way += length * length;
+    }
+    if (way > kShort * kShort * edge * edge) ahead = kMostAhead * sqrt(way);
   }
   for (uint32_t i = 0; i < num_moving(group); ++i) {
     const uint32_t at = 3 * group.first_node + i;
-    if (!(fabs(set.displacement[at] - set.balanced.displacement[at]) <= limit)) return true;
+    const double* rest = frame.pack.zone_nodes[set.nodes[at / 3]].displacement;
+    if (!(fabs(set.displacement[at] - rest[at % 3]) <= farthest) ||
+        fabs(set.displacement[at] - set.balanced.displacement[at]) > ahead)
+      return true;
   }
   return false;
 }
@@ -261,8 +267,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     keep_trend(frame, group);
     if (!done[g] || !is_settled(group)) continue;
     group.failures = 0;
+    if (is_any_stuck) continue;  // it is one with what is lost
     group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
-    if (!is_any_stuck) keep_balance(set, group);  // else it is one with what is lost
+    keep_balance(set, group);
   }
   if (is_any_stuck) {
     frame.flags |= PAL_FLAG_UNCONVERGED;

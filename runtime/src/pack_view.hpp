@@ -100,6 +100,7 @@ struct pal_pack {
   const double* zone_compliance;  // rows from num_contact_nodes on
   // Columns are over the units below, real, or int16 times kBasisUnit.
   bool zone_rounded;
+  bool zone_between;  // zones of near contacts hold what is between them (zone_members.hpp)
   const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
   const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
   uint32_t num_row_panels;                     // of zone_exterior: of packed nodes, then of inner ones

@@ -73,7 +73,7 @@ double reach_of(const ZoneSet& set) {
 // they add, alone and together: higher ones are those of forces, which such loads no longer are. Others that share a
 // zone have no more than they add to each other.
 uint32_t own_degree(const pal_pack& pack, const ZoneSet& set, uint32_t contact) {
-  if (set.is_near[contact]) return 2;
+  if (is_near(set, contact)) return 2;
   if (is_alone_in_zone(set, contact)) return pack.zone_degree;
   return pack.num_pair_fields > 0 ? pack.pair_degree : 2;
 }
@@ -131,8 +131,8 @@ void add_pair(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, 
   const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
   const uint32_t of_monomial = 2 * pack::kPairColumns + pack.num_pair_fields;
   const uint32_t num_monomials = pack::num_pair_monomials(pack.pair_degree);
-  const bool is_near = set.is_near[contact] || set.is_near[other];
-  const uint32_t to = is_near ? pack::num_pair_monomials(2) : num_monomials;
+  const bool is_any_near = is_near(set, contact) || is_near(set, other);
+  const uint32_t to = is_any_near ? pack::num_pair_monomials(2) : num_monomials;
   if (from >= to) return;
   const PairFactors& x = is_first ? of_contact : of_other;
   const PairFactors& y = is_first ? of_other : of_contact;

@@ -43,7 +43,7 @@ uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
 
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
-// order of near contacts (ZoneSet::is_near), to that of pairs of others that share a zone, and not at all with nodes
+// order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes
 // fixed while running.
 void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set);
 

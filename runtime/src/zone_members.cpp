@@ -4,6 +4,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_rim.hpp"
+#include "runtime/src/zone_second_order.hpp"
 
 namespace palpate {
 namespace {
@@ -83,6 +84,33 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
   return true;
 }
 
+// Marks what is between near contacts: elements in no zone, next to a node that the zones of two of them hold. What
+// does not fit stays outside.
+void mark_between(const pal_pack& pack, ZoneState& state) {
+  const uint32_t count = state.num_found_nodes;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint64_t holders = state.node_contacts[state.found_nodes[i]] & state.next.near;
+    if ((holders & (holders - 1)) == 0) continue;
+    const uint64_t bit = (holders & -holders) << kBetweenBits;
+    const pack::ZoneNode& node = pack.zone_nodes[state.found_nodes[i]];
+    for (uint32_t e = 0; e < node.num_elements; ++e) {
+      const uint32_t index = pack.zone_node_elements[node.first_element + e];
+      const pack::ZoneElement& element = pack.zone_elements[index];
+      if (state.element_contacts[index] != 0 || !has_second_order(pack, element) ||
+          state.num_found_elements == state.max_elements ||
+          state.num_found_nodes + element.num_nodes > state.max_nodes)
+        continue;
+      state.element_contacts[index] = bit;
+      state.found_elements[state.num_found_elements++] = index;
+      for (uint32_t a = 0; a < element.num_nodes; ++a) {
+        uint64_t& contacts = state.node_contacts[element.nodes[a]];
+        if (contacts == 0) state.found_nodes[state.num_found_nodes++] = element.nodes[a];
+        contacts |= bit;
+      }
+    }
+  }
+}
+
 // Marks the nodes that are fixed while running as every contact's. False where that is more than fit.
 bool mark_fixed(ZoneState& state) {
   const ZoneSet& set = state.next;
@@ -108,7 +136,8 @@ void forget_marks(ZoneState& state) {
 void find_groups(const ZoneState& state, uint32_t count, uint64_t groups[kMostZoneContacts]) {
   for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-    const uint64_t contacts = state.node_contacts[state.found_nodes[i]];
+    uint64_t contacts = state.node_contacts[state.found_nodes[i]];
+    contacts |= contacts >> kBetweenBits;
     uint64_t joined = 0;
     for (uint32_t c = 0; c < count; ++c) {
       if ((contacts >> c & 1) != 0) joined |= groups[c];
@@ -296,14 +325,13 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
 
 // Once the zones of all contacts are marked.
 void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
-  memset(set.is_near, 0, sizeof set.is_near);
+  set.near = 0;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    uint64_t reached = 0;
+    const uint64_t own = uint64_t{1} << c;
+    uint64_t reached = own;
     for (uint32_t p = patch_begin(pack, set.sites[c]); p < patch_end(pack, set.sites[c]); ++p)
       reached |= state.node_contacts[pack.patch_nodes[p]];
-    for (uint32_t other = 0; other < set.num_contacts; ++other) {
-      if (other != c && (reached >> other & 1) != 0) set.is_near[c] = set.is_near[other] = true;
-    }
+    if (reached != own) set.near |= reached;
   }
 }
 
@@ -315,6 +343,7 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
   bool sound = true;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
   if (sound) find_near(pack, state, set);
+  if (sound && pack.zone_between && set.num_fixed == 0) mark_between(pack, state);
   if (sound) find_groups(state, set.num_contacts, groups);
   sound = sound && mark_fixed(state);
   uint32_t num_masters = 0;
@@ -329,10 +358,11 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
     for (uint32_t other = c; other < set.num_contacts; ++other) {
       if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
     }
-    sound = list_nodes(pack, state, groups[c], num_masters, set, group);
+    const uint64_t mask = groups[c] | groups[c] << kBetweenBits;
+    sound = list_nodes(pack, state, mask, num_masters, set, group);
     num_boundary += group.num_boundary;
     sound = sound && num_boundary <= state.max_boundary &&
-            list_elements(pack, state, groups[c], first_linear, first_quadratic, first_patch, group);
+            list_elements(pack, state, mask, first_linear, first_quadratic, first_patch, group);
   }
   for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state);
   forget_marks(state);

@@ -119,6 +119,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.most_zone_elements = zone.most_elements();
   pack.most_rim_nodes = zone.most_rim_nodes();
   pack.most_rim_elements = zone.most_rim_elements();
+  pack.zone_between = zone.between();
   pack.num_zone_materials = zone.num_materials();
   if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
       pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||

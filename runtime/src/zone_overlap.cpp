@@ -12,16 +12,16 @@ namespace {
 constexpr double kStep = 1e-3;  // of a mean edge, the farthest node: of differences that give n2
 
 // How often an element is to be taken out of the products of two contacts' loads.
-uint32_t times_counted(uint32_t zones, uint32_t contact, uint32_t other) {
+int times_counted(uint32_t zones, uint32_t contact, uint32_t other) {
   if ((zones >> contact & 1) != 0 || (zones >> other & 1) != 0) return 0;
-  uint32_t count = 0;
+  int count = 0;
   for (uint32_t rest = zones; rest != 0; rest &= rest - 1) ++count;
   return contact == other ? count - 1 : 1;
 }
 
 bool is_counted(const ZoneLanes& lanes, uint32_t contact, uint32_t other) {
   for (int lane = 0; lane < lanes.count; ++lane) {
-    if (times_counted(lanes.zones[lane], contact, other) > 0) return true;
+    if (times_counted(lanes.zones[lane], contact, other) != 0) return true;
   }
   return false;
 }
@@ -50,8 +50,8 @@ void count_elements(const ZoneBatches& batches, uint32_t contact, uint32_t other
   constexpr double kNone = 1e-30;  // where a volume of zero would leave its patch without a mean
   for_each_lanes(batches, [&](ZoneLanes& lanes, auto) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const uint32_t times = as_in_mesh ? 1 : times_counted(lanes.zones[lane], contact, other);
-      lanes.stiffness[lane] = times > 0 ? times : kNone;
+      const int times = as_in_mesh ? 1 : times_counted(lanes.zones[lane], contact, other);
+      lanes.stiffness[lane] = times != 0 ? times : kNone;
     }
   });
   scale_volumes(batches);

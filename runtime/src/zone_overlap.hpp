@@ -1,12 +1,13 @@
-// What the fields of contacts and pairs count twice where there are three contacts and more.
+// What the fields of contacts and pairs count twice where there are three contacts and more, or something between near
+// ones (zone_members.hpp).
 //
 // The fields of zone_exterior.hpp are of elements outside of zones, but each contact and each pair knows of its own
-// zones alone. The elements of zones E are nonlinear in full, so that of second order nothing of them may be left
-// outside. Of an element e of a group, n2_e its forces, a sum over contacts c > d leaves
+// zones alone. The elements of a group are nonlinear in full, so that of second order nothing of them may be left
+// outside. Of an element e of a group, n2_e its forces, E_c the zone of c, a sum over contacts c > d leaves
 //
 //   n2_e(U_c x_c, U_d x_d)                     where neither E_c nor E_d holds it
 //   (1 - m) n2_e(U_c x_c, U_c x_c) / 2         where m zones hold it and E_c does not: each pair of c with one of those m
-//                                              takes it out once
+//                                              takes it out once; none holds what is between
 //
 // with U x what a load x does to the linear organ. With s the sum of those over the elements of a group, K the
 // organ's stiffness at rest, what has to go is
@@ -28,7 +29,10 @@ namespace palpate {
 
 // Columns of g of so many contacts: for products of the axes u >= v of all loads, at lower_block(u, v).
 inline uint32_t num_overlaps(const pal_pack& pack, uint32_t num_contacts) {
-  return pack.num_pair_fields > 0 && num_contacts > 2 ? 3 * num_contacts * (3 * num_contacts + 1) / 2 : 0;
+  const uint32_t most_without = pack.zone_between ? 1 : 2;
+  return pack.num_pair_fields > 0 && num_contacts > most_without
+             ? 3 * num_contacts * (3 * num_contacts + 1) / 2
+             : 0;
 }
 
 // Of a set: none where nodes are fixed while running, as its loads then count as zero.

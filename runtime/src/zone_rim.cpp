@@ -23,11 +23,12 @@ uint64_t rim_bit(uint32_t group) {
   return uint64_t{1} << (kMostZoneContacts + group);
 }
 
-constexpr uint64_t kZoneBits = (uint64_t{1} << kMostZoneContacts) - 1;
+// Of what is in a zone, or between near contacts.
+constexpr uint64_t kZoneBits = ((uint64_t{1} << kMostZoneContacts) - 1) * (1 + (uint64_t{1} << kBetweenBits));
 
 bool are_near(const ZoneSet& set, const ZoneGroup& group) {
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (set.is_near[group.contacts[slot]]) return true;
+    if (is_near(set, group.contacts[slot])) return true;
   }
   return false;
 }
@@ -167,9 +168,7 @@ bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state) {
       const uint32_t at = pack.zone_node_elements[node.first_element + e];
       const pack::ZoneElement& element = pack.zone_elements[at];
       uint64_t& marks = state.element_contacts[at];
-      if ((marks & (kZoneBits | rim_bit(index))) != 0 || element.volume_patch != pack::kNoPatch ||
-          pack.zone_materials[element.material].law == pack::ZoneLaw::linear_elastic)
-        continue;
+      if ((marks & (kZoneBits | rim_bit(index))) != 0 || !has_second_order(pack, element)) continue;
       fits = state.num_found_elements < most_elements;
       if (!fits) break;
       marks |= rim_bit(index);

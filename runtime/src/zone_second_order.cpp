@@ -34,6 +34,11 @@ SecondOrderLaw second_order_law(const pack::ZoneMaterial& material) {
   return law;
 }
 
+bool has_second_order(const pal_pack& pack, const pack::ZoneElement& element) {
+  return element.volume_patch == pack::kNoPatch &&
+         pack.zone_materials[element.material].law != pack::ZoneLaw::linear_elastic;
+}
+
 template <int kNodes>
 bool set_rim_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
                      const SecondOrderLaw& law, int lane, RimBatch<kNodes>& batch) {

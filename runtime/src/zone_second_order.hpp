@@ -20,6 +20,9 @@ struct SecondOrderLaw {
 
 SecondOrderLaw second_order_law(const pack::ZoneMaterial& material);
 
+// Whether an element has any of its own.
+bool has_second_order(const pal_pack& pack, const pack::ZoneElement& element);
+
 template <int kNodes>
 struct RimBatch {
   ElementBatch<kNodes> elements;  // nodes: places in the rim's list

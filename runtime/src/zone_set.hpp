@@ -15,7 +15,7 @@
 // T that of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
 //
 // The rest of the organ adds to that what zone_exterior.hpp says. Contacts whose zones share a node share a zone, a
-// *group*. Groups act on each other through C (nonlinear_zone.hpp).
+// *group* (zone_members.hpp). Groups act on each other through C (nonlinear_zone.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -30,6 +30,9 @@ namespace palpate {
 
 using pack::kMostZoneContacts;
 using pack::kMostZoneFixed;
+
+// Marks of what is between near contacts, by one of them, are bits behind those of contacts and rims.
+inline constexpr uint32_t kBetweenBits = 2 * kMostZoneContacts;
 
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 
@@ -177,8 +180,7 @@ struct ZoneSet {
   uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
-  bool
-      is_near[kMostZoneContacts];  // to another contact, whose patch reaches into its zone, or it into theirs
+  uint64_t near;      // bits of contacts near another: the patch of one reaches into the other's zone
   uint32_t num_nodes;
   uint32_t* nodes;       // [max_nodes] zone nodes, group by group
   uint32_t* unknown_of;  // [max_nodes] ZoneUnknowns::of_node; within the group. kNoUnknown: it does not move
@@ -330,6 +332,11 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
 
 // ZoneSet::places, of the contacts of the set.
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
+
+// Whether it is near to another one.
+inline bool is_near(const ZoneSet& set, uint32_t contact) {
+  return (set.near >> contact & 1) != 0;
+}
 
 // Whether no other contact shares a zone with this one.
 bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);

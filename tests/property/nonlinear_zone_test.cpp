@@ -571,6 +571,50 @@ TEST(NonlinearZone, NearContactsAddToOthersToSecondOrder) {
   }
 }
 
+// Neighbours that shear what is between them: of the elements next to the zones of both the series have no more than the
+// second order. Held by both, these are nonlinear in full, and of second order nothing of them is left outside: what is
+// left falls with the square of the loads, by 16 to a quarter.
+TEST(NonlinearZone, NearContactsHoldWhatIsBetween) {
+  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 12.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  ASSERT_TRUE(organ.zone.between);
+  ZoneTables apart = organ.zone;
+  apart.between = false;
+  const AlignedBytes bytes = pack_of(organ, apart);
+  const OpenPack without(bytes);
+  for (const uint32_t other : {8u, 11u}) {
+    SCOPED_TRACE(other);
+    const auto error_at = [&](double size, const pal_pack* pack) {
+      const std::vector<pal_contact> contacts = {{6, {0, 0, -size}, 0, {}, {}, {}},
+                                                 {other, {0, 0, 0.8 * size}, 0, {}, {}, {}}};
+      const ContactAnswer truth = organ.solve(contacts);
+      OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, 2, 0));
+      settle(session, contacts);
+      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
+    };
+    const double size = 0.5 * organ.block.sites.mean_surface_edge;
+    const double error = error_at(size, organ.pack->get());
+    EXPECT_LE(error, 0.65 * error_at(size, without.get()));
+    EXPECT_LE(error_at(size / 4, organ.pack->get()), error / 12);
+  }
+}
+
+// The more tissue keeps its volume, the more higher orders leave: packs have more of them.
+TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
+  const auto planned = [](const Law& law) {
+    ZoneBlock organ(1, law, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+    organ.block.scene.accuracy_target = 0.005;
+    organ.block.scene.max_displacement = organ.block.sites.mean_surface_edge;
+    organ.block.model.materials.push_back({"of no element", CompressibleNeoHookean{1.0, 1e6}});
+    return find_zones(organ.block.scene, organ.block.model, organ.block.sites, 1);
+  };
+  const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0});
+  EXPECT_EQ(soft.exterior_degree, 3);
+  EXPECT_FALSE(soft.between);
+  const ZoneTables keeps_volume = planned(CompressibleNeoHookean{1.0, 9.0});
+  EXPECT_EQ(keeps_volume.exterior_degree, 4);
+  EXPECT_TRUE(keeps_volume.between);
+}
+
 // Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
 // order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
 // quarter, but for what the columns of pairs leave of neighbours in a row.

@@ -274,6 +274,7 @@ TEST(ZoneMotion, LongStepsLeadWhereShortOnesDo) {
     }
     std::vector<pal_contact_result> held;
     for (int frame = 0; frame < 40; ++frame) held = session.touch(pushed(1));
+    EXPECT_TRUE(has_ended(held));
     return held;
   };
   const std::vector<pal_contact_result> expected = led_there(64);
