@@ -12,13 +12,6 @@
 namespace palpate {
 namespace {
 
-// As the runtime's rims know it.
-bool has_second_order(const Model& model, int e) {
-  const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
-  return element.volume_patch < 0 &&
-         !std::holds_alternative<LinearElastic>(model.materials[static_cast<size_t>(element.material)].law);
-}
-
 // By how much more is left of an order than in the tissue of the measurements below (bulk over shear modulus 14/3, nu
 // = 0.4), where the most is: about the root of that ratio. Of the third order 0.6 times as much was left at nu =
 // 0.147, 1.4 at 0.45, 3.1 at 0.49 and 4 there of elements of ten nodes.
@@ -46,13 +39,6 @@ int exterior_degree(double reach_in_edges, double growth, double accuracy_target
   return degree;
 }
 
-// Whether zones of near contacts hold what is between them: else 0.43 % are left at one edge (largest of the brain's
-// pairs of neighbours, nu = 0.4), and of that a third.
-bool holds_between(double reach_in_edges, double growth, double accuracy_target) {
-  constexpr double kLeft = 4.3e-3;
-  return growth * kLeft * reach_in_edges * reach_in_edges > accuracy_target;
-}
-
 // The same of what pairs of contacts add: left to second order are 0.3 % at one edge (p95 of sets of two and three).
 int pair_degree(double reach_in_edges, double accuracy_target) {
   constexpr double kLeft = 3e-3;
@@ -65,6 +51,20 @@ int pair_degree(double reach_in_edges, double accuracy_target) {
 int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double accuracy_target) {
   const double left = (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
   return (accuracy_target < left ? 16 : 8) + (pair_degree > 2 ? kThirdOrderFields : 0);
+}
+
+// Whether zones of near contacts hold what is between them: else 0.43 % are left at one edge (largest of the brain's
+// pairs of neighbours, nu = 0.4), and of that a third.
+bool holds_between(double reach_in_edges, double growth, double accuracy_target) {
+  constexpr double kLeft = 4.3e-3;
+  return growth * kLeft * reach_in_edges * reach_in_edges > accuracy_target;
+}
+
+// As the runtime's rims know it.
+bool has_second_order(const Model& model, int e) {
+  const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
+  return element.volume_patch < 0 &&
+         !std::holds_alternative<LinearElastic>(model.materials[static_cast<size_t>(element.material)].law);
 }
 
 }  // namespace

@@ -554,8 +554,8 @@ TEST(NonlinearZone, PairsAddToThirdOrder) {
   }
 }
 
-// Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the answer
-// worse by a half to three quarters.
+// Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the
+// answer worse by a half to three quarters.
 TEST(NonlinearZone, NearContactsAddToOthersToSecondOrder) {
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;

@@ -174,8 +174,9 @@ enum {
    * or, of a contact of nonlinear_zone far from all others, the zone as if it were alone. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, the next step
-   * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next frame; the contact's displacement
-   * in the result is where it has got to. Contact frames move the same zone as haptic frames. */
+   * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next
+   * frame; the contact's displacement in the result is where it has got to. Contact frames move the same zone as
+   * haptic frames. */
   PAL_FLAG_UNCONVERGED = 1 << 14
 };
 
