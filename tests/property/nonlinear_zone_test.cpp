@@ -3,15 +3,12 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
 #include <set>
-#include <tuple>
 #include <utility>
 
-#include "offline/pack/pack_writer.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
 
@@ -337,44 +334,6 @@ TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
   EXPECT_LE((Eigen::Vector3d(found.force) - Eigen::Vector3d(expected.force)).norm(), 1e-9);
 }
 
-// A contact that comes finds the organ as the one before it in the list, and the deep one behind it, have left it.
-TEST(NonlinearZone, ContactsThatComeFeelThoseThatAreThere) {
-  const ZoneBlock organ(1, kTissue);
-  OwnedSession session(organ.pack->get(), organ.config(4));
-  settle(session, {kApart[1]});
-  std::vector<pal_contact> both = kApart;
-  both[0].displacement[0] = both[0].displacement[1] = 0;
-  both[0].displacement[2] = -0.001;
-  auto found = session.touch(both);
-  for (int frame = 0; frame < 8 && (found[0].flags & PAL_FLAG_UNCONVERGED) != 0; ++frame)
-    found = session.touch(both);
-  OwnedSession held(organ.pack->get(), organ.config(4));
-  const auto expected = settle(held, both);
-  for (size_t c = 0; c < both.size(); ++c) {
-    EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(),
-              2e-3 * Eigen::Vector3d(expected[1].force).norm());
-  }
-}
-
-// Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to
-// second order in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
-TEST(NonlinearZone, NeighboursThatPullAgainstEachOther) {
-  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  const double size = 0.5 * organ.block.sites.mean_surface_edge;
-  const std::vector<pal_contact> contacts = {{6, {-size, 0, 0}, 0, {}, {}, {}},
-                                             {7, {size, 0, 0}, 0, {}, {}, {}}};
-  const ContactAnswer truth = organ.solve(contacts);
-  OwnedSession session(organ.pack->get(), organ.config(2));
-  const auto apart = settle(session, contacts);
-  for (size_t c = 0; c < 2; ++c) {
-    EXPECT_EQ(apart[c].flags, 0U);
-    EXPECT_LE((Eigen::Vector3d(apart[c].force) - truth.forces[c]).norm(), 6e-4 * truth.forces[c].norm());
-  }
-  EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 0.007 * size);
-  const auto alone = settle(session, {contacts[0]});
-  EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
-}
-
 // The work of contacts at these sites on closed paths of this size, a third of a turn apart, as part of the most that
 // it was on the way. Those apart feel each other a frame late: each step has frames to come to rest in.
 double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, double size) {
@@ -500,104 +459,6 @@ TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
   }
 }
 
-// What two contacts add to each other is part of what each by itself leaves; of neighbours less, whose loads have
-// some of it.
-TEST(NonlinearZone, PairsAddToEachOther) {
-  for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
-    SCOPED_TRACE(second);
-    const auto error_of = [&](bool pairs) {
-      const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
-      const double size = 0.3 * organ.block.sites.mean_surface_edge;
-      const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
-                                                 {second, {0, 0.3 * size, -size}, 0, {}, {}, {}}};
-      const ContactAnswer truth = organ.solve(contacts);
-      OwnedSession session(organ.pack->get(), organ.config(2));
-      settle(session, contacts);
-      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
-    };
-    const double error = error_of(true);
-    EXPECT_LE(error, 4.5e-3);
-    EXPECT_LE(error, left * error_of(false));
-  }
-}
-
-// The same to third order, of contacts whose patches are beyond each other's zones; of near ones nothing changes.
-TEST(NonlinearZone, PairsAddToThirdOrder) {
-  ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  ASSERT_EQ(organ.zone.pair_degree, 3);
-  ZoneTables lower = organ.zone;
-  lower.pair_degree = 2;
-  lower.num_pair_fields -= kThirdOrderFields;
-  compute_zone_mutual(organ.assembly, organ.block.scene, organ.block.sites, organ.rest, 2, {}, lower);
-  PackContent content{
-      organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {},
-      &organ.rest};
-  content.zone = &lower;
-  const AlignedBytes bytes = write_pack(content);
-  const OpenPack of_second(bytes);
-  const double size = 0.4 * organ.block.sites.mean_surface_edge;
-  for (const auto& [first, second, least, most] :
-       {std::tuple{0u, 4u, 0.0, 0.45}, {0u, 24u, 0.0, 0.45}, {6u, 7u, 0.9, 1.1}}) {
-    SCOPED_TRACE(second);
-    const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
-                                               {second, {0, 0.3 * size, size}, 0, {}, {}, {}}};
-    const ContactAnswer truth = organ.solve(contacts);
-    const auto error_of = [&](const OpenPack& pack) {
-      pal_session_config config = session_config(pack.get(), PAL_MODEL_ZONE, 2, 0);
-      OwnedSession session(pack.get(), config);
-      settle(session, contacts);
-      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
-    };
-    const double part = error_of(*organ.pack) / error_of(of_second);
-    EXPECT_GE(part, least);
-    EXPECT_LE(part, most);
-  }
-}
-
-// Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the
-// answer worse by a half to three quarters.
-TEST(NonlinearZone, NearContactsAddToOthersToSecondOrder) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  const double size = 0.5 * organ.block.sites.mean_surface_edge;
-  for (const auto& [third, most] : {std::pair{3u, 2.9e-3}, {16u, 1.8e-3}, {18u, 1.4e-3}}) {
-    SCOPED_TRACE(third);
-    const std::vector<pal_contact> contacts = {{6, {0.1 * size, 0, -0.4 * size}, 0, {}, {}, {}},
-                                               {7, {0, 0.3 * size, -size}, 0, {}, {}, {}},
-                                               {third, {-0.2 * size, 0, -size}, 0, {}, {}, {}}};
-    const ContactAnswer truth = organ.solve(contacts);
-    OwnedSession session(organ.pack->get(), organ.config(3));
-    settle(session, contacts);
-    EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size, most);
-  }
-}
-
-// Neighbours that shear what is between them: of the elements next to the zones of both the series have no more than the
-// second order. Held by both, these are nonlinear in full, and of second order nothing of them is left outside: what is
-// left falls with the square of the loads, by 16 to a quarter.
-TEST(NonlinearZone, NearContactsHoldWhatIsBetween) {
-  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 12.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  ASSERT_TRUE(organ.zone.between);
-  ZoneTables apart = organ.zone;
-  apart.between = false;
-  const AlignedBytes bytes = pack_of(organ, apart);
-  const OpenPack without(bytes);
-  for (const uint32_t other : {8u, 11u}) {
-    SCOPED_TRACE(other);
-    const auto error_at = [&](double size, const pal_pack* pack) {
-      const std::vector<pal_contact> contacts = {{6, {0, 0, -size}, 0, {}, {}, {}},
-                                                 {other, {0, 0, 0.8 * size}, 0, {}, {}, {}}};
-      const ContactAnswer truth = organ.solve(contacts);
-      OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, 2, 0));
-      settle(session, contacts);
-      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
-    };
-    const double size = 0.5 * organ.block.sites.mean_surface_edge;
-    const double error = error_at(size, organ.pack->get());
-    EXPECT_LE(error, 0.65 * error_at(size, without.get()));
-    EXPECT_LE(error_at(size / 4, organ.pack->get()), error / 12);
-  }
-}
-
 // The more tissue keeps its volume, the more higher orders leave: packs have more of them.
 TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
   const auto planned = [](const Law& law) {
@@ -613,31 +474,6 @@ TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
   const ZoneTables keeps_volume = planned(CompressibleNeoHookean{1.0, 9.0});
   EXPECT_EQ(keeps_volume.exterior_degree, 4);
   EXPECT_TRUE(keeps_volume.between);
-}
-
-// Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
-// order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
-// quarter, but for what the columns of pairs leave of neighbours in a row.
-TEST(NonlinearZone, ThreeContactsCountNothingTwice) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {
-      {{0, 4, 22}, 4.5e-4, 13}, {{6, 7, 8}, 4.8e-3, 7}, {{6, 7, 23}, 3.6e-3, 14}};
-  for (const auto& [sites, most, falls] : cases) {
-    SCOPED_TRACE(sites[2]);
-    const auto error_at = [&organ, &sites = sites](double size) {
-      const std::vector<pal_contact> contacts = {{sites[0], {0.3 * size, 0, -size}, 0, {}, {}, {}},
-                                                 {sites[1], {0, 0.3 * size, -size}, 0, {}, {}, {}},
-                                                 {sites[2], {-0.2 * size, 0, size}, 0, {}, {}, {}}};
-      const ContactAnswer truth = organ.solve(contacts);
-      OwnedSession session(organ.pack->get(), organ.config(3));
-      settle(session, contacts);
-      return (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size;
-    };
-    const double size = 0.3 * organ.block.sites.mean_surface_edge;
-    const double error = error_at(size);
-    EXPECT_LE(error, most);
-    EXPECT_LE(error_at(size / 4), error / falls);
-  }
 }
 
 TEST(NonlinearZone, ReturnsToRest) {
@@ -741,10 +577,7 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
        {lie(&ZoneTables::most_nodes, 2), lie(&ZoneTables::most_elements, 2),
         lie(&ZoneTables::most_boundary_nodes, 2),
         lie(&ZoneTables::most_boundary_nodes, organ.zone.most_boundary_nodes * 3 / 4)}) {
-    PackContent content{
-        organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {}};
-    content.zone = &lying;
-    const AlignedBytes bytes = write_pack(content);
+    const AlignedBytes bytes = pack_of(organ, lying);
     const OpenPack pack(bytes);
     OwnedSession automatic(pack.get(), PAL_MODEL_AUTO, 2, 0);
     OwnedSession linear(pack.get(), PAL_MODEL_LINEAR, 2, 0);
@@ -787,8 +620,8 @@ TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
   EXPECT_LE((Eigen::Vector3d(result.force) - expected).norm(), 1e-3 * expected.norm());
 }
 
-// A zone made ready over many frames answers as one made at once; until then what was before does.
-// In slices the same set as at once, of one contact, and of three with what their fields count twice.
+// Made ready in slices it is as at once, of one contact, and of three with what their fields count twice; until then
+// what was before answers.
 TEST(NonlinearZone, IsMadeReadyWithinABudget) {
   const ZoneBlock one(2, kTissue);
   const ZoneBlock three(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -163,6 +164,14 @@ inline AlignedBytes pack_of(const ZoneBlock& organ, const ZoneTables& zone) {
       &organ.rest};
   content.zone = &zone;
   return write_pack(content);
+}
+
+// The largest component of what is wrong with a pack's field once contacts have settled.
+inline double field_error(const ZoneBlock& organ, const pal_pack* pack,
+                          const std::vector<pal_contact>& contacts) {
+  OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, static_cast<uint32_t>(contacts.size()), 0));
+  settle(session, contacts);
+  return (as_vector(session.field()) - organ.solve(contacts).field).lpNorm<Eigen::Infinity>();
 }
 
 inline AlignedBytes without_rims(const ZoneBlock& organ) {
