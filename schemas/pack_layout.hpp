@@ -106,7 +106,8 @@ struct ZoneNode {
   uint32_t first_element;  // of it, in the list of elements by node
   uint32_t num_elements;   // of it, in the table
   uint32_t num_outside;    // of it, beyond the table
-  uint32_t row;  // its place among the rows of the exterior; kNoNode: fixed, or neither packed nor in a zone
+  // Its place among the rows of the exterior; kNoNode: fixed, or neither packed nor in a zone where nothing is `between`.
+  uint32_t row;
 };
 static_assert(sizeof(ZoneNode) == 72);
 

@@ -88,11 +88,18 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
     ZoneTables zone = find_zones(scene, model, sites, rings);
-    const auto bytes = [&] { return zone_bytes(zone, sites); };
-    // A ring is worth more than a degree outside of it.
-    while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && bytes() > kMostZoneBytes)
-      --zone.exterior_degree;
-    const bool is_small = bytes() <= kMostZoneBytes;
+    const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
+    // A ring is worth more than what is between near contacts, and that more than degrees outside of zones.
+    const auto lower_degree = [&] {
+      while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && is_large())
+        --zone.exterior_degree;
+    };
+    lower_degree();
+    if (zone.between && is_large()) {
+      zone = find_zones(scene, model, sites, rings, {}, false);
+      lower_degree();
+    }
+    const bool is_small = !is_large();
     const bool is_asked_for = scene.zone.value_or(false);
     if (is_asked_for ? is_small || rings == 1
                      : is_small && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)

@@ -40,16 +40,17 @@ int exterior_degree(double reach_in_edges, double growth, double accuracy_target
 }
 
 // The same of what pairs of contacts add: left to second order are 0.3 % at one edge (p95 of sets of two and three).
-int pair_degree(double reach_in_edges, double accuracy_target) {
+int pair_degree(double reach_in_edges, double growth, double accuracy_target) {
   constexpr double kLeft = 3e-3;
-  return kLeft * reach_in_edges * reach_in_edges <= accuracy_target / 2 ? pack::kLeastPairDegree
-                                                                        : pack::kMostPairDegree;
+  return growth * kLeft * reach_in_edges * reach_in_edges <= accuracy_target / 2 ? pack::kLeastPairDegree
+                                                                                 : pack::kMostPairDegree;
 }
 
 // Of the columns that a pair has for what is of second order, eight leave 0.6 % at one edge outside of two rings (median
 // of the brain's pairs), sixteen 0.15; outside of one ring its own error is more than what eight leave.
-int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double accuracy_target) {
-  const double left = (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
+int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double growth,
+                    double accuracy_target) {
+  const double left = growth * (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
   return (accuracy_target < left ? 16 : 8) + (pair_degree > 2 ? kThirdOrderFields : 0);
 }
 
@@ -65,6 +66,17 @@ bool has_second_order(const Model& model, int e) {
   const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
   return element.volume_patch < 0 &&
          !std::holds_alternative<LinearElastic>(model.materials[static_cast<size_t>(element.material)].law);
+}
+
+bool reaches_into(const ContactSite& site, const std::vector<int>& nodes_of_zone) {
+  return std::ranges::any_of(site.patch_nodes,
+                             [&](int node) { return std::ranges::binary_search(nodes_of_zone, node); });
+}
+
+// Rounded up.
+int part_of(size_t count, int contacts) {
+  const auto of = static_cast<size_t>(contacts);
+  return static_cast<int>((count + of - 1) / of);
 }
 
 }  // namespace
@@ -109,18 +121,46 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
   return {elements.begin(), elements.end()};
 }
 
+std::vector<int> ZoneFinder::nodes_of(const std::vector<int>& elements) const {
+  std::set<int> nodes;
+  for (const int e : elements) {
+    const auto of_element = model_->elements[static_cast<size_t>(e)].nodes();
+    nodes.insert(of_element.begin(), of_element.end());
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
 std::vector<int> ZoneFinder::elements_next_to(const std::vector<int>& elements) const {
   std::set<int> next;
-  for (const int e : elements) {
-    for (const int node : model_->elements[static_cast<size_t>(e)].nodes())
-      next.insert(elements_of(node).begin(), elements_of(node).end());
-  }
+  for (const int node : nodes_of(elements)) next.insert(elements_of(node).begin(), elements_of(node).end());
   for (const int e : elements) next.erase(e);
   return {next.begin(), next.end()};
 }
 
+std::vector<int> ZoneFinder::elements_of_near(const std::vector<int>& elements,
+                                              const std::vector<int>& others) const {
+  std::set<int> together(elements.begin(), elements.end());
+  together.insert(others.begin(), others.end());
+  const std::vector<int> nodes = nodes_of(elements);
+  const std::vector<int> nodes_of_others = nodes_of(others);
+  std::vector<int> shared;
+  std::ranges::set_intersection(nodes, nodes_of_others, std::back_inserter(shared));
+  for (const int node : shared) {
+    for (const int e : elements_of(node)) {
+      if (has_second_order(*model_, e)) together.insert(e);
+    }
+  }
+  return {together.begin(), together.end()};
+}
+
+std::vector<int> ZoneFinder::rim_of(const std::vector<int>& elements) const {
+  std::vector<int> rim = elements_next_to(elements);
+  std::erase_if(rim, [&](int e) { return !has_second_order(*model_, e); });
+  return rim;
+}
+
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings,
-                      std::vector<std::uint8_t> more_rings) {
+                      std::vector<std::uint8_t> more_rings, bool may_hold_between) {
   const ZoneFinder finder(model);
   const auto num_nodes = static_cast<size_t>(model.num_nodes());
   std::vector<char> element_carried(model.elements.size());
@@ -133,16 +173,17 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   const double reach_in_edges = scene.max_displacement / sites.mean_surface_edge;
   const double growth = growth_with_bulk(model);
   zone.exterior_degree = exterior_degree(reach_in_edges, growth, scene.accuracy_target);
-  zone.pair_degree = pair_degree(reach_in_edges, scene.accuracy_target);
+  zone.pair_degree = pair_degree(reach_in_edges, growth, scene.accuracy_target);
   const std::size_t num_sites = sites.sites.size();
   const bool has_rims = scene.max_contacts > 1 && num_sites > 1 && num_sites <= pack::kMostMutualSites;
   if (has_rims) {
     zone.num_pairs = num_sites * (num_sites - 1) / 2;
-    zone.num_pair_fields = num_pair_fields(rings, zone.pair_degree, reach_in_edges, scene.accuracy_target);
-    zone.between = holds_between(reach_in_edges, growth, scene.accuracy_target);
+    zone.num_pair_fields =
+        num_pair_fields(rings, zone.pair_degree, reach_in_edges, growth, scene.accuracy_target);
+    zone.between = may_hold_between && holds_between(reach_in_edges, growth, scene.accuracy_target);
   }
-  for (size_t s = 0; s < sites.sites.size(); ++s) {
-    const std::vector<int> elements = finder.elements_about(sites.sites[s], zone.rings_of(s, rings));
+  // As so many contacts share it.
+  const auto count_zone = [&](const std::vector<int>& elements, int contacts) {
     std::map<int, size_t> inside;  // elements of the zone at each of its nodes
     for (const int e : elements) {
       element_carried[static_cast<size_t>(e)] = 1;
@@ -151,23 +192,36 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
         in_zone[static_cast<size_t>(node)] = 1;
       }
     }
-    const auto num_boundary = std::count_if(inside.begin(), inside.end(), [&](const auto& node) {
-      return node.second < finder.elements_of(node.first).size();
-    });
-    zone.most_nodes = std::max(zone.most_nodes, static_cast<int>(inside.size()));
-    zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, static_cast<int>(num_boundary));
-    zone.most_elements = std::max(zone.most_elements, static_cast<int>(elements.size()));
-    for (int fewer = 1; fewer <= rings && has_rims; ++fewer) {
-      std::vector<int> rim =
-          finder.elements_next_to(finder.elements_about(sites.sites[s], zone.rings_of(s, fewer)));
-      std::erase_if(rim, [&](int e) { return !has_second_order(model, e); });
-      std::set<int> nodes;
-      for (const int e : rim) {
-        element_carried[static_cast<size_t>(e)] = 1;
-        for (const int node : model.elements[static_cast<size_t>(e)].nodes()) nodes.insert(node);
+    const auto num_boundary = std::ranges::count_if(
+        inside, [&](const auto& node) { return node.second < finder.elements_of(node.first).size(); });
+    zone.most_nodes = std::max(zone.most_nodes, part_of(inside.size(), contacts));
+    zone.most_boundary_nodes =
+        std::max(zone.most_boundary_nodes, part_of(static_cast<size_t>(num_boundary), contacts));
+    zone.most_elements = std::max(zone.most_elements, part_of(elements.size(), contacts));
+  };
+  const auto count_rim = [&](const std::vector<int>& elements, int contacts) {
+    const std::vector<int> rim = finder.rim_of(elements);
+    for (const int e : rim) element_carried[static_cast<size_t>(e)] = 1;
+    zone.most_rim_nodes = std::max(zone.most_rim_nodes, part_of(finder.nodes_of(rim).size(), contacts));
+    zone.most_rim_elements = std::max(zone.most_rim_elements, part_of(rim.size(), contacts));
+  };
+  for (int fewer = rings; fewer >= (has_rims ? 1 : rings); --fewer) {
+    std::vector<std::vector<int>> zones;
+    std::vector<std::vector<int>> nodes;
+    for (size_t s = 0; s < num_sites; ++s) {
+      zones.push_back(finder.elements_about(sites.sites[s], zone.rings_of(s, fewer)));
+      nodes.push_back(finder.nodes_of(zones[s]));
+      if (fewer == rings) count_zone(zones[s], 1);
+      if (has_rims) count_rim(zones[s], 1);
+    }
+    for (size_t s = 0; s < num_sites && zone.between; ++s) {
+      for (size_t other = 0; other < s; ++other) {
+        if (!reaches_into(sites.sites[s], nodes[other]) && !reaches_into(sites.sites[other], nodes[s]))
+          continue;
+        const std::vector<int> elements = finder.elements_of_near(zones[s], zones[other]);
+        count_zone(elements, 2);
+        count_rim(elements, 2);
       }
-      zone.most_rim_nodes = std::max(zone.most_rim_nodes, static_cast<int>(nodes.size()));
-      zone.most_rim_elements = std::max(zone.most_rim_elements, static_cast<int>(rim.size()));
     }
   }
   std::vector<int> carried(num_nodes, 0);  // elements carried at each node

@@ -29,11 +29,11 @@ struct ZoneTables {
   int num_free = 0;              // of them the first
   std::vector<int> elements;     // in Model::elements: patch by patch, then those that share no volume
   std::vector<int> num_outside;  // of each node: elements of the model that are not among these
-  // Largest zone of a site.
+  // Largest zone of a site, or half of what two near ones share, whichever is larger.
   int most_nodes = 0;
   int most_boundary_nodes = 0;
   int most_elements = 0;
-  // Largest rim of a site, of any number of rings; 0 where nothing of pairs is carried.
+  // The same of their rims, of any number of rings; 0 where nothing of pairs is carried.
   int most_rim_nodes = 0;
   int most_rim_elements = 0;
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
@@ -77,6 +77,11 @@ class ZoneFinder {
   std::vector<int> elements_about(const ContactSite& site, int rings) const;
   // Those that share a node with some elements and are not among them.
   std::vector<int> elements_next_to(const std::vector<int>& elements) const;
+  // Of these those that rims hold.
+  std::vector<int> rim_of(const std::vector<int>& elements) const;
+  // The zones of two near contacts and what is between them (runtime/src/zone_members.hpp).
+  std::vector<int> elements_of_near(const std::vector<int>& elements, const std::vector<int>& others) const;
+  std::vector<int> nodes_of(const std::vector<int>& elements) const;
   const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
 
  private:
@@ -86,9 +91,10 @@ class ZoneFinder {
 };
 
 // Which nodes and elements, and to which degree what is outside of zones is to be carried; all else is left empty.
-// `more_rings`: of each site; none where it is empty.
+// `more_rings`: of each site; none where it is empty. `may_hold_between`: false to leave out what is between near contacts
+// where their target would ask for it.
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings,
-                      std::vector<std::uint8_t> more_rings = {});
+                      std::vector<std::uint8_t> more_rings = {}, bool may_hold_between = true);
 
 // Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done, total columns.
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,

@@ -206,7 +206,8 @@ ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const Conta
                         std::pow(scene.max_displacement / orders.length, order);
     more_rings[s] = left > kMostLeft * scene.accuracy_target * scene.max_displacement ? 1 : 0;
   });
-  ZoneTables wider = find_zones(scene, assembly.model(), sites, zone.rings, std::move(more_rings));
+  ZoneTables wider =
+      find_zones(scene, assembly.model(), sites, zone.rings, std::move(more_rings), zone.between);
   wider.exterior_degree = zone.exterior_degree;  // the plan may have lowered it
   return wider;
 }

@@ -87,7 +87,8 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
 // gone twice as far since the last one as all contacts. In tissue that is crushed other equilibria are near, and a
 // long step may end in one that contacts do not lead to; what still does so in short steps is how the tissue moves.
 // Of the brain's neighbours, an eighth of an edge at a time, nodes of 99 steps in 100 go up to 1.1 times as far as
-// contacts; where they buckle, up to 4 times in short ones. A group that begins has no balance yet to tell by.
+// contacts; where they buckle, up to 4 times in short ones. A group that begins has no balance yet to tell by. (Where
+// the point of a patch slides that is turned far, its nodes go farther than what contacts follow.)
 bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, bool in_balance, double size) {
   constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
   constexpr double kMostAhead = 2;

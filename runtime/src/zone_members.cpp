@@ -84,9 +84,9 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
   return true;
 }
 
-// Marks what is between near contacts: elements in no zone, next to a node that the zones of two of them hold. What
-// does not fit stays outside.
-void mark_between(const pal_pack& pack, ZoneState& state) {
+// Marks what is between near contacts: elements in no zone, next to a node that the zones of two of them hold. False
+// where it is more than fits.
+bool mark_between(const pal_pack& pack, ZoneState& state) {
   const uint32_t count = state.num_found_nodes;
   for (uint32_t i = 0; i < count; ++i) {
     const uint64_t holders = state.node_contacts[state.found_nodes[i]] & state.next.near;
@@ -96,10 +96,10 @@ void mark_between(const pal_pack& pack, ZoneState& state) {
     for (uint32_t e = 0; e < node.num_elements; ++e) {
       const uint32_t index = pack.zone_node_elements[node.first_element + e];
       const pack::ZoneElement& element = pack.zone_elements[index];
-      if (state.element_contacts[index] != 0 || !has_second_order(pack, element) ||
-          state.num_found_elements == state.max_elements ||
+      if (state.element_contacts[index] != 0 || !has_second_order(pack, element)) continue;
+      if (state.num_found_elements == state.max_elements ||
           state.num_found_nodes + element.num_nodes > state.max_nodes)
-        continue;
+        return false;
       state.element_contacts[index] = bit;
       state.found_elements[state.num_found_elements++] = index;
       for (uint32_t a = 0; a < element.num_nodes; ++a) {
@@ -109,6 +109,7 @@ void mark_between(const pal_pack& pack, ZoneState& state) {
       }
     }
   }
+  return true;
 }
 
 // Marks the nodes that are fixed while running as every contact's. False where that is more than fit.
@@ -335,15 +336,17 @@ void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
   }
 }
 
-}  // namespace
-
-bool find_zone_members(const pal_pack& pack, ZoneState& state) {
+// With what is between near contacts, or without it.
+bool list_members(const pal_pack& pack, bool between, ZoneState& state) {
   ZoneSet& set = state.next;
+  set.num_groups = set.num_nodes = 0;
+  state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;
+  state.rim_columns_used = state.rim_rows_used = 0;
   uint64_t groups[kMostZoneContacts];
   bool sound = true;
   for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
   if (sound) find_near(pack, state, set);
-  if (sound && pack.zone_between && set.num_fixed == 0) mark_between(pack, state);
+  if (sound && between) sound = mark_between(pack, state);
   if (sound) find_groups(state, set.num_contacts, groups);
   sound = sound && mark_fixed(state);
   uint32_t num_masters = 0;
@@ -367,6 +370,13 @@ bool find_zone_members(const pal_pack& pack, ZoneState& state) {
   for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state);
   forget_marks(state);
   return sound;
+}
+
+}  // namespace
+
+bool find_zone_members(const pal_pack& pack, ZoneState& state) {
+  const bool between = pack.zone_between && state.next.num_fixed == 0;
+  return list_members(pack, between, state) || (between && list_members(pack, false, state));
 }
 
 }  // namespace palpate

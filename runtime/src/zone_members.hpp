@@ -1,9 +1,10 @@
 // Which nodes and elements the zones of some contacts are made of, and which contacts share one.
 //
 // Near contacts, one of whose patches reaches into the other's zone, crush or tear most what is between them. Where a
-// pack says so (pal_pack::zone_between) their group holds the elements next to a node that two of their zones hold,
-// too, which are in the zone of neither. On the brain at nu = 0.45, pairs of neighbours pushed up to one edge, the
-// largest error goes from 1.2 to 0.5 % of |d|, with half as many nodes more.
+// pack says so (pal_pack::zone_between) their group holds the elements next to a node that the zones of two contacts
+// hold, each near some other, where they are in no zone themselves and of second order (zone_rim.hpp). All of them or, where
+// that is more than fits, none: of any two contacts they fit. On the brain at nu = 0.45, pairs of neighbours pushed up to
+// one edge, the largest error goes from 1.2 to 0.5 % of |d|, with three fifths as many nodes more.
 #pragma once
 
 #include <palpate/palpate.h>

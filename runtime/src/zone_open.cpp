@@ -28,8 +28,9 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
                      : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
          node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
-         (node.row == pack::kNoNode ||
-          (node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes)) &&
+         (node.row == pack::kNoNode
+              ? !pack.zone_between || node.free_axes == 0
+              : node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes) &&
          node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
 }

@@ -35,9 +35,11 @@ inline uint32_t num_overlaps(const pal_pack& pack, uint32_t num_contacts) {
              : 0;
 }
 
-// Of a set: none where nodes are fixed while running, as its loads then count as zero.
+// Of a set, once its members are known: none where nodes are fixed while running, as its loads then count as zero, and
+// of two contacts with nothing between them.
 inline uint32_t num_overlaps(const pal_pack& pack, const ZoneSet& set) {
-  return set.num_fixed > 0 ? 0 : num_overlaps(pack, set.num_contacts);
+  const bool is_nothing = set.num_fixed > 0 || (set.num_contacts < 3 && set.near == 0);
+  return is_nothing ? 0 : num_overlaps(pack, set.num_contacts);
 }
 
 inline constexpr uint32_t kMostOverlaps = 3 * kMostZoneContacts * (3 * kMostZoneContacts + 1) / 2;

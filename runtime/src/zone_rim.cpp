@@ -19,7 +19,6 @@ constexpr double kMostPart = 0.04;
 
 // Bits of ZoneState::element_contacts behind those of contacts: in the rim of a group.
 uint64_t rim_bit(uint32_t group) {
-  static_assert(2 * kMostZoneContacts <= 64);
   return uint64_t{1} << (kMostZoneContacts + group);
 }
 

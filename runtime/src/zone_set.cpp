@@ -364,8 +364,6 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   set.sound = true;
   set.flags = 0;
   set.inclusion_version = kNoInclusion;
-  set.num_groups = 0;
-  set.num_nodes = 0;
   state.phase = ZoneState::Phase::collect;
   state.group = 0;
   state.column = 0;
@@ -373,8 +371,6 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   state.columns_used = 0;
   state.rows_used = 0;
   state.tangents_used = 0;
-  state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;
-  state.rim_columns_used = state.rim_rows_used = 0;
 }
 
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set) {

@@ -33,6 +33,7 @@ using pack::kMostZoneFixed;
 
 // Marks of what is between near contacts, by one of them, are bits behind those of contacts and rims.
 inline constexpr uint32_t kBetweenBits = 2 * kMostZoneContacts;
+static_assert(kBetweenBits + kMostZoneContacts <= 64);
 
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 
@@ -270,8 +271,10 @@ struct ZoneState {
   enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, rim, tangent, done } phase;
   uint32_t group;
   uint32_t column;
-  uint64_t* node_contacts;     // [num_zone_nodes] a bit for each contact whose zone holds it
-  uint64_t* element_contacts;  // [num_zone_elements]; behind those a bit for each group whose rim does
+  // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it, behind those for each group whose
+  // rim does, and behind those (kBetweenBits) for one of the contacts that it is between
+  uint64_t* node_contacts;
+  uint64_t* element_contacts;
   uint32_t* found_nodes;       // [max_nodes]
   uint32_t* found_elements;    // [max_elements + max_rim_elements]
   uint32_t num_found_nodes;
@@ -349,7 +352,7 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
 
 // Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to,
 // and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6;
-// of three contacts and more fill_overlaps(), and its columns in what is eliminated.
+// of num_overlaps() fill_overlaps(), and its columns in what is eliminated.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
 // ZoneSet::balanced := where the group is, in balance.

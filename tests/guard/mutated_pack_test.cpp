@@ -512,6 +512,8 @@ TEST_F(Contradiction, Zones) {
                              pack::field_panel_bytes(pack::num_monomials(2, zone.exterior_degree()),
                                                      zone.precision() == pack::FieldPrecision::i16)));
   EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[4].row = num_rows; }), PAL_STATUS_CORRUPT_CONTENT);
+  ASSERT_TRUE(zone.between()) << "any node that is free may be on a boundary";
+  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[4].row = pack::kNoNode; }), PAL_STATUS_CORRUPT_CONTENT);
   for (const double wrong : {0.0, -1.0, 1e-300, 1e300, std::nan("")}) {
     EXPECT_EQ(status_with<double>(
                   zone.force_scale(), [&](double* scale) { scale[1] = wrong; }, original),

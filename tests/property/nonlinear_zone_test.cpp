@@ -459,21 +459,35 @@ TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
   }
 }
 
+// A block of which only the surface is shown, planned for two contacts up to one edge.
+ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = touched_block(4, 0.1)) {
+  block.scene.max_contacts = 2;
+  block.scene.accuracy_target = accuracy_target;
+  block.scene.max_displacement = block.sites.mean_surface_edge;
+  block.model.materials.front().law = law;
+  block.model.materials.push_back({"of no element", CompressibleNeoHookean{1.0, 1e6}});
+  return find_zones(block.scene, block.model, block.sites, 1);
+}
+
 // The more tissue keeps its volume, the more higher orders leave: packs have more of them.
 TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
-  const auto planned = [](const Law& law) {
-    ZoneBlock organ(1, law, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
-    organ.block.scene.accuracy_target = 0.005;
-    organ.block.scene.max_displacement = organ.block.sites.mean_surface_edge;
-    organ.block.model.materials.push_back({"of no element", CompressibleNeoHookean{1.0, 1e6}});
-    return find_zones(organ.block.scene, organ.block.model, organ.block.sites, 1);
-  };
-  const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0});
+  const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0}, 0.005);
   EXPECT_EQ(soft.exterior_degree, 3);
   EXPECT_FALSE(soft.between);
-  const ZoneTables keeps_volume = planned(CompressibleNeoHookean{1.0, 9.0});
+  const ZoneTables keeps_volume = planned(CompressibleNeoHookean{1.0, 9.0}, 0.005);
   EXPECT_EQ(keeps_volume.exterior_degree, 4);
   EXPECT_TRUE(keeps_volume.between);
+}
+
+// Where zones of near contacts hold what is between them, any free node may be on a boundary.
+TEST(NonlinearZone, WhatMayBeBoundaryHasRows) {
+  const TouchedBlock block = touched_block(4, 0.1);
+  const ZoneTables zone = planned(kTissue, 1e-5, block);
+  ASSERT_TRUE(zone.between);
+  std::set<int> with_rows(block.sites.packed_nodes.begin(), block.sites.packed_nodes.end());
+  with_rows.insert(zone.inner_nodes.begin(), zone.inner_nodes.end());
+  for (size_t i = 0; i < static_cast<size_t>(zone.num_free); ++i)
+    EXPECT_TRUE(with_rows.contains(zone.nodes[i])) << zone.nodes[i];
 }
 
 TEST(NonlinearZone, ReturnsToRest) {

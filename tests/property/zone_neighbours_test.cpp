@@ -129,6 +129,22 @@ TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
   }
 }
 
+// Any two fit, in either order, with what is between them: with it they may have more boundary than two zones alone.
+TEST(ZoneNeighbours, AnyTwoFit) {
+  const ZoneBlock organ(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
+  ASSERT_TRUE(organ.zone.between);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  const auto num_sites = static_cast<uint32_t>(organ.block.sites.sites.size());
+  for (uint32_t first = 0; first < num_sites; ++first) {
+    for (uint32_t second = 0; second < num_sites; ++second) {
+      if (first == second) continue;
+      const auto results =
+          session.touch({{first, {0, 0, -1e-3}, 0, {}, {}, {}}, {second, {}, 0, {}, {}, {}}});
+      EXPECT_EQ(results[0].flags & PAL_FLAG_ILL_CONDITIONED, 0U) << first << ", " << second;
+    }
+  }
+}
+
 // Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
 // order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
 // quarter, but for what the columns of pairs leave of neighbours in a row.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ inline constexpr double kMaxDisplacement = 0.05;
 // where the mesh has diagonals of the other kind.
 inline constexpr double kTipRadius = 0.13;
 
+// For which zones of near contacts hold what is between them.
+inline Scene with_fine_target(Scene scene) {
+  scene.accuracy_target = 4e-4;
+  return scene;
+}
+
 class SmallPack {
  public:
   SmallPack() {
@@ -43,7 +50,8 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
-    zone = find_zones(scene, model, sites, 1);
+    zone = find_zones(with_fine_target(scene), model, sites, 1);
+    if (!zone.between) throw std::logic_error("zones are to hold what is between near contacts");
     compute_zone_compliance(assembly, sites, {}, {}, zone);
     compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, zone);
     compute_zone_mutual(assembly, scene, sites, {}, 2, {}, zone);
