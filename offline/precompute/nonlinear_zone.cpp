@@ -173,13 +173,15 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   const double reach_in_edges = scene.max_displacement / sites.mean_surface_edge;
   const double growth = growth_with_bulk(model);
   zone.exterior_degree = exterior_degree(reach_in_edges, growth, scene.accuracy_target);
-  zone.pair_degree = pair_degree(reach_in_edges, growth, scene.accuracy_target);
+  // At nu = 0.147 pairs of less would leave 0.60 % of three apart (largest of 60 sets).
+  const double growth_of_pairs = std::max(1.0, growth);
+  zone.pair_degree = pair_degree(reach_in_edges, growth_of_pairs, scene.accuracy_target);
   const std::size_t num_sites = sites.sites.size();
   const bool has_rims = scene.max_contacts > 1 && num_sites > 1 && num_sites <= pack::kMostMutualSites;
   if (has_rims) {
     zone.num_pairs = num_sites * (num_sites - 1) / 2;
     zone.num_pair_fields =
-        num_pair_fields(rings, zone.pair_degree, reach_in_edges, growth, scene.accuracy_target);
+        num_pair_fields(rings, zone.pair_degree, reach_in_edges, growth_of_pairs, scene.accuracy_target);
     zone.between = may_hold_between && holds_between(reach_in_edges, growth, scene.accuracy_target);
   }
   // As so many contacts share it.
@@ -199,9 +201,13 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
         std::max(zone.most_boundary_nodes, part_of(static_cast<size_t>(num_boundary), contacts));
     zone.most_elements = std::max(zone.most_elements, part_of(elements.size(), contacts));
   };
+  // Of two near ones as far as single ones have it: with all of it the brain's neighbours are as wrong at nu = 0.45, and
+  // packs 11 % larger.
   const auto count_rim = [&](const std::vector<int>& elements, int contacts) {
     const std::vector<int> rim = finder.rim_of(elements);
-    for (const int e : rim) element_carried[static_cast<size_t>(e)] = 1;
+    for (const int e : rim) {
+      if (contacts == 1) element_carried[static_cast<size_t>(e)] = 1;
+    }
     zone.most_rim_nodes = std::max(zone.most_rim_nodes, part_of(finder.nodes_of(rim).size(), contacts));
     zone.most_rim_elements = std::max(zone.most_rim_elements, part_of(rim.size(), contacts));
   };

@@ -145,17 +145,26 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   double points[kMostZoneContacts][3];
   memcpy(before, set.followed, set.num_axes * sizeof *before);
   memcpy(points, set.points, set.num_contacts * sizeof *points);
+  const double* balanced = set.balanced.followed;
   double longest = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
-    longest = std::max(longest, length_of(frame, at, wanted[at] - before[at]));
+    longest = std::max(longest, length_of(frame, at, wanted[at] - balanced[at]));
   }
   for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
     longest = std::max(longest, length_of_place(set, group.contacts[slot]));
   const double limit = group.longest_step * frame.pack.mean_surface_edge;
-  double part = longest > limit ? limit / longest : 1.0;
+  const double within_limit = longest > limit ? limit / longest : 1.0;
+  double goal[kMostZoneAxes];
+  longest = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    goal[at] = balanced[at] + within_limit * (wanted[at] - balanced[at]);
+    longest = std::max(longest, length_of(frame, at, goal[at] - before[at]));
+  }
+  double part = 1;
   double change[kMostZoneAxes];
-  find_change(set, group, before, wanted, change);
+  find_change(set, group, before, goal, change);
   compare_with_trend(frame, change, group);
   double trend = part_of_trend(frame, group.along, group.square);
   group.has_trend = false;
@@ -163,13 +172,13 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   for (uint32_t cut = 0; cut <= kMostCuts && !is_upright;) {
     for (uint32_t i = 0; i < group.num_axes; ++i) {
       const uint32_t at = contact_axis(set, group, i);
-      set.followed[at] = before[at] + part * (wanted[at] - before[at]);
+      set.followed[at] = before[at] + part * (goal[at] - before[at]);
     }
     for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
       const uint32_t contact = group.contacts[slot];
       for (uint32_t axis = 0; axis < 3; ++axis)
         set.points[contact][axis] =
-            points[contact][axis] + part * (set.places[contact][axis] - points[contact][axis]);
+            points[contact][axis] + within_limit * part * (set.places[contact][axis] - points[contact][axis]);
     }
     find_change(set, group, before, set.followed, change);
     for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
@@ -182,7 +191,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
         set.loads[contact_axis(set, group, i)] += part * trend * group.loads_trend[i];
       follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
       count_move(frame, group, part * longest);
-      if (part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
+      if (within_limit * part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
       break;
     }
     restore_group(frame, group);

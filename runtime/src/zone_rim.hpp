@@ -1,5 +1,5 @@
 // The rim of a group whose contacts are near each other: the elements next to its zones and what is between them, which
-// share a node with those, as far as the pack has them: all of any two contacts.
+// share a node with those, as far as the pack has them: all that are next to the zone of one contact.
 //
 // Outside of zones stand series in the loads x of the contacts (zone_exterior.hpp). Neighbours that crush what is between
 // them pull the boundary in ways that no loads of their patches do; what that adds is of second order, too, and dies out

@@ -123,7 +123,7 @@ struct ZoneGroup {
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
-  double longest_step;       // of a contact in one solve, in mean edges of the surface
+  double longest_step;       // of a contact from where the group was in balance last, in mean edges of the surface
   // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the
   // rest; where this one began (zone_motion.hpp).
   bool has_trend;

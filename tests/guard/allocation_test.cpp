@@ -106,7 +106,7 @@ TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
 }
 
 TEST_F(Allocation, NoneFromInitToTheLastFrame) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   const pal_pack_info info = pack.info();
   std::vector<pal_real> field(size_t{3} * info.num_nodes);
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {

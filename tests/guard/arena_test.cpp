@@ -93,7 +93,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
 }
 
 TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
     AlignedBytes arena(bytes);
@@ -107,7 +107,7 @@ TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
 }
 
 TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t declared = required_bytes(pack, config);
     AlignedBytes arena(declared);
@@ -126,7 +126,7 @@ TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
 }
 
 TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   constexpr size_t kBehind = 4096;
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
@@ -145,7 +145,7 @@ TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
 
 // The declared size is no generous guess.
 TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   const pal_pack_info info = pack.info();
   const pal_session_config config = session_config(pack.get(), PAL_MODEL_LINEAR, 1, 0);
   const size_t dofs = size_t{3} * info.max_patch_nodes;
@@ -167,7 +167,7 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
 }
 
 TEST(Arena, MisalignedIsRefused) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   const pal_session_config config = pal_default_session_config(pack.get());
   const size_t bytes = required_bytes(pack, config);
   AlignedBytes arena(bytes + 64);
@@ -183,7 +183,7 @@ TEST(Arena, MisalignedIsRefused) {
 }
 
 TEST(Arena, PackStorageIsCheckedToo) {
-  const auto bytes = zone_pack_bytes().bytes();
+  const auto bytes = between_pack_bytes().bytes();
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES + 16];
   std::memset(storage, kCanary, sizeof storage);
   pal_pack* pack = nullptr;
@@ -200,7 +200,7 @@ TEST(Arena, PackStorageIsCheckedToo) {
 }
 
 TEST(Arena, ExceedingACapacityChangesNothing) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2,
                        2);  // whose answers do not depend on the frames before
   session.fix({3});
@@ -226,7 +226,7 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
 }
 
 TEST(Arena, ConfigOutsideItsRangeIsRefused) {
-  const OpenPack pack(zone_pack_bytes());
+  const OpenPack pack(between_pack_bytes());
   const auto status_of = [&](pal_session_config config) {
     size_t bytes = 77;
     const pal_status status = pal_session_required_bytes(pack.get(), &config, &bytes);

@@ -196,7 +196,7 @@ TEST(MutatedPack, EachSegment) {
 }
 
 TEST(MutatedPack, EachSegmentOfZones) {
-  const auto bytes = zone_pack_bytes().bytes();
+  const auto bytes = between_pack_bytes().bytes();
   const pack::Pack& tables = *pack::GetPack(bytes.data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
   uint64_t seed = 300;
@@ -450,7 +450,7 @@ TEST_F(Contradiction, PairFieldsBeyondWhatAFrameHolds) {
 }
 
 TEST_F(Contradiction, Zones) {
-  const AlignedBytes& original = zone_pack_bytes();
+  const AlignedBytes& original = between_pack_bytes();
   const pack::NonlinearZone& zone =
       *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader))->nonlinear_zone();
   const uint32_t last = zone.num_nodes() - 1;

@@ -135,7 +135,8 @@ TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
     auto found = session.touch(contacts);
     for (int frame = 0; frame < 100 && found[0].flags != 0; ++frame) found = session.touch(contacts);
     EXPECT_EQ(found[0].flags, 0U);
-    found = session.touch(contacts);
+    // The tangent may be one of the way there in the first of them.
+    for (int frame = 0; frame < 2; ++frame) found = session.touch(contacts);
     EXPECT_LE((Eigen::Vector3d(found[0].force) - truth.forces[0]).norm(), 1e-4 * truth.forces[0].norm());
     EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 1e-4 * 0.12);
   }
@@ -154,7 +155,7 @@ TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
 // way on. The contact then bears what it bore there in balance, not what led astray, and the field is that one but
 // for as much as the others have moved meanwhile.
 int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts, double field_tolerance) {
-  constexpr double kFarther = 300;
+  constexpr double kFarther = 1000;
   struct Frame {
     pal_contact_result first;
     Eigen::VectorXd field;
@@ -381,11 +382,11 @@ TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const std::vector<uint32_t>& sites : {std::vector<uint32_t>{0, 4}, {6, 7}, {0, 4, 22}, {6, 7, 12}}) {
     const double size = 0.1 * organ.block.sites.mean_surface_edge;
-    const double work = work_around(organ, sites, size);
-    EXPECT_GE(work, 1e-6) << "rounding halves nothing";
-    EXPECT_LE(work, 3e-4) << sites[0] << ", " << sites.size() << " contacts";
-    const double of_half = work_around(organ, sites, size / 2);
-    EXPECT_LE(of_half, 0.6 * work) << sites[0] << ", " << sites.size() << " contacts";
+    EXPECT_GE(work_around(organ, sites, size), 1e-6) << "rounding halves nothing";
+    for (const double part : {1.0, 0.5, 0.25}) {
+      EXPECT_LE(work_around(organ, sites, part * size), 3e-4 * part)
+          << sites[0] << ", " << sites.size() << " contacts";
+    }
   }
 }
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -28,12 +27,6 @@ inline constexpr double kMaxDisplacement = 0.05;
 // where the mesh has diagonals of the other kind.
 inline constexpr double kTipRadius = 0.13;
 
-// For which zones of near contacts hold what is between them.
-inline Scene with_fine_target(Scene scene) {
-  scene.accuracy_target = 4e-4;
-  return scene;
-}
-
 class SmallPack {
  public:
   SmallPack() {
@@ -50,11 +43,7 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
-    zone = find_zones(with_fine_target(scene), model, sites, 1);
-    if (!zone.between) throw std::logic_error("zones are to hold what is between near contacts");
-    compute_zone_compliance(assembly, sites, {}, {}, zone);
-    compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, zone);
-    compute_zone_mutual(assembly, scene, sites, {}, 2, {}, zone);
+    zone = zones_for(scene.accuracy_target);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;
@@ -68,6 +57,18 @@ class SmallPack {
                     Eigen::Vector3d::Zero()};
     });
     surveys = {{SurveyedModel::linear_dd, table}, {SurveyedModel::polynomial_dd, table}};
+  }
+
+  // To so fine a target, of one ring.
+  ZoneTables zones_for(double accuracy_target) const {
+    Scene fine = scene;
+    fine.accuracy_target = accuracy_target;
+    const Assembly assembly(model, model.fixed_dofs());
+    ZoneTables tables = find_zones(fine, model, sites, 1);
+    compute_zone_compliance(assembly, sites, {}, {}, tables);
+    compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, tables);
+    compute_zone_mutual(assembly, fine, sites, {}, 2, {}, tables);
+    return tables;
   }
 
   PackContent content() const {
@@ -96,9 +97,11 @@ class SmallPack {
     return write_pack(only);
   }
 
-  AlignedBytes write_with_zone() const {
+  AlignedBytes write_with_zone() const { return write_with(zone); }
+
+  AlignedBytes write_with(const ZoneTables& tables) const {
     PackContent with = content();
-    with.zone = &zone;
+    with.zone = &tables;
     with.surveys.push_back({SurveyedModel::nonlinear_zone, surveys.front().table});
     return write_pack(with);
   }
@@ -156,6 +159,12 @@ inline const AlignedBytes& small_pack_bytes() {
 
 inline const AlignedBytes& zone_pack_bytes() {
   static const AlignedBytes bytes = small_pack().write_with_zone();
+  return bytes;
+}
+
+// In which zones of near contacts hold what is between them.
+inline const AlignedBytes& between_pack_bytes() {
+  static const AlignedBytes bytes = small_pack().write_with(small_pack().zones_for(4e-4));
   return bytes;
 }
 
