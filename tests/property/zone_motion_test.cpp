@@ -283,6 +283,40 @@ TEST(ZoneMotion, LongStepsLeadWhereShortOnesDo) {
     EXPECT_LE(worst_force_error(led_there(steps), expected), 1e-3) << steps;
 }
 
+// A third tool takes hold beside two that crush tissue. What the new zone answers on its way to balance, up to seven times
+// what it comes to, is not felt.
+TEST(ZoneMotion, ANewZoneIsFeltOnceInBalance) {
+  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+  pal_session_config config = organ.config(3);
+  config.max_tools = 3;
+  config.blend_seconds = 0.01;
+  config.budget_seconds = 200e-6;
+  config.seconds_per_operation = 2e-10;
+  ToolSession session(organ.pack->get(), config);
+  const Eigen::Vector3d ways[] = {{0.204, 0.048, -0.095}, {-0.121, -0.005, -0.196}, {-0.051, -0.012, -0.224}};
+  session.hold(0, pal_default_hold(3));
+  session.hold(1, pal_default_hold(8));
+  std::vector<Eigen::Vector3d> before(3, Eigen::Vector3d::Zero());
+  double jump = 0;
+  double peak = 0;
+  for (int frame = 0; frame < 400; ++frame) {
+    if (frame == 200) session.hold(2, pal_default_hold(4));
+    std::vector<pal_pose> poses;
+    for (int tool = 0; tool < 3; ++tool) {
+      const int since = tool < 2 ? frame : std::max(0, frame - 230);
+      poses.push_back(at(ways[tool] * std::min(1.0, since / 150.0)));
+    }
+    const std::vector<pal_tool_result>& results = session.frame(poses);
+    for (size_t tool = 0; tool < 3; ++tool) {
+      const Eigen::Vector3d force = force_of(results[tool]);
+      jump = std::max(jump, (force - before[tool]).norm());
+      peak = std::max(peak, force.norm());
+      before[tool] = force;
+    }
+  }
+  EXPECT_LE(jump, 0.25 * peak);
+}
+
 // Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
 // begins anew from rest after a while.
 TEST(ZoneMotion, WhatFindsNoWayBackBeginsAnewAtRest) {
