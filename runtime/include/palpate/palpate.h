@@ -138,9 +138,10 @@ enum {
    * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for, or one
    * at which the error was as large as the displacement in the pack's survey. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
-  /* Displacement beyond four times that (linear_dd and nonlinear_zone: a million times the scene's largest, given or
-   * by a given force; zones follow as far as they find a way), or a patch turned by more than a quarter: the answer is for the shortened one; polynomials' force goes on as the
-   * gradient of an energy that rises along the ray as it does there. */
+  /* Displacement beyond four times that (linear_dd, and nonlinear_zone where it is not by a given force: a million times
+   * the scene's largest; zones follow as far as they find a way), or a patch turned by more than a quarter: the answer
+   * is for the shortened one; polynomials' force goes on as the gradient of an energy that rises along the ray as it
+   * does there. */
   PAL_FLAG_CLAMPED = 1 << 1,
   /* The nonlinear models of the pack cannot answer these contacts, or with nodes fixed; linear_dd did. */
   PAL_FLAG_LINEAR_FALLBACK = 1 << 2,
