@@ -51,7 +51,7 @@ bool is_nonlinear(const Model& model) {
   });
 }
 
-// Of contacts that move, each in a zone of its own: for each an iteration with its substitutions and products, two
+// Of contacts that move, each in a zone of its own or half of one that it shares: for each an iteration with its substitutions and products, two
 // evaluations of its elements, and a tenth of the next tangent (runtime/src/nonlinear_zone.hpp).
 double zone_frame_us(const ZoneTables& zone, int contacts) {
   constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
@@ -87,23 +87,18 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   }
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = kUsualRings; rings > 0; --rings) {
-    ZoneTables zone = find_zones(scene, model, sites, rings);
-    const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
     // A ring is worth more than what is between near contacts, and that more than degrees outside of zones.
-    const auto lower_degree = [&] {
+    for (const bool between : {true, false}) {
+      ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
+      const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
       while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && is_large())
         --zone.exterior_degree;
-    };
-    lower_degree();
-    if (zone.between && is_large()) {
-      zone = find_zones(scene, model, sites, rings, {}, false);
-      lower_degree();
+      const bool is_asked_for = scene.zone.value_or(false);
+      if (is_asked_for ? !is_large() || (rings == 1 && !zone.between)
+                       : !is_large() && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
+        return zone;
+      if (!zone.between) break;
     }
-    const bool is_small = !is_large();
-    const bool is_asked_for = scene.zone.value_or(false);
-    if (is_asked_for ? is_small || rings == 1
-                     : is_small && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
-      return zone;
   }
   return std::nullopt;
 }

@@ -7,10 +7,8 @@
 // Blend: when what answers changes at a time t0, the force goes on from where it was,
 //   F(t) = F_model(t) + w((t - t0) / T) (F(t0 - dt) - F_model(t0)),   w(0) = 1, w(1) = 0, w' = 0 at both,
 // which is continuous; w is the cubic 1 - t^2 (3 - 2 t). Where switches follow one another each of them
-// closes a part of the gap: a blend begins at its second frame. Frames of a blend that are flagged
-// PAL_FLAG_UNCONVERGED are switches, too: what a new zone answers on its way to balance may be several times what
-// it comes to. A blend that gives a tool energy which nobody has put in is cut: by half in each such frame, or wholly
-// where that is much.
+// closes a part of the gap: a blend begins at its second frame. A blend that gives a tool energy which nobody
+// has put in is cut: by half in each such frame, or wholly where that is much.
 #pragma once
 
 #include <palpate/palpate.h>

@@ -95,34 +95,32 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// Whether all groups are in a balance that contacts did not lead to. In tissue that near contacts crush other equilibria are
-// near, and Newton may find one at the end of a long step. On the way from one balance to the next contacts do the work
+// Whether a group, in balance, is in one that its contacts did not lead to. In tissue that several crush other equilibria
+// are near, and Newton may find one at the end of a long step. On the way from one balance to the next contacts do the
+// work
 //
 //   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E
 //
-// but for the third order of d' - d, and for turns about changing axes. In steps that led right on crushed blocks E' - E was
-// within a few percent of W, or 30 where forces rose several times; in others off by 8 to 150. Steps of which it is not so
-// are gone again in shorter ones; what is not so in short ones either is how the tissue moves. A group that begins has
-// no balance yet to tell by.
-bool is_unexplained(const ZoneFrame& frame) {
+// but for the third order of d' - d and what other groups do. In steps that led right on crushed blocks E' - E was within
+// a twentieth of W, or a third where forces rose several times; in others off by a twelfth and up to one and a half. Where
+// (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + ...) steps are gone again, shorter; what is not so in short ones
+// either is how the tissue moves. A group that begins has no balance yet to tell by.
+bool is_unexplained(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kMost = 0.05;
   constexpr double kOfTerms = 0.1;     // which may cancel
   constexpr double kShort = 1.0 / 32;  // mean edges of the surface
   const ZoneSet& set = frame.set;
-  if (set.near == 0) return false;
-  double gained = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    if (!group.has_balance) return false;
-    gained += group.stored - group.stored_in_balance;
-  }
+  if (group.num_contacts == 1 || !group.has_balance) return false;
+  double change[kMostZoneAxes];
+  find_change(set, group, set.balanced.followed, set.followed, change);
+  const double gained = group.stored - group.stored_in_balance;
   double work = 0;
   double terms = 0;  // squared
   double way = 0;    // squared
-  for (uint32_t i = 0; i < set.num_axes; ++i) {
-    const double change = set.followed[i] - set.balanced.followed[i];
-    const double length = length_of(frame, i, change);
-    const double term = 0.5 * (set.force[i] + set.balanced.force[i]) * change;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    const double length = length_of(frame, at, change[i]);
+    const double term = 0.5 * (set.force[at] + set.balanced.force[at]) * change[i];
     work += term;
     terms += term * term;
     way += length * length;
@@ -268,13 +266,12 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       converged = converged && done[g] && is_settled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  const bool was_led = !converged || !is_unexplained(frame);
   bool is_stuck[kMostZoneContacts];
   bool is_any_stuck = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
-    is_stuck[g] = failed[g] || !was_led || group.astray > kMostAstray ||
+    is_stuck[g] = failed[g] || (done[g] && is_unexplained(frame, group)) || group.astray > kMostAstray ||
                   (frame.flags != set.flags && is_lost(frame, group, size));
     is_stuck[g] = is_late(frame, displacements, group) || is_stuck[g];
     is_any_stuck = is_any_stuck || is_stuck[g];

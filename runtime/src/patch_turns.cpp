@@ -3,8 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include <algorithm>
-
 #include "runtime/src/floating_point_mode.hpp"
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/pose.hpp"
@@ -65,18 +63,6 @@ void find_turn(const pal_session& session, const double orientation[4], HeldCont
     divide_quaternions(turned, orientation, contact.unstrained_orientation);
   }
   rotate_back(session.tools.organ, in_world, turn);
-}
-
-bool is_turn_behind(const pal_session& session) {
-  constexpr double kAsGood = 0.01;
-  const ZoneSet& set = session.zone.answering;
-  double largest = 0;
-  double missing = 0;
-  for (uint32_t i = 3 * set.num_contacts; i < set.num_axes; ++i) {
-    largest = std::max(largest, fabs(session.displacements[i]));
-    missing = std::max(missing, fabs(session.displacements[i] - set.followed[i]));
-  }
-  return missing > kAsGood * largest;
 }
 
 double energy_of_turns(const pal_session& session, uint32_t row, uint32_t column, const pal_contact& of_row,

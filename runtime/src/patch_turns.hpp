@@ -23,9 +23,6 @@ bool take_turns(pal_session& session, const pal_contact* contacts, uint32_t coun
 // took hold turns along, so that what it feels does not jump as it goes round.
 void find_turn(const pal_session& session, const double orientation[4], HeldContact& contact, double turn[3]);
 
-// Whether a zone has not got to where the contacts that it answers are turned to.
-bool is_turn_behind(const pal_session& session);
-
 // Of what two contacts (`row` and `column` of those answered), turned by these, bring with them, all that goes with
 // turns of the row: passivity.cpp has the sum.
 double energy_of_turns(const pal_session& session, uint32_t row, uint32_t column, const pal_contact& of_row,

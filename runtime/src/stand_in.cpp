@@ -1,9 +1,7 @@
 #include "runtime/src/stand_in.hpp"
 
-#include <math.h>
 #include <string.h>
 
-#include <algorithm>
 
 #include "runtime/src/patch_turns.hpp"
 #include "runtime/src/response.hpp"
@@ -20,18 +18,6 @@ void match_answered(ToolStates& states) {
     while (i < states.num_answered && states.answered_ids[i] < id) ++i;
     states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
   }
-}
-
-// Whether a contact has not got to where it is held.
-bool is_behind(const double displacement[3], const double given[3]) {
-  constexpr double kAsGood = 0.01;
-  double largest = 0;
-  double missing = 0;
-  for (int i = 0; i < 3; ++i) {
-    largest = std::max(largest, fabs(given[i]));
-    missing = std::max(missing, fabs(given[i] - displacement[i]));
-  }
-  return missing > kAsGood * largest;
 }
 
 // What answers from now on: the contacts held, or those for which it was begun earlier.
@@ -99,15 +85,12 @@ void answer_or_stand_in(pal_session& session) {
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_turns, states.answered_results);
-  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
-  // tools it jumps. So does, once, what has gone back for want of a way, in this frame or in contact frames since
-  // the last: from there it follows in short steps, or not at all.
+  // A zone that was made anew goes on from where the linear organ would be: on its way to tools and balance it jumps,
+  // and may answer several times what it comes to. So does, once, what has gone back for want of a way, in this frame or
+  // in contact frames since the last: from there it follows in short steps, or not at all.
   bool is_any_behind = false;
   for (uint32_t i = 0; i < states.num_answered; ++i)
-    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
-                                               states.answered_inputs[i].displacement);
-  if (has_turns(session) && states.answered == Answering::zone)
-    is_any_behind = is_any_behind || is_turn_behind(session);
+    is_any_behind = is_any_behind || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
   const bool caught_up = states.catches_up;
   states.catches_up = is_any_behind && (finished || states.catches_up);
   states.changed = states.changed || states.catches_up || caught_up || session.zone.went_back;

@@ -214,10 +214,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
     const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
-    // A zone that is new is felt once it has got to a balance.
-    const bool is_new = state.output.blend_left > 0 && (result.flags & PAL_FLAG_UNCONVERGED) != 0;
-    result.flags |=
-        filter_force(config, wrenches[tool], states.changed || is_new, stale, states.dt, state.output);
+    result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
     memcpy(result.force, state.output.out.v, sizeof result.force);
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }

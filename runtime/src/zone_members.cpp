@@ -97,14 +97,15 @@ bool mark_between(const pal_pack& pack, ZoneState& state) {
       const uint32_t index = pack.zone_node_elements[node.first_element + e];
       const pack::ZoneElement& element = pack.zone_elements[index];
       if (state.element_contacts[index] != 0 || !has_second_order(pack, element)) continue;
-      if (state.num_found_elements == state.max_elements ||
-          state.num_found_nodes + element.num_nodes > state.max_nodes)
-        return false;
+      if (state.num_found_elements == state.max_elements) return false;
       state.element_contacts[index] = bit;
       state.found_elements[state.num_found_elements++] = index;
       for (uint32_t a = 0; a < element.num_nodes; ++a) {
         uint64_t& contacts = state.node_contacts[element.nodes[a]];
-        if (contacts == 0) state.found_nodes[state.num_found_nodes++] = element.nodes[a];
+        if (contacts == 0) {
+          if (state.num_found_nodes == state.max_nodes) return false;
+          state.found_nodes[state.num_found_nodes++] = element.nodes[a];
+        }
         contacts |= bit;
       }
     }

@@ -28,24 +28,6 @@ bool turns(const ZoneGroup& group) {
   return group.num_axes > 3 * group.num_contacts;
 }
 
-// Of the group's axes, by how much they change from one place to another: displacements, and the spins of patches.
-// Places are by axis of the set.
-void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
-                 double* change) {
-  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    change[i] = to[at] - from[at];
-  }
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
-    const uint32_t at = 3 * (set.num_contacts + group.contacts[slot]);
-    double was[4];
-    double is[4];
-    quaternion_of(from + at, was);
-    quaternion_of(to + at, is);
-    turn_between(was, is, change + 3 * (group.num_contacts + slot));
-  }
-}
-
 // Whether Du is what Dd has brought about, as far as a tangent tells: it may also be what others, an inclusion or an
 // error before it have.
 bool is_of_axes(const ZoneGroup& group) {
@@ -81,6 +63,22 @@ double part_of_trend(const ZoneFrame& frame, double along, double square) {
 }
 
 }  // namespace
+
+void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
+                 double* change) {
+  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    change[i] = to[at] - from[at];
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+    const uint32_t at = 3 * (set.num_contacts + group.contacts[slot]);
+    double was[4];
+    double is[4];
+    quaternion_of(from + at, was);
+    quaternion_of(to + at, is);
+    turn_between(was, is, change + 3 * (group.num_contacts + slot));
+  }
+}
 
 void place_held(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
@@ -151,12 +149,14 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     const uint32_t at = contact_axis(set, group, i);
     longest = std::max(longest, length_of(frame, at, wanted[at] - balanced[at]));
   }
+  double slid = 0;
   for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
-    longest = std::max(longest, length_of_place(set, group.contacts[slot]));
+    slid = std::max(slid, length_of_place(set, group.contacts[slot]));
+  longest = std::max(longest, slid);
   const double limit = group.longest_step * frame.pack.mean_surface_edge;
   const double within_limit = longest > limit ? limit / longest : 1.0;
   double goal[kMostZoneAxes];
-  longest = 0;
+  longest = within_limit * slid;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     goal[at] = balanced[at] + within_limit * (wanted[at] - balanced[at]);

@@ -25,6 +25,11 @@ void place_held(ZoneFrame& frame, const ZoneGroup& group);
 // Of an axis, what stands for the length that it moves the tissue by.
 double length_of(const ZoneFrame& frame, uint32_t axis, double change);
 
+// Of the group's axes, by how much they change from one place to another: displacements, and the spins of patches.
+// Places are by axis of the set.
+void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
+                 double* change);
+
 // Adds factor times [unknowns] to their displacements.
 void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor);
 

@@ -224,7 +224,8 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
   return of_set + 3 * group.contacts[own / 3] + own % 3;
 }
 
-// ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain.
+// ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain. One whose solves do not end
+// while it moves is held up there until one does.
 inline constexpr double kLongestStep = 0.5;
 
 // In mean edges of the surface: who has moved no farther has not moved.

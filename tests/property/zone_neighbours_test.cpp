@@ -68,7 +68,8 @@ TEST(ZoneNeighbours, PairsAddToEachOther) {
   }
 }
 
-// The same to third order, of contacts whose patches are beyond each other's zones; of near ones nothing changes.
+// The same to third order, of contacts whose patches are beyond each other's zones; near ones, whose third order makes
+// answers worse, have none.
 TEST(ZoneNeighbours, PairsAddToThirdOrder) {
   ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_EQ(organ.zone.pair_degree, 3);
@@ -79,14 +80,12 @@ TEST(ZoneNeighbours, PairsAddToThirdOrder) {
   const AlignedBytes bytes = pack_of(organ, lower);
   const OpenPack of_second(bytes);
   const double size = 0.4 * organ.block.sites.mean_surface_edge;
-  for (const auto& [first, second, least, most] :
-       {std::tuple{0u, 4u, 0.0, 0.45}, {0u, 24u, 0.0, 0.45}, {6u, 7u, 0.9, 1.1}}) {
+  for (const auto& [first, second, most] : {std::tuple{0u, 4u, 0.45}, {0u, 24u, 0.45}, {6u, 7u, 1.1}}) {
     SCOPED_TRACE(second);
     const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
                                                {second, {0, 0.3 * size, size}, 0, {}, {}, {}}};
     const double part =
         field_error(organ, organ.pack->get(), contacts) / field_error(organ, of_second.get(), contacts);
-    EXPECT_GE(part, least);
     EXPECT_LE(part, most);
   }
 }
@@ -129,18 +128,27 @@ TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
   }
 }
 
-// Any two fit, in either order, with what is between them: with it they may have more boundary than two zones alone.
+// Any two fit with what is between them, which may have more boundary than two zones alone: a session of two contacts
+// answers as one of four does, which has room for more.
 TEST(ZoneNeighbours, AnyTwoFit) {
   const ZoneBlock organ(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
   ASSERT_TRUE(organ.zone.between);
-  OwnedSession session(organ.pack->get(), organ.config(2));
+  OwnedSession of_two(organ.pack->get(), organ.config(2));
+  OwnedSession of_four(organ.pack->get(), organ.config(4));
   const auto num_sites = static_cast<uint32_t>(organ.block.sites.sites.size());
+  const double size = 0.3 * organ.block.sites.mean_surface_edge;
   for (uint32_t first = 0; first < num_sites; ++first) {
     for (uint32_t second = 0; second < num_sites; ++second) {
       if (first == second) continue;
-      const auto results =
-          session.touch({{first, {0, 0, -1e-3}, 0, {}, {}, {}}, {second, {}, 0, {}, {}, {}}});
-      EXPECT_EQ(results[0].flags & PAL_FLAG_ILL_CONDITIONED, 0U) << first << ", " << second;
+      const std::vector<pal_contact> contacts = {{first, {0, 0, -size}, 0, {}, {}, {}},
+                                                 {second, {size, 0, 0}, 0, {}, {}, {}}};
+      of_two.touch({});
+      of_four.touch({});
+      const auto found = of_two.touch(contacts);
+      const Eigen::Vector3d expected(of_four.touch(contacts)[0].force);
+      EXPECT_EQ(found[0].flags & PAL_FLAG_ILL_CONDITIONED, 0U) << first << ", " << second;
+      EXPECT_LE((Eigen::Vector3d(found[0].force) - expected).norm(), 1e-6 * expected.norm())
+          << first << ", " << second;
     }
   }
 }
