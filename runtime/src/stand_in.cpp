@@ -1,7 +1,9 @@
 #include "runtime/src/stand_in.hpp"
 
+#include <math.h>
 #include <string.h>
 
+#include <algorithm>
 
 #include "runtime/src/patch_turns.hpp"
 #include "runtime/src/response.hpp"
@@ -18,6 +20,18 @@ void match_answered(ToolStates& states) {
     while (i < states.num_answered && states.answered_ids[i] < id) ++i;
     states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
   }
+}
+
+// Whether a contact has not got to where it is held.
+bool is_behind(const double displacement[3], const double given[3]) {
+  constexpr double kAsGood = 0.01;
+  double largest = 0;
+  double missing = 0;
+  for (int i = 0; i < 3; ++i) {
+    largest = std::max(largest, fabs(given[i]));
+    missing = std::max(missing, fabs(given[i] - displacement[i]));
+  }
+  return missing > kAsGood * largest;
 }
 
 // What answers from now on: the contacts held, or those for which it was begun earlier.
@@ -85,14 +99,20 @@ void answer_or_stand_in(pal_session& session) {
   }
   answer_contacts(session, states.answered, states.answered_inputs, states.num_answered,
                   states.answered_turns, states.answered_results);
-  // A zone that was made anew goes on from where the linear organ would be: on its way to tools and balance it jumps,
-  // and may answer several times what it comes to. So does, once, what has gone back for want of a way, in this frame or
-  // in contact frames since the last: from there it follows in short steps, or not at all.
-  bool is_any_behind = false;
-  for (uint32_t i = 0; i < states.num_answered; ++i)
-    is_any_behind = is_any_behind || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
+  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
+  // tools it jumps, and on its way to balance it may answer several times what it comes to. So does, once, what has gone
+  // back for want of a way, in this frame or in contact frames since the last: from there it follows in short steps, or
+  // not at all.
+  bool is_any_behind = has_turns(session);
+  bool is_any_moving = false;
+  for (uint32_t i = 0; i < states.num_answered; ++i) {
+    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
+                                               states.answered_inputs[i].displacement);
+    is_any_moving = is_any_moving || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
+  }
   const bool caught_up = states.catches_up;
-  states.catches_up = is_any_behind && (finished || states.catches_up);
+  const bool begins = finished && (states.changed || is_any_behind);
+  states.catches_up = is_any_moving && (begins || states.catches_up);
   states.changed = states.changed || states.catches_up || caught_up || session.zone.went_back;
   session.zone.went_back = false;
 }
