@@ -123,7 +123,7 @@ struct ZoneGroup {
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
-  double longest_step;       // of a contact from where the group was in balance last, in mean edges of the surface
+  double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface
   // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the
   // rest; where this one began (zone_motion.hpp).
   bool has_trend;
@@ -276,8 +276,8 @@ struct ZoneState {
   // rim does, and behind those (kBetweenBits) for one of the contacts that it is between
   uint64_t* node_contacts;
   uint64_t* element_contacts;
-  uint32_t* found_nodes;       // [max_nodes]
-  uint32_t* found_elements;    // [max_elements + max_rim_elements]
+  uint32_t* found_nodes;     // [max_nodes]
+  uint32_t* found_elements;  // [max_elements + max_rim_elements]
   uint32_t num_found_nodes;
   uint32_t num_found_elements;
   uint32_t* queue;     // [max_nodes]
