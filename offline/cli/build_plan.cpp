@@ -51,8 +51,9 @@ bool is_nonlinear(const Model& model) {
   });
 }
 
-// Of contacts that move, each in a zone of its own or half of one that it shares: for each an iteration with its substitutions and products, two
-// evaluations of its elements, and a tenth of the next tangent (runtime/src/nonlinear_zone.hpp).
+// Of contacts that move, each in a zone of its own or half of one that it shares: for each an iteration with its
+// substitutions and products, two evaluations of its elements, and a tenth of the next tangent
+// (runtime/src/nonlinear_zone.hpp).
 double zone_frame_us(const ZoneTables& zone, int contacts) {
   constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
   constexpr double kPerElement = 1200;

@@ -103,7 +103,7 @@ void answer_or_stand_in(pal_session& session) {
   // tools it jumps, and on its way to balance it may answer several times what it comes to. So does, once, what has gone
   // back for want of a way, in this frame or in contact frames since the last: from there it follows in short steps, or
   // not at all.
-  bool is_any_behind = has_turns(session);
+  bool is_any_behind = has_turns(session);  // it may be in its turn alone
   bool is_any_moving = false;
   for (uint32_t i = 0; i < states.num_answered; ++i) {
     is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,

@@ -41,7 +41,8 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
 
 // Takes the contacts towards where they are to be, to ZoneGroup::longest_step from where the group was in balance last and
-// as far as all elements stay upright, and the rest along; loads too, of which ZoneSet::weights do not know yet.
+// as far as all elements stay upright, and the rest along; loads too, of which ZoneSet::weights do not know yet. Points that
+// patches turn about go on from where they are.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
 
 // What the other groups are expected to do to this one, once all have moved their contacts, into ZoneGroup::coupled.
