@@ -161,7 +161,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
                            ranks.count(),
                            seconds,
                            sampling_seconds,
-                           time_scene(opened, kTimedFrames).at(0.5) / 1000,
+                           time_scene(opened, kTimedFrames),
                            new_places ? new_places->at(0.5) / 1000 : 0};
   if (arguments.json) {
     print_json(result);

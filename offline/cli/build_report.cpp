@@ -107,9 +107,9 @@ void print_json(const BuildResult& result) {
                                 {"sites_off_target", totals.off_target},
                                 {"survey_pushes_without_equilibrium", totals.unsolved},
                                 {"target_met", is_measured(result) && is_on_target(result)},
-                                {"frame_us", result.frame_us},
+                                {"frame_us", result.frame_us()},
                                 {"new_places_us", result.new_places_us},
-                                {"budget_met", result.frame_us <= scene.frame_budget_us},
+                                {"budget_met", result.frame_us() <= scene.frame_budget_us},
                                 {"compliance", compliance_json(result.opened.tables())},
                                 {"errors", survey_json(surveys_of(result.opened.tables()))}}));
 }
@@ -154,10 +154,10 @@ void print_text(const BuildResult& result) {
   fmt::print("wrote      {}: {:.1f} MB in {:.1f} s\n", result.pack.string(),
              static_cast<double>(result.opened.bytes().size()) / 1e6, result.seconds);
   const std::vector<ModelErrors> surveys = surveys_of(result.opened.tables());
-  const size_t contacts = std::min<size_t>(scene.max_contacts, result.content.sites.sites.size());
+  const std::uint32_t contacts = result.scene_frame.contacts;
   fmt::print("frame      forces of {} {} {} in {:.2f} us (median) on this machine; the budget is {:g} us\n",
              contacts, contacts == 1 ? "contact" : "contacts",
-             result.content.zone != nullptr && contacts > 1 ? "that move" : "at new sites", result.frame_us,
+             result.scene_frame.is_zone ? "that move" : "at new sites", result.frame_us(),
              scene.frame_budget_us);
   if (result.new_places_us > 0)
     fmt::print(
@@ -196,11 +196,11 @@ void print_warnings(const BuildResult& result) {
                "max_displacement\n",
                file, totals.unsolved, totals.surveyed);
   }
-  if (result.frame_us > scene.frame_budget_us) {
+  if (result.frame_us() > scene.frame_budget_us) {
     fmt::print(stderr,
                "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts, "
                "tip_radius or zone_rings, or raise [budget] frame_us\n",
-               file, result.frame_us, scene.frame_budget_us);
+               file, result.frame_us(), scene.frame_budget_us);
   }
   if (!is_measured(result)) {
     fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);

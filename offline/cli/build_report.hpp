@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "offline/cli/frame_timing.hpp"
 #include "offline/cli/opened_pack.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/site_survey.hpp"
@@ -20,9 +21,11 @@ struct BuildResult {
   int processes = 1;
   double seconds = 0;
   double sampling_seconds = 0;  // of them, of the sites' solves and fits
-  double frame_us = 0;          // median of forces at new sites
+  SceneTiming scene_frame;
   double new_places_us =
       0;  // of several contacts, all at new places between sites; 0 where that is no question
+
+  double frame_us() const { return scene_frame.frame.at(0.5) / 1000; }  // median
 };
 
 void print_json(const BuildResult& result);

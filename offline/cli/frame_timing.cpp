@@ -388,15 +388,17 @@ std::optional<Timing> time_new_places(const OpenedPack& opened, int frames) {
   return time_several_between(opened, random_points(opened), true, frames);
 }
 
-Timing time_scene(const OpenedPack& opened, int frames) {
+SceneTiming time_scene(const OpenedPack& opened, int frames) {
   const pal_pack_info info = opened.info();
   const bool several = info.has_linear != 0;  // polynomials answer one contact alone
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
-  if (info.zone_rings > 0 && count > 1) {
-    const std::vector<std::uint32_t> sites = sites_apart(opened, num_in_zones(opened));
-    return time_frames("", "scene", frames,
-                       [&](int frame) { session.haptic(all_on_paths(opened, sites, frame)); });
+  if (info.zone_rings > 0 && (count > 1 || info.has_polynomial == 0)) {
+    const std::uint32_t in_zones = std::min(count, pack::kMostZoneContacts);
+    const std::vector<std::uint32_t> sites = sites_apart(opened, in_zones);
+    const Timing frame =
+        time_frames("", "scene", frames, [&](int at) { session.haptic(all_on_paths(opened, sites, at)); });
+    return {frame, in_zones, true};
   }
   // One set of different sites after the other, in any order, so that none is known from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);
@@ -408,9 +410,10 @@ Timing time_scene(const OpenedPack& opened, int frames) {
     for (size_t i = 0; i < count; ++i) contacts[first + i].site = order[i];
   }
   const size_t num_sets = contacts.size() / count;
-  return time_frames("", "scene", frames, [&](int frame) {
-    session.haptic({&contacts[static_cast<size_t>(frame) % num_sets * count], count});
+  const Timing frame = time_frames("", "scene", frames, [&](int at) {
+    session.haptic({&contacts[static_cast<size_t>(at) % num_sets * count], count});
   });
+  return {frame, count, false};
 }
 
 }  // namespace palpate

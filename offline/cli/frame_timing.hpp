@@ -81,9 +81,14 @@ std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 // Opening the pack's file, which is in the system's cache by then, and making a session.
 std::vector<Timing> time_start(const std::filesystem::path& file);
 
-// Contact frames as the scene will see them at worst: as many contacts as it asks for, at new sites in each; with a
-// nonlinear zone, which is made over several frames, at the same sites.
-Timing time_scene(const OpenedPack& opened, int frames);
+// Contact frames as the scene will see them at worst.
+struct SceneTiming {
+  Timing frame;
+  std::uint32_t contacts;  // as many as it asks for and the model answers
+  bool
+      is_zone;  // they move at the same sites, as zones are made over several frames; else at new sites in each
+};
+SceneTiming time_scene(const OpenedPack& opened, int frames);
 
 // Contact frames of two or three, all at new places between sites in each, where linear_dd answers them: what a grasp
 // costs in one frame where no budget spreads it.

@@ -265,11 +265,11 @@ int run_info(const InfoArguments& arguments) {
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
     const int wider = num_wider(opened, *zone);
     fmt::print(
-        "  zones          up to {} rings{}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
+        "  zones          up to {} {}{}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
         "elements\n",
-        zone->rings(), wider > 0 ? fmt::format(", of {} sites one more", wider) : "",
-        precision_name(zone->precision()), zone->num_nodes(), zone->num_elements(), zone->most_nodes(),
-        zone->most_elements());
+        zone->rings(), zone->rings() == 1 ? "ring" : "rings",
+        wider > 0 ? fmt::format(", of {} sites one more", wider) : "", precision_name(zone->precision()),
+        zone->num_nodes(), zone->num_elements(), zone->most_nodes(), zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",

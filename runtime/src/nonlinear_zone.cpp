@@ -27,6 +27,7 @@ constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr double kLargest = 1e60;      // displacement, model units
 constexpr uint32_t kMostAstray = 4;    // solves in a row
+constexpr uint32_t kMostJammed = 4;    // solves in a row: the next ones do the same
 constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
 constexpr uint32_t kMostLate = 50;     // solves in a row; at half an edge each the way to rest takes some ten
 
@@ -144,9 +145,31 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   group.stored = stored_energy(frame, group);
 }
 
-// Whether it has looked for a way to contacts that are nearer to rest than to where it is for longer than any takes: from
-// beyond a fold there may be none that Newton finds.
-bool is_late(const ZoneFrame& frame, const double* wanted, ZoneGroup& group) {
+// How far the straight way from rest to where contacts are to be passes by where they were to be when it gave up last.
+double distance_from_given_up(const ZoneFrame& frame, const double* wanted, const ZoneGroup& group) {
+  double along = 0;
+  double square = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    const double unit = length_of(frame, at, 1);
+    along += unit * wanted[at] * unit * group.given_up[i];
+    square += unit * wanted[at] * unit * wanted[at];
+  }
+  const double nearest = square > 0 ? std::max(0.0, std::min(1.0, along / square)) : 0;
+  double distance = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.given_up[i]));
+  }
+  return distance;
+}
+
+// Whether it is to begin anew at rest: its contacts are jammed, or it has looked for longer than any way takes for one to
+// where they are nearer to rest than to where it is; from beyond a fold there may be none that Newton finds. What jams on
+// the way from rest, too, stays so until that way is another, each time by twice as much.
+bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
+  constexpr double kElsewhere = 0.125;  // mean edges of the surface
+  const double edge = frame.pack.mean_surface_edge;
   double from_here = 0;
   double from_rest = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
@@ -154,15 +177,56 @@ bool is_late(const ZoneFrame& frame, const double* wanted, ZoneGroup& group) {
     from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
     from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
   }
+  if (is_done && from_here <= kStill * edge) group.elsewhere = 0;
   group.late = from_here > from_rest ? group.late + 1 : 0;
-  return group.late > kMostLate;
+  if (group.jammed <= kMostJammed || distance_from_given_up(frame, wanted, group) < group.elsewhere)
+    return group.late > kMostLate;
+  for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
+  group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
+  return true;
 }
 
-// There was no way on: from the last balance the contacts follow in shorter steps.
-void go_back(ZoneFrame& frame, ZoneGroup& group) {
+// On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
+// to. Where forces are much larger than those of the last balance, at d0, and what its stiffness adds to them,
+//
+//   F' = F0 + K0 (d - d0),    |F|^2 > kMost^2 (|F0|^2 + |F' - F0|^2) >= kMost^2 / 2 |F'|^2,
+//
+// F' and K0 are answered, and the energy that goes with them, E0 + (F0 + F') / 2 . (d - d0).
+void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
+  constexpr double kMost = 2;
+  const ZoneSet& set = frame.set;
+  if (!group.has_balance) return;
+  double change[kMostZoneAxes];
+  double forces[kMostZoneAxes];
+  find_change(set, group, set.balanced.followed, set.followed, change);
+  double work = 0;
+  double excess = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    const double before = set.balanced.force[at];
+    double gained = 0;
+    for (uint32_t j = 0; j < group.num_axes; ++j)
+      gained += set.balanced.stiffness[at][contact_axis(set, group, j)] * change[j];
+    forces[i] = before + gained;
+    work += (before + 0.5 * gained) * change[i];
+    const double unit = length_of(frame, at, 1);
+    excess +=
+        (set.force[at] * set.force[at] - kMost * kMost * (before * before + gained * gained)) / (unit * unit);
+  }
+  if (!(excess > 0)) return;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    set.force[at] = forces[i];
+    memcpy(set.stiffness[at], set.balanced.stiffness[at], sizeof *set.stiffness);
+  }
+  group.stored = group.stored_in_balance + work;
+}
+
+// There was no way on: from the last balance the contacts follow in shorter steps, or anew from rest.
+void go_back(ZoneFrame& frame, bool anew, ZoneGroup& group) {
   constexpr double kShorter = 0.25;
   constexpr double kShortestStep = 1e-3;
-  if (++group.failures > kMostFailures || group.late > kMostLate) {
+  if (++group.failures > kMostFailures || anew) {
     rest_group(frame.pack, frame.set, group);
   } else {
     group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
@@ -220,8 +284,11 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
         state.went_back = true;
       }
       is_renewed[g] = !group.has_tangent;
-      if (!group.has_tangent) make_tangent(frame, group);
+      // What it was taken back with was the stiffness of another place.
+      if (!group.has_tangent && make_tangent(frame, group) && group.is_back && group.has_balance)
+        keep_balance(set, group);
     }
+    group.is_back = false;
     move_contacts(frame, group, displacements);
   }
   weigh_exterior(pack, state, set);
@@ -269,22 +336,25 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
   bool is_stuck[kMostZoneContacts];
+  bool is_anew[kMostZoneContacts];
   bool is_any_stuck = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
     is_stuck[g] = failed[g] || (done[g] && is_unexplained(frame, group)) || group.astray > kMostAstray ||
                   (frame.flags != set.flags && is_lost(frame, group, size));
-    is_stuck[g] = is_late(frame, displacements, group) || is_stuck[g];
+    is_anew[g] = begins_anew(frame, displacements, done[g], group);
+    is_stuck[g] = is_stuck[g] || is_anew[g];
     is_any_stuck = is_any_stuck || is_stuck[g];
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (is_stuck[g]) {
-      go_back(frame, group);
+      go_back(frame, is_anew[g], group);
       continue;
     }
     keep_trend(frame, group);
+    if (!done[g]) answer_on_the_way(frame, group);
     if (!done[g] || !is_settled(group)) continue;
     group.failures = 0;
     if (is_any_stuck) continue;  // it is one with what is lost
@@ -312,7 +382,10 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
   if (!state.strained) return;
   state.strained = false;
   ZoneSet& set = state.answering;
-  for (uint32_t g = 0; g < set.num_groups; ++g) rest_group(pack, set, set.groups[g]);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    rest_group(pack, set, set.groups[g]);
+    set.groups[g].elsewhere = 0;
+  }
 }
 
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {

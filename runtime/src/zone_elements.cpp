@@ -517,8 +517,10 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
       kernels.add_force(point, kinematics, terms_of(batch, patches, &ZonePatch::pressure, kinematics), sums);
       for (int lane = 0; lane < batch.count; ++lane) {
         const double J = kinematics.J[lane];
-        if (!(J >= strain.smallest_jacobian)) strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
         const pack::ZoneMaterial& material = *batch.materials[lane];
+        // Small strains know no inversion.
+        if (material.law != pack::ZoneLaw::linear_elastic && !(J >= strain.smallest_jacobian))
+          strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
         if (batch.patches[lane] != pack::kNoPatch) {
           const double measure = volume_measure(material, kinematics.I1[lane], J);
           strain.energy -= point.volume[lane] * volume_term(material, measure).energy;

@@ -106,7 +106,8 @@ struct ZoneUnknowns {
 
 struct ZoneStrain {
   double energy;
-  double smallest_jacobian;  // det F; where it is not positive, energy and forces mean nothing
+  // det F, but of small strains; where it is not positive, energy and forces mean nothing. Infinite if there is none
+  double smallest_jacobian;
 };
 
 // Adds the nodal forces of all elements to forces[nodes][3], at these displacements from the mesh, [nodes][3].

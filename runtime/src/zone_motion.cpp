@@ -205,6 +205,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
       ++cut;
     }
   }
+  group.jammed = is_upright ? 0 : group.jammed + 1;
   if (!is_upright) {
     evaluate_group(frame, group);
     frame.flags |= PAL_FLAG_UNCONVERGED;

@@ -423,6 +423,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = false;
   group.is_making = false;
   group.has_trend = false;
+  group.is_back = true;
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
@@ -445,7 +446,8 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = false;
   group.is_making = false;
   group.has_trend = false;
-  group.failures = group.astray = group.late = 0;
+  group.is_back = true;
+  group.failures = group.astray = group.late = group.jammed = 0;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
 }

@@ -123,6 +123,12 @@ struct ZoneGroup {
   uint32_t failures;         // solves in which there was no way on, since one that came to its end
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
+  uint32_t jammed;  // solves in a row in which no part of a step of its contacts left all elements upright
+  bool is_back;     // it was taken back to its balance or to rest, in the last solve
+  // Where its contacts were to be when it began anew at rest because they were jammed, and how far from there their way
+  // from rest has to pass for it to do so again; 0: they have got to where they were to be since.
+  double given_up[kMostZoneAxes];
+  double elsewhere;
   double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface
   // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the
   // rest; where this one began (zone_motion.hpp).

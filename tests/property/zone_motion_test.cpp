@@ -42,23 +42,6 @@ void orient(OwnedSession& session, size_t count, double angle) {
           "orientations");
 }
 
-// As part of the largest force.
-double worst_force_error(const std::vector<pal_contact_result>& found,
-                         const std::vector<pal_contact_result>& expected) {
-  double worst = 0;
-  double largest = 0;
-  for (size_t c = 0; c < found.size(); ++c) {
-    const Eigen::Vector3d force(expected[c].force);
-    worst = std::max(worst, (Eigen::Vector3d(found[c].force) - force).norm());
-    largest = std::max(largest, force.norm());
-  }
-  return worst / largest;
-}
-
-bool has_ended(const std::vector<pal_contact_result>& results) {
-  return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0;
-}
-
 // Nodes go on as they went, so that one iteration a frame is enough; by the tangent alone two frames of three would need
 // another.
 TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
@@ -255,34 +238,6 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   }
 }
 
-// Three neighbours, crushed by one and a half edges: other equilibria are near, and in steps of up to an edge Newton finds
-// one, wrong by as much as the force is, unless it goes back where contacts have not done the work.
-TEST(ZoneMotion, LongStepsLeadWhereShortOnesDo) {
-  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
-  const double edge = organ.block.sites.mean_surface_edge;
-  const auto pushed = [&](double part) {
-    const double length = part * edge;
-    return std::vector<pal_contact>{{0, {-0.66 * length, 0.97 * length, -0.57 * length}, 0, {}, {}, {}},
-                                    {4, {-0.84 * length, 0.92 * length, -0.35 * length}, 0, {}, {}, {}},
-                                    {3, {0.72 * length, 0.66 * length, -0.51 * length}, 0, {}, {}, {}}};
-  };
-  const auto led_there = [&](int steps) {
-    OwnedSession session(organ.pack->get(), organ.config(3));
-    for (int step = 1; step <= steps; ++step) {
-      for (int frame = 0; frame < 16; ++frame) {
-        if (has_ended(session.touch(pushed(static_cast<double>(step) / steps)))) break;
-      }
-    }
-    std::vector<pal_contact_result> held;
-    for (int frame = 0; frame < 40; ++frame) held = session.touch(pushed(1));
-    EXPECT_TRUE(has_ended(held));
-    return held;
-  };
-  const std::vector<pal_contact_result> expected = led_there(64);
-  for (const int steps : {1, 2, 4, 8})
-    EXPECT_LE(worst_force_error(led_there(steps), expected), 1e-3) << steps;
-}
-
 // A third tool takes hold beside two that crush tissue. What the new zone answers on its way to balance, up to seven times
 // what it comes to, is not felt.
 TEST(ZoneMotion, ANewZoneIsFeltOnceInBalance) {
@@ -315,34 +270,6 @@ TEST(ZoneMotion, ANewZoneIsFeltOnceInBalance) {
     }
   }
   EXPECT_LE(jump, 0.25 * peak);
-}
-
-// Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
-// begins anew from rest after a while.
-TEST(ZoneMotion, WhatFindsNoWayBackBeginsAnewAtRest) {
-  const ZoneBlock organ(1, kTissue);
-  OwnedSession session(organ.pack->get(), organ.config(1));
-  const auto pressed_by = [](double depth) {
-    return std::vector<pal_contact>{{4, {0, 0, -depth}, 0, {}, {}, {}}};
-  };
-  settle(session, pressed_by(0.1));
-  // Steps of next to nothing are as good as none.
-  const auto depth_after = [&](int frames, double depth) {
-    pal_contact_result result = {};
-    for (int frame = 0; frame < frames; ++frame) {
-      session.get()->zone.answering.groups[0].longest_step = 1e-9;
-      result = session.touch(pressed_by(depth))[0];
-      EXPECT_NE(result.flags & PAL_FLAG_UNCONVERGED, 0U);
-    }
-    return -result.displacement[2];
-  };
-  EXPECT_NEAR(depth_after(200, 0.3), 0.1, 1e-6);
-  EXPECT_NEAR(depth_after(20, 0.01), 0.1, 1e-6);
-  EXPECT_NEAR(depth_after(60, 0.01), 0, 1e-6);
-  const auto found = settle(session, pressed_by(0.01));
-  EXPECT_TRUE(has_ended(found));
-  OwnedSession another(organ.pack->get(), organ.config(1));
-  EXPECT_LE(worst_force_error(found, settle(another, pressed_by(0.01))), 1e-6);
 }
 
 }  // namespace

@@ -21,8 +21,7 @@ TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
                                          {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
   settle(session, {both[1]});
   auto found = session.touch(both);
-  for (int frame = 0; frame < 8 && (found[0].flags & PAL_FLAG_UNCONVERGED) != 0; ++frame)
-    found = session.touch(both);
+  for (int frame = 0; frame < 8 && !has_ended(found); ++frame) found = session.touch(both);
   OwnedSession held(organ.pack->get(), organ.config(4));
   const auto expected = settle(held, both);
   for (size_t c = 0; c < both.size(); ++c) {

@@ -157,6 +157,27 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
   return results;
 }
 
+// Whether contacts are where they are to be, and in balance: of zones all of them say the same.
+inline bool has_ended(const std::vector<pal_contact_result>& results) {
+  return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0;
+}
+
+inline double largest_force(const std::vector<pal_contact_result>& results) {
+  double largest = 0;
+  for (const pal_contact_result& result : results)
+    largest = std::max(largest, Eigen::Vector3d(result.force).norm());
+  return largest;
+}
+
+// As part of the largest force.
+inline double worst_force_error(const std::vector<pal_contact_result>& found,
+                                const std::vector<pal_contact_result>& expected) {
+  double worst = 0;
+  for (size_t c = 0; c < found.size(); ++c)
+    worst = std::max(worst, (Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm());
+  return worst / largest_force(expected);
+}
+
 // A pack of the same organ with other tables.
 inline AlignedBytes pack_of(const ZoneBlock& organ, const ZoneTables& zone) {
   PackContent content{

@@ -176,8 +176,10 @@ enum {
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, the next step
    * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next
-   * frame; the contact's displacement in the result is where it has got to. Contact frames move the same zone as
-   * haptic frames. */
+   * frame; contacts that have jammed tissue between them do so from rest, after five. The contact's displacement in the
+   * result is where it has got to. Forces more than twice what the last balance and its stiffness tell of, as elements
+   * bear that are all but inverted on the way, are not given, but those of that balance, continued. Contact frames move
+   * the same zone as haptic frames. */
   PAL_FLAG_UNCONVERGED = 1 << 14
 };
 
@@ -289,8 +291,10 @@ typedef uint64_t (*pal_clock)(void* user);
 
 typedef struct pal_session_config {
   uint32_t struct_size;
-  uint32_t max_contacts; /* held at once, by all tools together: 1 .. 64 */
-  uint32_t max_fixed;    /* nodes fixed while running: 0 .. 1024 */
+  /* Held at once, by all tools together: 1 .. 64. Of a pack made for one contact, errors of several are not known:
+   * pal_contact_result::displacement_error is 1. */
+  uint32_t max_contacts;
+  uint32_t max_fixed; /* nodes fixed while running: 0 .. 1024 */
   pal_model model;
   uint32_t max_tools; /* 0 .. 16 */
   /* Nodes that pal_session_request_nodes may name: 0 .. the pack's. */
