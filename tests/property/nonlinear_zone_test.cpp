@@ -181,7 +181,7 @@ int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts,
     };
     const auto is_same = [&](const Frame& then) {
       return is_there(then) && std::equal(now.first.force, now.first.force + 3, then.first.force) &&
-             stiffness_difference(now.first, then.first) <= 1e-2 &&
+             stiffness_difference(now.first, then.first) <= 3e-3 &&
              (now.field - then.field).lpNorm<Eigen::Infinity>() <=
                  field_tolerance * then.field.lpNorm<Eigen::Infinity>();
     };

@@ -176,10 +176,10 @@ enum {
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, the next step
    * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next
-   * frame; contacts that have jammed tissue between them do so from rest, after five. The contact's displacement in the
-   * result is where it has got to. Forces more than twice what the last balance and its stiffness tell of, as elements
-   * bear that are all but inverted on the way, are not given, but those of that balance, continued. Contact frames move
-   * the same zone as haptic frames. */
+   * frame, or, of contacts that have jammed tissue between them for five frames, anew from rest. The contact's displacement
+   * in the result is where it has got to. On the way elements may be all but inverted: where forces are more than twice
+   * what the last balance and its stiffness tell of, those are given instead, with that stiffness. Contact frames move the
+   * same zone as haptic frames. */
   PAL_FLAG_UNCONVERGED = 1 << 14
 };
 
