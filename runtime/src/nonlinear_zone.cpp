@@ -10,6 +10,7 @@
 #include "runtime/src/zone_inclusion.hpp"
 #include "runtime/src/zone_motion.hpp"
 #include "runtime/src/zone_rim.hpp"
+#include "runtime/src/zone_setback.hpp"
 #include "runtime/src/zone_tangent.hpp"
 
 namespace palpate {
@@ -25,11 +26,7 @@ constexpr double kOfOthers = 0.1;
 constexpr double kOfChange = 0.3;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
-constexpr double kLargest = 1e60;      // displacement, model units
-constexpr uint32_t kMostAstray = 4;    // solves in a row
-constexpr uint32_t kMostJammed = 4;    // solves in a row: the next ones do the same
-constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
-constexpr uint32_t kMostLate = 50;     // solves in a row; at half an edge each the way to rest takes some ten
+constexpr double kLargest = 1e60;  // displacement, model units
 
 // A Newton step, or as much of it as leaves all elements upright. Its length, of the largest component; negative where
 // there was no way: nothing has moved then.
@@ -83,55 +80,10 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Whether a node is much farther from rest than any contact has a right to move it, where the linear organ outside says
-// nothing any more.
-bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
-  constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
-  const double farthest = kFarthest * (size + frame.pack.mean_surface_edge);
-  for (uint32_t i = 0; i < num_moving(group); ++i) {
-    const uint32_t at = 3 * group.first_node + i;
-    const double* rest = frame.pack.zone_nodes[frame.set.nodes[at / 3]].displacement;
-    if (!(fabs(frame.set.displacement[at] - rest[at % 3]) <= farthest)) return true;
-  }
-  return false;
-}
-
-// Whether a group, in balance, is in one that its contacts did not lead to. In tissue that several contacts crush other
-// equilibria are near, and Newton may find one at the end of a long step. From one balance to the next contacts do the work
-//
-//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E
-//
-// but for the third order of d' - d and for what other groups do. On crushed blocks |E' - E - W| was up to 5 % of W in
-// most steps that led right, up to 30 % where forces rose several times, and 8 to 150 % in those that did not. Where
-//
-//   (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + kOfTerms^2 (sum of the squares of the terms of W))
-//
-// the step is taken back and gone in shorter ones. What is so in short steps, too, is how the tissue moves. A group
-// that begins has no balance yet to tell by.
-bool is_unexplained(const ZoneFrame& frame, const ZoneGroup& group) {
-  constexpr double kMost = 0.05;
-  constexpr double kOfTerms = 0.1;     // which may cancel
-  constexpr double kShort = 1.0 / 32;  // mean edges of the surface
-  const ZoneSet& set = frame.set;
-  if (group.num_contacts == 1 || !group.has_balance) return false;
-  double change[kMostZoneAxes];
-  find_change(set, group, set.balanced.followed, set.followed, change);
-  const double gained = group.stored - group.stored_in_balance;
-  double work = 0;
-  double terms = 0;  // squared
-  double way = 0;    // squared
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    const double length = length_of(frame, at, change[i]);
-    const double term = 0.5 * (set.force[at] + set.balanced.force[at]) * change[i];
-    work += term;
-    terms += term * term;
-    way += length * length;
-  }
-  const double shortest = kShort * frame.pack.mean_surface_edge;
-  return way > shortest * shortest &&
-         (gained - work) * (gained - work) >
-             kMost * kMost * (gained * gained + work * work + kOfTerms * kOfTerms * terms);
+// Whether the load of a contact alone brings nearly as much of it along as it is: the organ outside is about to give way, and
+// what its series says, and the stiffness, mean little. A doubt about all contacts of the set.
+bool feeds_back(const ZoneGroup& group) {
+  return group.num_contacts == 1 && group.has_tangent && group.num_terms == 0;
 }
 
 // Tractions, forces and loads of where the group has got to, and what it stores, after find_pull(). Before the step the
@@ -143,47 +95,6 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   if (group.has_tangent) find_forces(frame, group);
   weigh_exterior(frame.pack, frame.state, frame.set);
   group.stored = stored_energy(frame, group);
-}
-
-// How far the straight way from rest to where contacts are to be passes by where they were to be when it gave up last.
-double distance_from_given_up(const ZoneFrame& frame, const double* wanted, const ZoneGroup& group) {
-  double along = 0;
-  double square = 0;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(frame.set, group, i);
-    const double unit = length_of(frame, at, 1);
-    along += unit * wanted[at] * unit * group.given_up[i];
-    square += unit * wanted[at] * unit * wanted[at];
-  }
-  const double nearest = square > 0 ? std::max(0.0, std::min(1.0, along / square)) : 0;
-  double distance = 0;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(frame.set, group, i);
-    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.given_up[i]));
-  }
-  return distance;
-}
-
-// Whether it is to begin anew at rest: its contacts are jammed, or it has looked for longer than any way takes for one to
-// where they are nearer to rest than to where it is; from beyond a fold there may be none that Newton finds. What jams on
-// the way from rest, too, stays so until that way is another, each time by twice as much.
-bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
-  constexpr double kElsewhere = 0.125;  // mean edges of the surface
-  const double edge = frame.pack.mean_surface_edge;
-  double from_here = 0;
-  double from_rest = 0;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(frame.set, group, i);
-    from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
-    from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
-  }
-  if (is_done && from_here <= kStill * edge) group.elsewhere = 0;
-  group.late = from_here > from_rest ? group.late + 1 : 0;
-  if (group.jammed <= kMostJammed || distance_from_given_up(frame, wanted, group) < group.elsewhere)
-    return group.late > kMostLate;
-  for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
-  group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
-  return true;
 }
 
 // On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
@@ -223,28 +134,14 @@ void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
   group.stored = group.stored_in_balance + work;
 }
 
-// There was no way on: from the last balance the contacts follow in shorter steps, or anew from rest.
-void go_back(ZoneFrame& frame, bool anew, ZoneGroup& group) {
-  constexpr double kShorter = 0.25;
-  constexpr double kShortestStep = 1e-3;
-  if (++group.failures > kMostFailures || anew) {
-    rest_group(frame.pack, frame.set, group);
-  } else {
-    group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
-    group.astray = 0;
-    go_back_to_balance(frame.set, group);
-  }
-  place_held(frame, group);
-  evaluate_group(frame, group);
-}
-
 // What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
-void settle_groups(ZoneFrame& frame, const bool* went_back) {
+void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
   weigh_exterior(frame.pack, frame.state, frame.set);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
+    const bool went_back = setbacks[g] != Setback::none;
     find_coupling(frame, group);
-    if (went_back[g] && !group.has_balance) {
+    if (went_back && !group.has_balance) {
       make_tangent(frame, group);
       find_pull(frame, group);
       conclude(frame, 0, group);
@@ -253,7 +150,7 @@ void settle_groups(ZoneFrame& frame, const bool* went_back) {
       find_residual(frame, group);
       find_traction(frame, group);
     }
-    if (went_back[g]) find_rim(frame, group);
+    if (went_back) find_rim(frame, group);
   }
 }
 
@@ -336,44 +233,40 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       converged = converged && done[g] && is_settled(set.groups[g]);
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  bool is_stuck[kMostZoneContacts];
-  bool is_anew[kMostZoneContacts];
-  bool is_any_stuck = false;
+  Setback setbacks[kMostZoneContacts];
+  bool goes_any_back = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
-    is_stuck[g] = failed[g] || (done[g] && is_unexplained(frame, group)) || group.astray > kMostAstray ||
-                  (frame.flags != set.flags && is_lost(frame, group, size));
-    is_anew[g] = begins_anew(frame, displacements, done[g], group);
-    is_stuck[g] = is_stuck[g] || is_anew[g];
-    is_any_stuck = is_any_stuck || is_stuck[g];
+    setbacks[g] = find_setback(frame, displacements, size, failed[g], done[g], group);
+    goes_any_back = goes_any_back || setbacks[g] != Setback::none;
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    if (is_stuck[g]) {
-      go_back(frame, is_anew[g], group);
+    if (setbacks[g] != Setback::none) {
+      go_back(frame, setbacks[g], group);
       continue;
     }
     keep_trend(frame, group);
     if (!done[g]) answer_on_the_way(frame, group);
     if (!done[g] || !is_settled(group)) continue;
     group.failures = 0;
-    if (is_any_stuck) continue;  // it is one with what is lost
+    if (goes_any_back) continue;  // it is one with what is lost
     group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
     keep_balance(set, group);
   }
-  if (is_any_stuck) {
+  if (goes_any_back) {
     frame.flags |= PAL_FLAG_UNCONVERGED;
-    settle_groups(frame, is_stuck);
+    settle_groups(frame, setbacks);
   }
-  ZoneAnswer answer = {0, taken, is_any_stuck, 0, 0};
+  ZoneAnswer answer = {0, taken, goes_any_back, 0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    if (set.groups[g].rim.is_limited) frame.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (set.groups[g].rim.is_limited || feeds_back(set.groups[g])) frame.flags |= PAL_FLAG_EXTRAPOLATED;
     answer.energy += set.groups[g].stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g]), left_in_rim(set.groups[g])});
     advance_tangent(frame, set.groups[g]);
   }
-  state.went_back = state.went_back || is_any_stuck;
+  state.went_back = state.went_back || goes_any_back;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;

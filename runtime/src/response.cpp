@@ -393,10 +393,12 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
       largest =
           std::max(largest, pack.mean_surface_edge * length(session.displacements + size_t{3} * (count + c)));
   }
+  double farthest = largest;  // on the way, too
+  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
   bool is_beyond = false;
   double load = 0;
-  for (uint32_t c = 0; c < count && count > 1; ++c) {
-    is_beyond = is_beyond || is_beyond_series(pack, set, c, largest);
+  for (uint32_t c = 0; c < count; ++c) {
+    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
     load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
   bool is_surveyed = session.zone.rings == pack.zone_rings && !session.zone.inclusion.is_present &&

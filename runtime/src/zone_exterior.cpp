@@ -63,6 +63,7 @@ double square_of(const double v[3]) {
 // How long loads may be; a longer one counts as one of this length in its direction. Within the scene's largest
 // displacement that of a contact alone stays about 1.
 constexpr double kFarthest = 2;
+constexpr double kMostOfOne = 3;  // x of a set of one contact, in units of sqrt(d / D)
 
 // Forces that fix nodes have a part in what leaves the zone, and of those no series is known.
 double reach_of(const ZoneSet& set) {
@@ -174,6 +175,13 @@ void stiffness_of_patch(const pal_pack& pack, uint32_t site, double stiffness[9]
     for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p)
       stiffness[i] += pack.site_forces[size_t{9} * p + i] / pack.zone_force_scale[site];
   }
+}
+
+// Whether x^2 is more than so many d / D.
+bool has_square_beyond(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double d, double most) {
+  constexpr double kAtRest = 1e-6;  // of D: what a load is then may be left of a longer way
+  const double part = std::max(kAtRest, std::min(1.0, d / pack.max_displacement));
+  return square_of(set.loads + size_t{3} * contact) > most * part;
 }
 
 using Gram = double[3 * kMostZoneContacts][3 * kMostZoneContacts];
@@ -346,10 +354,19 @@ void find_moves_of_loads(const pal_pack& pack, uint32_t site, const uint32_t* no
 }
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
-  constexpr double kAtRest = 1e-9;  // of D: less is rounding, and so is its load
-  const double most = is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest;
-  const double part = std::max(kAtRest, std::min(1.0, largest / pack.max_displacement));
-  return square_of(set.loads + size_t{3} * contact) > most * part;
+  if (set.num_contacts == 1)
+    return set.num_fixed == 0 && has_square_beyond(pack, set, contact, largest, kMostOfOne * kMostOfOne);
+  return has_square_beyond(pack, set, contact, largest,
+                           is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest);
+}
+
+bool is_at_other_root(const pal_pack& pack, const ZoneSet& set, bool from_beyond) {
+  constexpr double kMostWithin = 8;
+  if (set.num_contacts != 1 || set.num_fixed > 0) return false;
+  const double turned = set.num_axes > 3 ? pack.mean_surface_edge * sqrt(square_of(set.followed + 3)) : 0;
+  const double moved = std::max(turned, sqrt(square_of(set.followed)));
+  const double most = from_beyond ? kMostOfOne : kMostWithin;
+  return moved <= pack.max_displacement && has_square_beyond(pack, set, 0, moved, most * most);
 }
 
 void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,

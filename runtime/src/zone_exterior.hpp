@@ -66,10 +66,17 @@ void combine_rows(const double factors[9], uint32_t count, size_t stride, double
 void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]);
 
 // Whether the load of a contact is more than the series was made for. What is of second order, as part of a push,
-// goes as x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is at most
-// 1, has x^2 > d / D; among contacts that share a zone, whose loads cancel in part, four times that. `largest`:
+// goes as x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is about
+// 1, has x^2 > d / D; among contacts that share a zone, whose loads cancel in part, four times that; of a set of one, which
+// a survey knows as far as it stiffens, nine times, and not beside fixed nodes, where no series is used. `largest`:
 // displacement of the set, length unit.
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
+
+// Whether a set of one contact, within D, is at another root of the series than the organ's, where the organ outside would be
+// turned inside out: there x was 4 to 50 sqrt(d / D), d of where it is (or has turned by, times a mean edge), and 1.3 at most
+// where an organ of a stiffening law took it. From beyond D such a root is brought along; what gets to 8 within D cannot be
+// the organ's either.
+bool is_at_other_root(const pal_pack& pack, const ZoneSet& set, bool from_beyond);
 
 // Of those weights by the load of one contact; zero where that is too long.
 void differentiate_exterior(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,

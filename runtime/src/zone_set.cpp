@@ -447,7 +447,8 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   group.is_making = false;
   group.has_trend = false;
   group.is_back = true;
-  group.failures = group.astray = group.late = group.jammed = 0;
+  group.failures = group.astray = group.late = group.jammed = group.at_other_root = 0;
+  group.was_beyond = false;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
 }

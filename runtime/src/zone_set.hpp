@@ -105,6 +105,7 @@ struct ZoneGroup {
   // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, H
   double* brought;
   double* back;
+  uint32_t num_terms;  // of the series of H; 0: there is none, and D and H are zero
   bool has_tangent;
   bool is_shifted;           // the stiffness was made positive definite
   double moved;              // how far contacts and nodes have moved since it was begun
@@ -124,9 +125,15 @@ struct ZoneGroup {
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
   uint32_t jammed;  // solves in a row in which no part of a step of its contacts left all elements upright
+  // Solves in a row that led to another root of the exterior's series than the organ's, or not; how many of the one make it
+  // begin anew; contacts have been beyond the scene's largest displacement since it was at rest
+  uint32_t at_other_root;
+  uint32_t at_own_root;
+  uint32_t patience;
+  bool was_beyond;
   bool is_back;     // it was taken back to its balance or to rest, in the last solve
-  // Where its contacts were to be when it began anew at rest because they were jammed, and how far from there their way
-  // from rest has to pass for it to do so again; 0: they have got to where they were to be since.
+  // Where its contacts were to be when it began anew at rest because they were jammed or at another root, and how far from
+  // there their way from rest has to pass for it to do so again; 0: they have got to where they were to be since.
   double given_up[kMostZoneAxes];
   double elsewhere;
   double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface

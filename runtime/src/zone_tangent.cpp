@@ -15,8 +15,11 @@ namespace {
 
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow
-constexpr double kMostBrought = 0.3;  // of a change of loads, by q; more and its series says nothing
-constexpr uint32_t kTurns = 8;        // which leave less than 0.3^9 of it, and mostly 0.02^9
+// Of a change of loads, by q: more and its series says nothing, or takes too long
+constexpr double kMostOfOne = 0.9;
+constexpr double kMostOfSeveral = 0.3;
+constexpr double kLeastTerm = 2e-5;  // of that change: the series ends
+constexpr uint32_t kLeastTerms = 8;
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
@@ -184,7 +187,7 @@ double load_per_force(const ZoneFrame& frame, const ZoneGroup& group) {
 void settle(const ZoneGroup& group, const double* change, double* settled) {
   const uint32_t count = 3 * group.num_contacts;
   memcpy(settled, change, count * sizeof *settled);
-  for (uint32_t turn = 0; turn < kTurns; ++turn) {
+  for (uint32_t turn = 0; turn < group.num_terms; ++turn) {
     double next[3 * kMostZoneContacts];
     for (uint32_t i = 0; i < count; ++i)
       next[i] = change[i] + product(group.back + i * count, settled, count);
@@ -220,8 +223,13 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
     for (uint32_t axis = 0; axis < count; ++axis) group.brought[axis * loads + i] = left(given + i, axis);
     largest = std::max(largest, sum);
   }
-  if (largest > kMostBrought)  // both: they are one behind the other
+  group.num_terms = 0;
+  if (largest <= (group.num_contacts == 1 ? kMostOfOne : kMostOfSeveral)) {
+    double missing = largest;
+    while (++group.num_terms < kLeastTerms || missing * largest > kLeastTerm) missing *= largest;
+  } else {  // both: they are one behind the other
     memset(group.brought, 0, size_t{count + loads} * loads * sizeof *group.brought);
+  }
   for (uint32_t j = 0; j < count; ++j) {
     double change[3 * kMostZoneContacts] = {};
     double settled[3 * kMostZoneContacts];

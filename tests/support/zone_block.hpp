@@ -96,7 +96,10 @@ struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
             const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
             bool pairs = false, bool shares_volumes = false, std::vector<std::uint8_t> more_rings = {})
-      : block(made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {
+      : ZoneBlock(rings, made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes), pairs,
+                  std::move(more_rings)) {}
+  ZoneBlock(int rings, TouchedBlock touched, bool pairs = false, std::vector<std::uint8_t> more_rings = {})
+      : block(std::move(touched)) {
     // For the highest degree outside of zones, and as many fields of pairs as there may be.
     block.scene.accuracy_target = 1e-5;
     block.scene.max_contacts = pairs ? 2 : 1;

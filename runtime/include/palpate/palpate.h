@@ -135,8 +135,9 @@ typedef enum pal_model {
 enum {
   /* Displacement beyond what was sampled. Energy and field are continued along the ray by their second and
    * first order expansion at the boundary; out of a surface where only inward displacements were sampled, the
-   * nonlinear part fades out. nonlinear_zone, several contacts: or a load beyond what its exterior is made for, or one
-   * at which the error was as large as the displacement in the pack's survey. */
+   * nonlinear part fades out. nonlinear_zone: also a load beyond what its exterior is made for, or at which the organ
+   * outside is about to give way; of several contacts, also a load at which the error was as large as the displacement in
+   * the pack's survey. */
   PAL_FLAG_EXTRAPOLATED = 1 << 0,
   /* Displacement beyond four times that (linear_dd, and nonlinear_zone where it is not by a given force: a million times
    * the scene's largest; zones follow as far as they find a way), or a patch turned by more than a quarter: the answer
@@ -176,7 +177,8 @@ enum {
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, the next step
    * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next
-   * frame, or, of contacts that have jammed tissue between them for five frames, anew from rest. The contact's displacement
+   * frame, or, of contacts that have jammed tissue between them for five frames, and of one that has brought an answer from
+   * beyond the scene that the organ has not, anew from rest. The contact's displacement
    * in the result is where it has got to. On the way elements may be all but inverted: where forces are more than twice
    * what the last balance and its stiffness tell of, those are given instead, with that stiffness. Contact frames move the
    * same zone as haptic frames. */
@@ -388,7 +390,8 @@ typedef struct pal_inclusion {
 
 /* Puts it there, or moves it, from the next frame on; NULL: takes it away. It acts in the nonlinear zones that it reaches, as
  * if their elements were of such tissue and rested where they do; what lies outside of a zone answers as the pack has it,
- * which leaves an error of some percent of the force where the zone does not hold all of the inclusion (README): none is estimated. With
+ * which leaves an error where the zone does not hold all of the inclusion: some percent of the force (README), but 15 to 40
+ * percent of it beside full solves of a block, of balls 30 to 100 times as stiff of which two rings held half. None is estimated. With
  * PAL_MODEL_AUTO nonlinear_zone answers while there is one; PAL_STATUS_NO_SUCH_MODEL where the session has none. Tools feel it
  * move, and the energy that this brings is its own. Set inclusion->struct_size first. Cost: the next frame of a
  * zone that it reaches evaluates its elements three times more, and where the stiffness there changes by half makes the tangent
