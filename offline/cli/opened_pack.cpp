@@ -220,6 +220,8 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   constexpr double kStepsPerRadian = 16;
   constexpr int kMostSteps = 64;
   constexpr int kMostFrames = 16;  // of a step
+  constexpr int kMostHeld = 256;
+  const auto is_in_balance = [&] { return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0; };
   double farthest = 0;
   int least_steps = 1;
   for (const pal_contact& contact : contacts) {
@@ -243,11 +245,14 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
     turn_patches(static_cast<double>(step) / steps);
     for (int frame = 0; frame < kMostFrames; ++frame) {
       results = contact_frame(on_the_way);
-      if ((results.front().flags & PAL_FLAG_UNCONVERGED) == 0) break;
+      if (is_in_balance()) break;
     }
   }
   // And held there, until the stiffness is that of this place and no digit changes.
-  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = contact_frame(contacts);
+  for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
+    results = contact_frame(contacts);
+    still = is_in_balance() ? still + 1 : 0;
+  }
   return results;
 }
 
