@@ -80,12 +80,6 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Whether the load of a contact alone brings nearly as much of it along as it is: the organ outside is about to give way, and
-// what its series says, and the stiffness, mean little. A doubt about all contacts of the set.
-bool feeds_back(const ZoneGroup& group) {
-  return group.num_contacts == 1 && group.has_tangent && group.num_terms == 0;
-}
-
 // Tractions, forces and loads of where the group has got to, and what it stores, after find_pull(). Before the step the
 // residual was so large; 0: too small for what is left of it to tell of the tangent.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
@@ -261,7 +255,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   ZoneAnswer answer = {0, taken, goes_any_back, 0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    if (set.groups[g].rim.is_limited || feeds_back(set.groups[g])) frame.flags |= PAL_FLAG_EXTRAPOLATED;
+    const ZoneGroup& group = set.groups[g];
+    const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
+    if (group.rim.is_limited || gives_way) frame.flags |= PAL_FLAG_EXTRAPOLATED;
     answer.energy += set.groups[g].stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g]), left_in_rim(set.groups[g])});
     advance_tangent(frame, set.groups[g]);

@@ -102,10 +102,10 @@ struct ZoneGroup {
   // [num_axes + num_fitted + 1][unknowns] d unknown / d axis, negative; d load / d force on an unknown; and the last
   // Newton step
   double* sensitivities;
-  // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, H
+  // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, and H; N instead of a contact alone
   double* brought;
   double* back;
-  uint32_t num_terms;  // of the series of H; 0: there is none, and D and H are zero
+  bool gives_way;  // to its own loads, nearly, so that N says nothing: D and H are zero
   bool has_tangent;
   bool is_shifted;           // the stiffness was made positive definite
   double moved;              // how far contacts and nodes have moved since it was begun

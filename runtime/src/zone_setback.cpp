@@ -90,7 +90,7 @@ double distance_from_given_up(const ZoneFrame& frame, const double* wanted, cons
 // that makes it begin anew it takes twice as many, so that given forces which lead there from rest, too, do not swing.
 bool stays_at_other_root(const ZoneFrame& frame, ZoneGroup& group) {
   constexpr uint32_t kLeastPatience = 4;
-  constexpr uint32_t kCalm = 256;
+  constexpr uint32_t kCalm = 4096;
   const double* d = frame.set.followed;
   const double reach = frame.pack.max_displacement;
   group.was_beyond = group.was_beyond || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach * reach;

@@ -15,11 +15,10 @@ namespace {
 
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow
-// Of a change of loads, by q: more and its series says nothing, or takes too long
-constexpr double kMostOfOne = 0.9;
-constexpr double kMostOfSeveral = 0.3;
-constexpr double kLeastTerm = 2e-5;  // of that change: the series ends
-constexpr uint32_t kLeastTerms = 8;
+constexpr double kMostBrought =
+    0.3;  // of a change of loads, by q, of several contacts; more and its series says nothing
+constexpr uint32_t kTurns = 8;       // which leave less than 0.3^9 of it, and mostly 0.02^9
+constexpr double kMostSettled = 10;  // |N| of one contact; more and the organ outside gives way
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
@@ -183,16 +182,40 @@ double load_per_force(const ZoneFrame& frame, const ZoneGroup& group) {
   return 1 / frame.pack.zone_force_scale[frame.set.sites[group.contacts[0]]];
 }
 
-// N times a change of loads.
+// N times a change of loads: of one contact ZoneGroup::back, of several a series of that, H.
 void settle(const ZoneGroup& group, const double* change, double* settled) {
   const uint32_t count = 3 * group.num_contacts;
   memcpy(settled, change, count * sizeof *settled);
-  for (uint32_t turn = 0; turn < group.num_terms; ++turn) {
+  for (uint32_t turn = 0; turn < kTurns && group.num_contacts > 1; ++turn) {
     double next[3 * kMostZoneContacts];
     for (uint32_t i = 0; i < count; ++i)
       next[i] = change[i] + product(group.back + i * count, settled, count);
     memcpy(settled, next, count * sizeof *settled);
   }
+  for (uint32_t i = 0; i < 3 && group.num_contacts == 1; ++i)
+    settled[i] = product(group.back + 3 * i, change, 3);
+}
+
+// N = (1 - H)^-1, row-major, in the place of H. False where 1 - H is singular, or nearly so.
+bool invert_feedback(double* matrix) {
+  double a[9];
+  for (uint32_t i = 0; i < 9; ++i) a[i] = (i % 4 == 0 ? 1 : 0) - matrix[i];
+  double cofactors[9];
+  for (uint32_t i = 0; i < 3; ++i) {
+    const uint32_t p = (i + 1) % 3;
+    const uint32_t q = (i + 2) % 3;
+    for (uint32_t j = 0; j < 3; ++j) {
+      const uint32_t r = (j + 1) % 3;
+      const uint32_t s = (j + 2) % 3;
+      cofactors[3 * j + i] = a[3 * p + r] * a[3 * q + s] - a[3 * p + s] * a[3 * q + r];
+    }
+  }
+  const double determinant = a[0] * cofactors[0] + a[1] * cofactors[3] + a[2] * cofactors[6];
+  double square = 0;
+  for (const double cofactor : cofactors) square += cofactor * cofactor;
+  if (!(determinant > 0 && square <= kMostSettled * kMostSettled * determinant * determinant)) return false;
+  for (uint32_t i = 0; i < 9; ++i) matrix[i] = cofactors[i] / determinant;
+  return true;
 }
 
 // What an eliminated matrix says of the contacts. False, and nothing taken, where that is not finite.
@@ -223,12 +246,10 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
     for (uint32_t axis = 0; axis < count; ++axis) group.brought[axis * loads + i] = left(given + i, axis);
     largest = std::max(largest, sum);
   }
-  group.num_terms = 0;
-  if (largest <= (group.num_contacts == 1 ? kMostOfOne : kMostOfSeveral)) {
-    double missing = largest;
-    while (++group.num_terms < kLeastTerms || missing * largest > kLeastTerm) missing *= largest;
-  } else {  // both: they are one behind the other
+  group.gives_way = group.num_contacts == 1 ? !invert_feedback(group.back) : largest > kMostBrought;
+  if (group.gives_way) {  // both: they are one behind the other
     memset(group.brought, 0, size_t{count + loads} * loads * sizeof *group.brought);
+    for (uint32_t i = 0; i < 3 && group.num_contacts == 1; ++i) group.back[4 * i] = 1;
   }
   for (uint32_t j = 0; j < count; ++j) {
     double change[3 * kMostZoneContacts] = {};
