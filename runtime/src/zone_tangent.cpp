@@ -18,6 +18,7 @@ constexpr double kLargestForce =
 constexpr double kMostBrought =
     0.3;  // of a change of loads, by q, of several contacts; more and its series says nothing
 constexpr uint32_t kTurns = 8;       // which leave less than 0.3^9 of it, and mostly 0.02^9
+constexpr double kMostTrace = 9;     // of 1 - H of one contact, 3 in a linear organ, 91 past Euler's load
 constexpr double kMostSettled = 10;  // |N| of one contact; more and the organ outside gives way
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
@@ -196,7 +197,9 @@ void settle(const ZoneGroup& group, const double* change, double* settled) {
     settled[i] = product(group.back + 3 * i, change, 3);
 }
 
-// N = (1 - H)^-1, row-major, in the place of H. False where 1 - H is singular, or nearly so.
+// N = (1 - H)^-1, row-major, in the place of H. False where 1 - H is nearly singular, or beyond that: where the organ outside
+// gives way, as a column at Euler's load does, an eigenvalue of it passes zero, or two, and they are of any size behind. All
+// have positive real parts by Routh and Hurwitz, with its trace, its principal minors' sum and its determinant.
 bool invert_feedback(double* matrix) {
   double a[9];
   for (uint32_t i = 0; i < 9; ++i) a[i] = (i % 4 == 0 ? 1 : 0) - matrix[i];
@@ -211,9 +214,12 @@ bool invert_feedback(double* matrix) {
     }
   }
   const double determinant = a[0] * cofactors[0] + a[1] * cofactors[3] + a[2] * cofactors[6];
+  const double trace = a[0] + a[4] + a[8];
+  const double minors = cofactors[0] + cofactors[4] + cofactors[8];
+  if (!(determinant > 0 && trace > 0 && trace <= kMostTrace && trace * minors > determinant)) return false;
   double square = 0;
   for (const double cofactor : cofactors) square += cofactor * cofactor;
-  if (!(determinant > 0 && square <= kMostSettled * kMostSettled * determinant * determinant)) return false;
+  if (!(square <= kMostSettled * kMostSettled * determinant * determinant)) return false;
   for (uint32_t i = 0; i < 9; ++i) matrix[i] = cofactors[i] / determinant;
   return true;
 }
