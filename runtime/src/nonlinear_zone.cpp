@@ -255,12 +255,12 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   ZoneAnswer answer = {0, taken, goes_any_back, 0, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
+    ZoneGroup& group = set.groups[g];
     const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
     if (group.rim.is_limited || gives_way) frame.flags |= PAL_FLAG_EXTRAPOLATED;
-    answer.energy += set.groups[g].stored;
-    answer.left = std::max({answer.left, left[g], left_uncoupled(set.groups[g]), left_in_rim(set.groups[g])});
-    advance_tangent(frame, set.groups[g]);
+    answer.energy += group.stored;
+    answer.left = std::max({answer.left, left[g], left_uncoupled(group), left_in_rim(group)});
+    advance_tangent(frame, group);
   }
   state.went_back = state.went_back || goes_any_back;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;

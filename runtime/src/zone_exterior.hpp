@@ -72,10 +72,10 @@ void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9
 // displacement of the set, length unit.
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest);
 
-// Whether a set of one contact, within D, is at another root of the series than the organ's, where the organ outside would be
-// turned inside out: there x was 4 to 50 sqrt(d / D), d of where it is (or has turned by, times a mean edge), and 1.3 at most
-// where an organ of a stiffening law took it. From beyond D such a root is brought along; what gets to 8 within D cannot be
-// the organ's either.
+// Whether a set of one contact, within D, is at another root of the series than the organ's, where the organ outside
+// would be turned inside out: there x was 4 to 50 sqrt(d / D), d of where it is (or has turned by, times a mean edge), and
+// 1.3 at most where an organ of a stiffening law took it. From beyond D such a root is brought along; what gets to 8
+// within D cannot be the organ's either.
 bool is_at_other_root(const pal_pack& pack, const ZoneSet& set, bool from_beyond);
 
 // Of those weights by the load of one contact; zero where that is too long.

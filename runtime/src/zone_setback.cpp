@@ -90,7 +90,7 @@ double distance_from_given_up(const ZoneFrame& frame, const double* wanted, cons
 // that makes it begin anew it takes twice as many, so that given forces which lead there from rest, too, do not swing.
 bool stays_at_other_root(const ZoneFrame& frame, ZoneGroup& group) {
   constexpr uint32_t kLeastPatience = 4;
-  constexpr uint32_t kCalm = 4096;
+  constexpr uint32_t kCalm = 4096;  // solves, of which given forces take four a frame
   const double* d = frame.set.followed;
   const double reach = frame.pack.max_displacement;
   group.was_beyond = group.was_beyond || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach * reach;
@@ -109,7 +109,6 @@ bool stays_at_other_root(const ZoneFrame& frame, ZoneGroup& group) {
 // each time by twice as much.
 bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
   constexpr double kElsewhere = 0.125;  // mean edges of the surface
-  constexpr uint32_t kMostPatience = 1u << 16;
   const double edge = frame.pack.mean_surface_edge;
   double from_here = 0;
   double from_rest = 0;
@@ -126,7 +125,7 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
     return group.late > kMostLate;
   for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
   group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
-  if (is_at_root) group.patience = std::min(kMostPatience, 2 * group.patience);
+  if (is_at_root) group.patience *= 2;
   return true;
 }
 

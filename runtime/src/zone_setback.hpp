@@ -8,8 +8,8 @@ namespace palpate {
 
 enum class Setback { none, to_balance, to_rest };
 
-// After a solve, which it counts. `wanted`: where the contacts are to be, by axis; `size`: the largest displacement of a contact, length unit;
-// `failed`: there was no way on; `done`: the group is in balance.
+// After a solve, which it counts. `wanted`: where the contacts are to be, by axis; `size`: the largest displacement of a
+// contact, length unit; `failed`: there was no way on; `done`: the group is in balance.
 Setback find_setback(const ZoneFrame& frame, const double* wanted, double size, bool failed, bool done,
                      ZoneGroup& group);
 

@@ -16,7 +16,9 @@
 //
 //   dx = N (xi - x),   N = (1 - H)^-1,   H^T = H0 - Z W^T,   D^T = -Z X^T
 //
-// brings forces and torques D dx, and stiffness is A + D N (-W X^T). The load of a contact alone is its force, in
+// brings forces and torques D dx, and stiffness is A + D N (-W X^T). Of one contact 1 - H is inverted, and where the organ
+// outside gives way D and H are left out and the answer flagged; of several N is a series in H, left out, with D, where
+// the row sums of H are beyond 0.3. The load of a contact alone is its force, in
 // units of force_scale: so much of the contact's own rows stands in the place of R, xi and H. What the nodes' own
 // forces add to d torque / dw as their arms turn is ZoneSet::turning. What rims add is not in it: some 1e-3 of the stiffness
 // of neighbours.
