@@ -27,7 +27,14 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   return survey;
 }
 
-// As the runtime has it (ErrorSurvey in schemas/pack.fbs).
+// Both as the runtime has them (ErrorSurvey in schemas/pack.fbs).
+double reach_of(const OpenedPack& opened, const ContactTruth& set) {
+  double reach = 0;
+  for (const LinearContact& contact : set.contacts)
+    reach += (contact.displacement / opened.tables().sites()->max_displacement()).squaredNorm();
+  return reach;
+}
+
 double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
   const std::span<const double> scale =
       opened.segment<double>(*opened.tables().nonlinear_zone()->force_scale());
@@ -55,6 +62,7 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
     said.kind = solved.sets[i].kind;
     said.is_solved = truth.solved;
     said.is_flagged = answer.flags != 0;
+    said.reach = reach_of(opened, truth);
     if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
     if (!truth.solved) return;
     const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
@@ -72,7 +80,10 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
     survey.force_covered += said.force_error <= estimates[i].force ? 1 : 0;
   }
   survey.table = tabulate_sets(survey.answers);
-  if (model != PAL_MODEL_ZONE) survey.table.displacement_bound = survey.table.force_bound = 0;
+  if (model != PAL_MODEL_ZONE) {
+    SetSurvey& of = survey.table;
+    of.displacement_bound = of.force_bound = of.displacement_reach_bound = of.force_reach_bound = 0;
+  }
   return survey;
 }
 

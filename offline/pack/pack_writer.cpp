@@ -699,7 +699,8 @@ AlignedBytes write_pack(const PackContent& content) {
       if (!(survey.sets.displacement_bound > 0)) most_contacts = 0;
       surveys.push_back(pack::CreateErrorSurveyDirect(
           builder, schema_model(survey.model), &bins, overall, sets.empty() ? nullptr : &sets, most_contacts,
-          survey.sets.displacement_bound, survey.sets.force_bound, survey.table.force_scale));
+          survey.sets.displacement_bound, survey.sets.force_bound, survey.table.force_scale,
+          survey.sets.displacement_reach_bound, survey.sets.force_reach_bound));
     }
     std::vector<flatbuffers::Offset<pack::FrameCost>> costs;
     for (const FrameCost& cost : count_frame_costs(content)) {

@@ -1,5 +1,7 @@
 #include "offline/precompute/set_survey.hpp"
 
+#include <utility>
+
 namespace palpate {
 namespace {
 
@@ -22,6 +24,15 @@ SetKindErrors errors_of(SetKind kind, const std::vector<SetAnswer>& answers) {
   return errors;
 }
 
+// What covers the errors over `size` of answers without a flag.
+double bound_over(double SetAnswer::*error, double SetAnswer::*size, const std::vector<SetAnswer>& answers) {
+  std::vector<double> parts;
+  for (const SetAnswer& answer : answers) {
+    if (!answer.is_flagged) parts.push_back(answer.*error / answer.*size);
+  }
+  return parts.empty() ? 0 : covering_bound(std::move(parts));
+}
+
 }  // namespace
 
 SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers) {
@@ -30,17 +41,10 @@ SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers) {
     const SetKindErrors errors = errors_of(kind, answers);
     if (errors.sets > 0) survey.kinds.push_back(errors);
   }
-  std::vector<double> displacement;
-  std::vector<double> force;
-  for (const SetAnswer& answer : answers) {
-    if (answer.is_flagged) continue;
-    displacement.push_back(answer.displacement_error / answer.load);
-    force.push_back(answer.force_error / answer.load);
-  }
-  if (!displacement.empty()) {
-    survey.displacement_bound = covering_bound(displacement);
-    survey.force_bound = covering_bound(force);
-  }
+  survey.displacement_bound = bound_over(&SetAnswer::displacement_error, &SetAnswer::load, answers);
+  survey.force_bound = bound_over(&SetAnswer::force_error, &SetAnswer::load, answers);
+  survey.displacement_reach_bound = bound_over(&SetAnswer::displacement_error, &SetAnswer::reach, answers);
+  survey.force_reach_bound = bound_over(&SetAnswer::force_error, &SetAnswer::reach, answers);
   return survey;
 }
 

@@ -284,9 +284,12 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
     view.most_contacts = survey->most_contacts();
     view.set_displacement_bound = survey->set_displacement_bound();
     view.set_force_bound = survey->set_force_bound();
+    view.set_displacement_reach_bound = survey->set_displacement_reach_bound();
+    view.set_force_reach_bound = survey->set_force_reach_bound();
     view.force_scale = static_cast<float>(survey->force_scale());
     if (!(view.force_scale >= 0 && isfinite(view.force_scale))) return false;
-    if (from != 1.0 || !is_error(view.set_displacement_bound) || !is_error(view.set_force_bound))
+    if (from != 1.0 || !is_error(view.set_displacement_bound) || !is_error(view.set_force_bound) ||
+        !is_error(view.set_displacement_reach_bound) || !is_error(view.set_force_reach_bound))
       return false;
   }
   return true;

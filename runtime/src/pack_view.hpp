@@ -31,6 +31,8 @@ struct SurveyView {
   uint32_t most_contacts;
   double set_displacement_bound;
   double set_force_bound;
+  double set_displacement_reach_bound;  // 0 in packs of builders that did not know them
+  double set_force_reach_bound;
 };
 
 }  // namespace palpate

@@ -839,11 +839,12 @@ TEST_F(Contradiction, Surveys) {
   sets.sets.displacement_bound = sets.sets.force_bound = 0.1;
   EXPECT_EQ(written({sets}), PAL_STATUS_OK);
   for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    sets.sets.displacement_bound = bad;
-    EXPECT_EQ(written({sets}), PAL_STATUS_CORRUPT_CONTENT) << bad;
-    std::swap(sets.sets.displacement_bound, sets.sets.force_bound);
-    EXPECT_EQ(written({sets}), PAL_STATUS_CORRUPT_CONTENT) << bad;
-    std::swap(sets.sets.displacement_bound, sets.sets.force_bound);
+    for (double SetSurvey::*bound : {&SetSurvey::displacement_bound, &SetSurvey::force_bound,
+                                     &SetSurvey::displacement_reach_bound, &SetSurvey::force_reach_bound}) {
+      broken = sets;
+      broken.sets.*bound = bad;
+      EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT) << bad;
+    }
   }
 }
 

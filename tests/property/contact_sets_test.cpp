@@ -159,8 +159,8 @@ TEST(ContactSets, AreKeptAsTheyWereSolved) {
 }
 
 SetAnswer answer(SetKind kind, double error, bool is_solved = true, bool is_flagged = false,
-                 double load = 0.5) {
-  return {kind, is_solved, is_flagged, error, 2 * error, load};
+                 double load = 0.5, double reach = 0.25) {
+  return {kind, is_solved, is_flagged, error, 2 * error, load, reach};
 }
 
 TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
@@ -180,9 +180,11 @@ TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
   EXPECT_EQ(survey.kinds[0].displacement.max, 0.9) << "a flagged answer is an answer";
   EXPECT_NEAR(survey.kinds[0].displacement.median, 0.11, 1e-12);
   EXPECT_EQ(survey.kinds[1].displacement.median, 0.4);
-  // The largest of few, over its load.
+  // The largest of few, over its load and its reach.
   EXPECT_NEAR(survey.displacement_bound, 0.4 / 0.5, 1e-12);
   EXPECT_NEAR(survey.force_bound, 0.8 / 0.5, 1e-12);
+  EXPECT_NEAR(survey.displacement_reach_bound, 0.4 / 0.25, 1e-12);
+  EXPECT_NEAR(survey.force_reach_bound, 0.8 / 0.25, 1e-12);
   // An answer without a flag where there is no equilibrium is as wrong as can be.
   answers.push_back(answer(kind, 1.0, false, false));
   const SetSurvey silent = tabulate_sets(answers);

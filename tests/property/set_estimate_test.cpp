@@ -16,7 +16,8 @@ constexpr double kForceBound = 0.2;
 constexpr double kSingle = 0.01;  // of one contact in the innermost bin, twice as much in the next ...
 
 // A pack with a zone, whose surveys say these.
-AlignedBytes surveyed_pack(double displacement_bound = kBound) {
+AlignedBytes surveyed_pack(double displacement_bound = kBound, double reach_bound = 0,
+                           double force_reach_bound = 0) {
   const SmallPack& small = small_pack();
   PackContent content = small.content();
   content.zone = &small.zone;
@@ -32,6 +33,8 @@ AlignedBytes surveyed_pack(double displacement_bound = kBound) {
     survey.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
     survey.sets.displacement_bound = displacement_bound;
     survey.sets.force_bound = kForceBound;
+    survey.sets.displacement_reach_bound = reach_bound;
+    survey.sets.force_reach_bound = force_reach_bound;
   }
   return write_pack(content);
 }
@@ -48,6 +51,12 @@ class SetEstimate : public ::testing::Test {
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
     return results;
+  }
+
+  // Of contacts at `one_` and `other_`.
+  double load(const std::vector<pal_contact_result>& results) const {
+    return std::max(Eigen::Vector3d(results[0].force).norm() / small_.zone.force_scale[one_],
+                    Eigen::Vector3d(results[1].force).norm() / small_.zone.force_scale[other_]);
   }
 
   const SmallPack& small_ = small_pack();
@@ -68,11 +77,33 @@ TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
   for (const double part : {0.1, 0.4, 0.8}) {
     const auto results = settled(
         PAL_MODEL_ZONE, {push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})});
-    const double load = std::max(Eigen::Vector3d(results[0].force).norm() / small_.zone.force_scale[one_],
-                                 Eigen::Vector3d(results[1].force).norm() / small_.zone.force_scale[other_]);
     const double single = kSingle * std::ceil(4 * part);
     for (const pal_contact_result& result : results)
-      expect_estimate(result, std::max(single, kBound * load), std::max(single, kForceBound * load));
+      expect_estimate(result, std::max(single, kBound * load(results)),
+                      std::max(single, kForceBound * load(results)));
+  }
+}
+
+// The sum of (|d| / max_displacement)^2, however small the forces are.
+TEST_F(SetEstimate, OfZonesGrowsWithTheSquareOfTheReach) {
+  constexpr double kReachBound = 0.06;
+  constexpr double kForceReachBound = 0.04;
+  const AlignedBytes bytes = surveyed_pack(1e-9, kReachBound, kForceReachBound);
+  const OpenPack pack(bytes);
+  for (const double part : {0.05, 0.5, 0.99}) {
+    OwnedSession session(pack.get(), PAL_MODEL_ZONE, 3, 2);
+    std::vector<pal_contact_result> results;
+    for (int frame = 0; frame < 60; ++frame)
+      results =
+          session.touch({push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})});
+    const double single = kSingle * std::ceil(4 * part);
+    const double reach = 1.25 * part * part;
+    for (const pal_contact_result& result : results) {
+      EXPECT_EQ(result.flags, 0U);
+      EXPECT_NEAR(result.displacement_error, std::max(single, kReachBound * reach), 1e-12);
+      EXPECT_NEAR(result.force_error,
+                  std::max({single, kForceReachBound * reach, kForceBound * load(results)}), 1e-12);
+    }
   }
 }
 
@@ -108,10 +139,8 @@ TEST_F(SetEstimate, FlagsLoadsAtWhichNothingIsKnown) {
   const std::vector<pal_contact> contacts = {push_at(one_, {0, 0, -0.6 * kMost}),
                                              push_at(other_, {0, 0.3 * kMost, 0})};
   const auto known = settled(PAL_MODEL_ZONE, contacts);
-  const double load = std::max(Eigen::Vector3d(known[0].force).norm() / small_.zone.force_scale[one_],
-                               Eigen::Vector3d(known[1].force).norm() / small_.zone.force_scale[other_]);
   for (const double part : {0.99, 1.01}) {
-    const AlignedBytes bytes = surveyed_pack(part / load);
+    const AlignedBytes bytes = surveyed_pack(part / load(known));
     const OpenPack pack(bytes);
     OwnedSession session(pack.get(), PAL_MODEL_ZONE, 3, 2);
     std::vector<pal_contact_result> results;
