@@ -80,10 +80,7 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
     survey.force_covered += said.force_error <= estimates[i].force ? 1 : 0;
   }
   survey.table = tabulate_sets(survey.answers);
-  if (model != PAL_MODEL_ZONE) {
-    SetSurvey& of = survey.table;
-    of.displacement_bound = of.force_bound = of.displacement_reach_bound = of.force_reach_bound = 0;
-  }
+  if (model != PAL_MODEL_ZONE) survey.table.over_load = survey.table.over_reach = {};
   return survey;
 }
 

@@ -44,10 +44,6 @@ SurveyBin bin_of(const pack::ErrorBin& bin) {
 
 SetSurvey sets_of(const pack::ErrorSurvey& survey) {
   SetSurvey sets;
-  sets.displacement_bound = survey.set_displacement_bound();
-  sets.force_bound = survey.set_force_bound();
-  sets.displacement_reach_bound = survey.set_displacement_reach_bound();
-  sets.force_reach_bound = survey.set_force_reach_bound();
   if (survey.sets() == nullptr) return sets;
   for (const pack::SetErrors* errors : *survey.sets()) {
     for (const SetKind kind : kSetKinds) {

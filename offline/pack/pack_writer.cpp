@@ -696,11 +696,11 @@ AlignedBytes write_pack(const PackContent& content) {
         most_contacts = std::max(most_contacts, sets.back().contacts());
       }
       // Where every answer had a flag there is nothing to estimate from.
-      if (!(survey.sets.displacement_bound > 0)) most_contacts = 0;
+      if (!(survey.sets.over_load.displacement > 0)) most_contacts = 0;
       surveys.push_back(pack::CreateErrorSurveyDirect(
           builder, schema_model(survey.model), &bins, overall, sets.empty() ? nullptr : &sets, most_contacts,
-          survey.sets.displacement_bound, survey.sets.force_bound, survey.table.force_scale,
-          survey.sets.displacement_reach_bound, survey.sets.force_reach_bound));
+          survey.sets.over_load.displacement, survey.sets.over_load.force, survey.table.force_scale,
+          survey.sets.over_reach.displacement, survey.sets.over_reach.force));
     }
     std::vector<flatbuffers::Offset<pack::FrameCost>> costs;
     for (const FrameCost& cost : count_frame_costs(content)) {

@@ -1,5 +1,6 @@
 #include "offline/precompute/set_survey.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace palpate {
@@ -25,12 +26,19 @@ SetKindErrors errors_of(SetKind kind, const std::vector<SetAnswer>& answers) {
 }
 
 // What covers the errors over `size` of answers without a flag.
-double bound_over(double SetAnswer::*error, double SetAnswer::*size, const std::vector<SetAnswer>& answers) {
-  std::vector<double> parts;
+SetBounds bounds_over(double SetAnswer::*size, const std::vector<SetAnswer>& answers) {
+  // Of smaller sets what is left is mostly rounding.
+  constexpr double kLeastSize = 0.05;
+  std::vector<double> displacement;
+  std::vector<double> force;
   for (const SetAnswer& answer : answers) {
-    if (!answer.is_flagged) parts.push_back(answer.*error / answer.*size);
+    if (answer.is_flagged) continue;
+    const double over = std::max(answer.*size, kLeastSize);
+    displacement.push_back(answer.displacement_error / over);
+    force.push_back(answer.force_error / over);
   }
-  return parts.empty() ? 0 : covering_bound(std::move(parts));
+  if (displacement.empty()) return {};
+  return {covering_bound(std::move(displacement)), covering_bound(std::move(force))};
 }
 
 }  // namespace
@@ -41,10 +49,8 @@ SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers) {
     const SetKindErrors errors = errors_of(kind, answers);
     if (errors.sets > 0) survey.kinds.push_back(errors);
   }
-  survey.displacement_bound = bound_over(&SetAnswer::displacement_error, &SetAnswer::load, answers);
-  survey.force_bound = bound_over(&SetAnswer::force_error, &SetAnswer::load, answers);
-  survey.displacement_reach_bound = bound_over(&SetAnswer::displacement_error, &SetAnswer::reach, answers);
-  survey.force_reach_bound = bound_over(&SetAnswer::force_error, &SetAnswer::reach, answers);
+  survey.over_load = bounds_over(&SetAnswer::load, answers);
+  survey.over_reach = bounds_over(&SetAnswer::reach, answers);
   return survey;
 }
 

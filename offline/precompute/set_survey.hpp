@@ -31,17 +31,18 @@ struct SetKindErrors {
   ErrorFigures force;
 };
 
+// What covers 95 % of errors without a flag, each over a size of its set; 0 where there are none.
+struct SetBounds {
+  double displacement = 0;
+  double force = 0;
+};
+
 struct SetSurvey {
   std::vector<SetKindErrors> kinds;  // those of which there are sets
-  // Errors over loads, and over reaches, that cover 95 % of those without a flag; 0 where there are none, or nothing is
-  // estimated from them. The first knows what neighbours do that move against each other. The second knows what the organ
-  // outside of zones leaves, which grows as the square of how far contacts go and with their number: where all go to the
-  // end of the scene the first covers 77, 98, 92 and 90 of 100 on the brain (nu = 0.4 to 2 h and to 1 h, 0.49, 0.45 with one
-  // ring), both together 99 to 100.
-  double displacement_bound = 0;
-  double force_bound = 0;
-  double displacement_reach_bound = 0;
-  double force_reach_bound = 0;
+  // What a runtime estimates from: what neighbours do that move against each other shows in loads, what the organ
+  // outside of zones leaves where all contacts go far in reaches alone.
+  SetBounds over_load;
+  SetBounds over_reach;
 };
 
 SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers);

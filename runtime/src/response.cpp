@@ -93,8 +93,8 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
 
 // The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them:
 // what 95 % of errors of such sets stay below, over their loads and over their reach (ErrorSurvey in schemas/pack.fbs), or
-// what one contact of that size has, whatever is most. A flag of one is a doubt about all; so is a load at which its
-// bound is all of the displacement.
+// what one contact of that size has, whatever is most. A flag of one is a doubt about all; so is a
+// load or a reach whose bound is all of the displacement.
 void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *session.pack;
@@ -102,25 +102,25 @@ void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t cou
   const double* largest = session.displacements;
   pal_contact_result of_set = {};
   double reach = 0;
-  const bool is_beyond = survey.set_displacement_bound * load >= kUnknownError;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     const double size = length(d) / pack.max_displacement;
     reach += size * size;
     if (length(d) > length(largest)) largest = d;
-    if (is_beyond) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
+  }
+  const double displacement_error =
+      std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
+  const double force_error = std::max(survey.set_force_bound * load, survey.set_force_reach_bound * reach);
+  for (uint32_t c = 0; c < count; ++c) {
+    if (displacement_error >= kUnknownError) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
     of_set.flags |= results[c].flags;
   }
   estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
                   static_cast<double>(INFINITY), of_set);
-  const auto at_least = [&](double error, double load_bound, double reach_bound) {
-    return std::min(kUnknownError, std::max(error, std::max(load_bound * load, reach_bound * reach)));
-  };
   for (uint32_t c = 0; c < count; ++c) {
-    results[c].displacement_error = at_least(of_set.displacement_error, survey.set_displacement_bound,
-                                             survey.set_displacement_reach_bound);
-    results[c].force_error =
-        at_least(of_set.force_error, survey.set_force_bound, survey.set_force_reach_bound);
+    results[c].displacement_error =
+        std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
+    results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
   }
 }
 

@@ -836,13 +836,13 @@ TEST_F(Contradiction, Surveys) {
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   ModelSurvey sets = survey;
   sets.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
-  sets.sets.displacement_bound = sets.sets.force_bound = 0.1;
+  sets.sets.over_load = {0.1, 0.1};
   EXPECT_EQ(written({sets}), PAL_STATUS_OK);
   for (const double bad : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    for (double SetSurvey::*bound : {&SetSurvey::displacement_bound, &SetSurvey::force_bound,
-                                     &SetSurvey::displacement_reach_bound, &SetSurvey::force_reach_bound}) {
+    for (double* bound : {&broken.sets.over_load.displacement, &broken.sets.over_load.force,
+                          &broken.sets.over_reach.displacement, &broken.sets.over_reach.force}) {
       broken = sets;
-      broken.sets.*bound = bad;
+      *bound = bad;
       EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT) << bad;
     }
   }

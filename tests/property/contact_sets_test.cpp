@@ -181,18 +181,27 @@ TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
   EXPECT_NEAR(survey.kinds[0].displacement.median, 0.11, 1e-12);
   EXPECT_EQ(survey.kinds[1].displacement.median, 0.4);
   // The largest of few, over its load and its reach.
-  EXPECT_NEAR(survey.displacement_bound, 0.4 / 0.5, 1e-12);
-  EXPECT_NEAR(survey.force_bound, 0.8 / 0.5, 1e-12);
-  EXPECT_NEAR(survey.displacement_reach_bound, 0.4 / 0.25, 1e-12);
-  EXPECT_NEAR(survey.force_reach_bound, 0.8 / 0.25, 1e-12);
+  EXPECT_NEAR(survey.over_load.displacement, 0.4 / 0.5, 1e-12);
+  EXPECT_NEAR(survey.over_load.force, 0.8 / 0.5, 1e-12);
+  EXPECT_NEAR(survey.over_reach.displacement, 0.4 / 0.25, 1e-12);
+  EXPECT_NEAR(survey.over_reach.force, 0.8 / 0.25, 1e-12);
   // An answer without a flag where there is no equilibrium is as wrong as can be.
   answers.push_back(answer(kind, 1.0, false, false));
   const SetSurvey silent = tabulate_sets(answers);
   EXPECT_EQ(silent.kinds[0].displacement.max, 1.0);
-  EXPECT_NEAR(silent.displacement_bound, 1 / 0.5, 1e-12);
-  EXPECT_EQ(tabulate_sets({}).displacement_bound, 0);
-  EXPECT_EQ(tabulate_sets({answer(kind, 0.9, true, true)}).displacement_bound, 0)
-      << "nothing to estimate from";
+  EXPECT_NEAR(silent.over_load.displacement, 1 / 0.5, 1e-12);
+  for (const SetSurvey& nothing : {tabulate_sets({}), tabulate_sets({answer(kind, 0.9, true, true)})}) {
+    for (const SetBounds& bounds : {nothing.over_load, nothing.over_reach}) {
+      EXPECT_EQ(bounds.displacement, 0) << "nothing to estimate from";
+      EXPECT_EQ(bounds.force, 0);
+    }
+  }
+  // The largest over its size, not the largest; and no rounding of a set that does not move.
+  const SetSurvey uneven =
+      tabulate_sets({answer(kind, 0.4, true, false, 0.5, 2), answer(kind, 0.3, true, false, 1, 1),
+                     answer(kind, 1e-5, true, false, 0, 0)});
+  EXPECT_NEAR(uneven.over_load.displacement, 0.8, 1e-12);
+  EXPECT_NEAR(uneven.over_reach.displacement, 0.3, 1e-12);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
@@ -16,8 +18,8 @@ constexpr double kForceBound = 0.2;
 constexpr double kSingle = 0.01;  // of one contact in the innermost bin, twice as much in the next ...
 
 // A pack with a zone, whose surveys say these.
-AlignedBytes surveyed_pack(double displacement_bound = kBound, double reach_bound = 0,
-                           double force_reach_bound = 0) {
+AlignedBytes surveyed_pack(const SetBounds& over_load = {kBound, kForceBound},
+                           const SetBounds& over_reach = {}) {
   const SmallPack& small = small_pack();
   PackContent content = small.content();
   content.zone = &small.zone;
@@ -31,10 +33,8 @@ AlignedBytes surveyed_pack(double displacement_bound = kBound, double reach_boun
     }
     if (survey.model == SurveyedModel::polynomial_dd) continue;
     survey.sets.kinds = {{SetKind::two_near, 9, 0, 0, {}, {}}};
-    survey.sets.displacement_bound = displacement_bound;
-    survey.sets.force_bound = kForceBound;
-    survey.sets.displacement_reach_bound = reach_bound;
-    survey.sets.force_reach_bound = force_reach_bound;
+    survey.sets.over_load = over_load;
+    survey.sets.over_reach = over_reach;
   }
   return write_pack(content);
 }
@@ -46,11 +46,16 @@ pal_contact push_at(uint32_t site, const Eigen::Vector3d& d) {
 class SetEstimate : public ::testing::Test {
  protected:
   // Once they have come to rest.
-  std::vector<pal_contact_result> settled(pal_model model, const std::vector<pal_contact>& contacts) {
-    OwnedSession session(pack_.get(), model, 3, 2);
+  static std::vector<pal_contact_result> settled(const OpenPack& pack, pal_model model,
+                                                 const std::vector<pal_contact>& contacts) {
+    OwnedSession session(pack.get(), model, 3, 2);
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
     return results;
+  }
+
+  std::vector<pal_contact_result> settled(pal_model model, const std::vector<pal_contact>& contacts) const {
+    return settled(pack_, model, contacts);
   }
 
   // Of contacts at `one_` and `other_`.
@@ -84,26 +89,19 @@ TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
   }
 }
 
-// The sum of (|d| / max_displacement)^2, however small the forces are.
+// The sum of (|d| / max_displacement)^2, whatever the forces are.
 TEST_F(SetEstimate, OfZonesGrowsWithTheSquareOfTheReach) {
-  constexpr double kReachBound = 0.06;
-  constexpr double kForceReachBound = 0.04;
-  const AlignedBytes bytes = surveyed_pack(1e-9, kReachBound, kForceReachBound);
+  constexpr double kNothing = 1e-9;  // of loads: a survey that says 0 of them estimates nothing
+  const SetBounds over_reach = {0.3, 0.2};
+  const AlignedBytes bytes = surveyed_pack({kNothing, kNothing}, over_reach);
   const OpenPack pack(bytes);
-  for (const double part : {0.05, 0.5, 0.99}) {
-    OwnedSession session(pack.get(), PAL_MODEL_ZONE, 3, 2);
-    std::vector<pal_contact_result> results;
-    for (int frame = 0; frame < 60; ++frame)
-      results =
-          session.touch({push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})});
-    const double single = kSingle * std::ceil(4 * part);
+  for (const double part : {0.4, 0.7, 0.99}) {
     const double reach = 1.25 * part * part;
-    for (const pal_contact_result& result : results) {
-      EXPECT_EQ(result.flags, 0U);
-      EXPECT_NEAR(result.displacement_error, std::max(single, kReachBound * reach), 1e-12);
-      EXPECT_NEAR(result.force_error,
-                  std::max({single, kForceReachBound * reach, kForceBound * load(results)}), 1e-12);
-    }
+    ASSERT_GT(over_reach.force * reach, kSingle * std::ceil(4 * part)) << "what one contact has";
+    for (const pal_contact_result& result :
+         settled(pack, PAL_MODEL_ZONE,
+                 {push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})}))
+      expect_estimate(result, over_reach.displacement * reach, over_reach.force * reach);
   }
 }
 
@@ -134,21 +132,23 @@ TEST_F(SetEstimate, IsNotKnownWhereNothingWasMeasured) {
   expect_unknown(settled(PAL_MODEL_LINEAR, {by_force, push_at(other_, {0, 0, 0.1 * kMost})}));
 }
 
-// Where the survey's bound is all of the displacement an answer says so by a flag, too.
-TEST_F(SetEstimate, FlagsLoadsAtWhichNothingIsKnown) {
+// Where a bound of the survey is all of the displacement an answer says so by a flag, too.
+TEST_F(SetEstimate, FlagsSetsOfWhichNothingIsKnown) {
   const std::vector<pal_contact> contacts = {push_at(one_, {0, 0, -0.6 * kMost}),
                                              push_at(other_, {0, 0.3 * kMost, 0})};
-  const auto known = settled(PAL_MODEL_ZONE, contacts);
+  const double load_then = load(settled(PAL_MODEL_ZONE, contacts));
+  const double reach = 0.6 * 0.6 + 0.3 * 0.3;
   for (const double part : {0.99, 1.01}) {
-    const AlignedBytes bytes = surveyed_pack(part / load(known));
-    const OpenPack pack(bytes);
-    OwnedSession session(pack.get(), PAL_MODEL_ZONE, 3, 2);
-    std::vector<pal_contact_result> results;
-    for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
-    for (const pal_contact_result& result : results) {
-      EXPECT_EQ(result.flags, part > 1 ? uint32_t{PAL_FLAG_EXTRAPOLATED} : 0U);
-      EXPECT_EQ(result.force_error < 1, part < 1);
-      EXPECT_NEAR(result.displacement_error, std::min(1.0, part), 1e-9);
+    using Bounds = std::pair<SetBounds, SetBounds>;
+    for (const auto& [over_load, over_reach] :
+         {Bounds{{part / load_then, kForceBound}, {}}, Bounds{{kBound, kForceBound}, {part / reach, 0}}}) {
+      const AlignedBytes bytes = surveyed_pack(over_load, over_reach);
+      const OpenPack pack(bytes);
+      for (const pal_contact_result& result : settled(pack, PAL_MODEL_ZONE, contacts)) {
+        EXPECT_EQ(result.flags, part > 1 ? uint32_t{PAL_FLAG_EXTRAPOLATED} : 0U);
+        EXPECT_EQ(result.force_error < 1, part < 1);
+        EXPECT_NEAR(result.displacement_error, std::min(1.0, part), 1e-9);
+      }
     }
   }
 }
