@@ -434,9 +434,10 @@ typedef struct pal_contact_result {
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
-  /* Estimate: the largest error of any shown node over |displacement|, of several contacts the largest: what 95 % of
-   * such errors at that |displacement| stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs), and of
-   * nonlinear_zone what its iterations leave besides, as while contacts move; 1 where nothing was measured, of
+  /* Estimate: the largest error of any shown node over |displacement|: what 95 % of such errors at that |displacement|
+   * stay below, by the pack's survey (ErrorSurvey in schemas/pack.fbs), and of nonlinear_zone what its iterations leave
+   * besides, as while contacts move. Of several contacts it is over the largest |displacement| among them, the same for
+   * all, and grows with their forces and with the sum of their squared displacements. 1 where nothing was measured, of
    * several contacts by linear_dd, and of all of them where one has a flag. */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force| */
