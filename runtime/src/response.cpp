@@ -101,12 +101,15 @@ void estimate_set_errors(const pal_session& session, bool surveyed, uint32_t cou
   const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
   const double* largest = session.displacements;
   pal_contact_result of_set = {};
+  double largest_size = 0;
   double reach = 0;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = session.displacements + size_t{3} * c;
     const double size = length(d) / pack.max_displacement;
     reach += size * size;
-    if (length(d) > length(largest)) largest = d;
+    if (!(size > largest_size)) continue;
+    largest_size = size;
+    largest = d;
   }
   const double displacement_error =
       std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
