@@ -85,6 +85,34 @@ bool is_on_target(const BuildResult& result) {
   return worst_overall(result).displacement.p95 <= result.content.scene.accuracy_target;
 }
 
+const SetSurvey* sets_of(const BuildResult& result, SurveyedModel model) {
+  for (const ModelSurvey& survey : result.content.surveys) {
+    if (survey.model == model) return &survey.sets;
+  }
+  return nullptr;
+}
+
+// Kinds of sets of which nonlinear_zone misses the target and linear_dd is clearly nearer to the full solves, with the p95 of
+// both: "2 near (300 %, linear_dd 20 %)".
+std::string sets_better_linear(const BuildResult& result) {
+  constexpr double kClearly = 1.2;
+  const SetSurvey* linear = sets_of(result, SurveyedModel::linear_dd);
+  const SetSurvey* zone = sets_of(result, SurveyedModel::nonlinear_zone);
+  std::string kinds;
+  if (linear == nullptr || zone == nullptr) return kinds;
+  for (const SetKindErrors& of_linear : linear->kinds) {
+    for (const SetKindErrors& of_zone : zone->kinds) {
+      const double by_zone = of_zone.displacement.p95;
+      const double by_linear = of_linear.displacement.p95;
+      if (of_zone.kind != of_linear.kind) continue;
+      if (by_zone <= std::max(result.content.scene.accuracy_target, kClearly * by_linear)) continue;
+      kinds += fmt::format("{}{} ({:.3g} %, linear_dd {:.3g} %)", kinds.empty() ? "" : ", ",
+                           words_for(of_zone.kind), 100 * by_zone, 100 * by_linear);
+    }
+  }
+  return kinds;
+}
+
 }  // namespace
 
 void print_json(const BuildResult& result) {
@@ -201,6 +229,13 @@ void print_warnings(const BuildResult& result) {
                "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts, "
                "tip_radius or zone_rings, or raise [budget] frame_us\n",
                file, result.frame_us(), scene.frame_budget_us);
+  }
+  if (const std::string kinds = sets_better_linear(result); !kinds.empty()) {
+    fmt::print(stderr,
+               "{}: nonlinear_zone is worse than linear_dd for several contacts, p95 displacement error: {}; "
+               "the organ may bend or give way outside of its zones; reduce max_displacement, or set zone = "
+               "false below [models]\n",
+               file, kinds);
   }
   if (!is_measured(result)) {
     fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);

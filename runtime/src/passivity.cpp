@@ -21,16 +21,19 @@ constexpr double kWhole = 1e-4;
 // Tissue with less than this part of the peak is at rest.
 constexpr double kRest = 1e-4;
 
-// Of the force that came out last, on the tool's way from the frame before.
-double work_of(const ToolState& tool) {
-  if (tool.output.quiet) return 0.0;
-  const double* wrench = tool.output.out.v;
+// On the tool's way from the frame before.
+double work_of(const ToolState& tool, const Wrench& wrench) {
   double turn[3];
   turn_between(tool.before.orientation, tool.pose.orientation, turn);
   double work = 0;
   for (int i = 0; i < 3; ++i)
-    work += wrench[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench[3 + i] * turn[i];
+    work += wrench.v[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench.v[3 + i] * turn[i];
   return work;
+}
+
+// Of the force that came out last.
+double work_of(const ToolState& tool) {
+  return tool.output.quiet ? 0.0 : work_of(tool, tool.output.out);
 }
 
 double work_of_all(const pal_session& session) {
@@ -45,6 +48,15 @@ bool feels_the_models(const pal_session& session) {
     if (!session.tools.tools[t].output.is_model) return false;
   }
   return true;
+}
+
+// Whether contacts are not in balance where their tools are.
+bool is_unsettled(const ToolStates& states) {
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint32_t row = states.answered_of[c];
+    if (row != kNotAnswered && (states.answered_results[row].flags & PAL_FLAG_UNCONVERGED) != 0) return true;
+  }
+  return false;
 }
 
 // What contacts that were taken hold of under strain bring with them, once: the energy that goes where they alone go
@@ -84,6 +96,23 @@ double take_strain_brought(pal_session& session) {
   return num_bringing > 0 && num_bringing == states.num_answered ? session.stored_energy : brought;
 }
 
+// Moves `part` towards the part of W that E covers. `work` says which way tools go, and how far beside `larger`, the larger W
+// of this and the last frame.
+void follow_stored(pal_session& session, double covered, double work, double larger) {
+  Passivity& passivity = session.tools.passivity;
+  const double stored = passivity.stored;
+  if (covered >= stored && passivity.part == 1.0) return;
+  const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
+  const double target = work > 0 ? 1.0 : ratio;
+  const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
+  const double pace = fabs(work) < whole ? fabs(work) / whole : 1.0;
+  const double blend = session.config.blend_seconds;
+  const double most = blend > 0 ? session.tools.dt / blend : 1.0;
+  const double change = pace * (target - passivity.part);
+  passivity.part += change < most ? change : most;
+  if (target == 1.0 && passivity.part > 1.0 - kWhole) passivity.part = 1.0;
+}
+
 }  // namespace
 
 void reset_passivity(Passivity& passivity) {
@@ -92,7 +121,7 @@ void reset_passivity(Passivity& passivity) {
   passivity.one_set = true;
 }
 
-void begin_account(pal_session& session) {
+void begin_account(pal_session& session, const Wrench* models) {
   ToolStates& states = session.tools;
   Passivity& passivity = states.passivity;
   const bool felt = feels_the_models(session);
@@ -102,38 +131,43 @@ void begin_account(pal_session& session) {
   }
   const double stored = session.stored_energy;
   const double larger = stored > passivity.stored ? stored : passivity.stored;
-  passivity.one_set = !states.changed && felt;
-  // By the tools' motion alone: not by what answers it.
-  if (!states.changed) passivity.account += session.energy_brought;
+  const bool unsettled = is_unsettled(states);
+  const bool is_or_was_unsettled = unsettled || passivity.was_unsettled;
+  passivity.was_unsettled = unsettled;
+  passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
+  // By the tools' motion alone: not by what answers it. What an inclusion brings to a jam, nobody knows.
+  if (!states.changed && !(is_or_was_unsettled && session.energy_brought > 0))
+    passivity.account += session.energy_brought;
   if (passivity.one_set) passivity.stored += session.energy_brought;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);
-  if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought)) {  // of a damaged pack
+  double of_models = 0;
+  for (uint32_t t = 0; is_or_was_unsettled && t < states.num_used; ++t)
+    of_models += work_of(states.tools[t], models[t]);
+  // Of a damaged pack.
+  if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought) || !isfinite(of_models)) {
     passivity.expected = passivity.work = 0;
     return;
   }
   passivity.account += brought;
   passivity.stored = stored;
   passivity.work = gained;
-  passivity.expected = passivity.one_set ? passivity.part * gained : gained;
+  passivity.expected = passivity.one_set         ? passivity.part * gained
+                       : states.changed || !felt ? gained
+                                                 : 0.5 * (gained + passivity.part * of_models);
   const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
-  for (uint32_t t = 0; covered < 0 && t < session.tools.num_used; ++t) {
+  // A blend may go on as it is in the next frame, too, wherever contacts are by then.
+  const double ahead = is_or_was_unsettled && gained < 0 ? covered + 0.5 * gained : covered;
+  for (uint32_t t = 0; ahead < 0 && t < session.tools.num_used; ++t) {
     if (work_of(states.tools[t]) >= 0) continue;
-    const bool is_much = covered < -kTolerance * passivity.peak;
+    const bool is_much = ahead < -kTolerance * passivity.peak;
     states.tools[t].output.kept = is_much ? 0.0 : 0.5;
     // Who comes out before half of the force has faded in would feel all of it for a frame.
     if (is_much && states.tools[t].output.blend_left > 0.5 * session.config.blend_seconds) passivity.part = 0;
   }
-  if (covered >= stored && passivity.part == 1.0) return;
-  const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
-  const double target = gained > 0 ? 1.0 : ratio;
-  const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
-  const double pace = fabs(gained) < whole ? fabs(gained) / whole : 1.0;
-  const double blend = session.config.blend_seconds;
-  const double most = blend > 0 ? states.dt / blend : 1.0;
-  const double change = pace * (target - passivity.part);
-  passivity.part += change < most ? change : most;
-  if (target == 1.0 && passivity.part > 1.0 - kWhole) passivity.part = 1.0;
+  follow_stored(session, covered, is_or_was_unsettled ? of_models : gained, larger);
+  const double left = passivity.account + 0.5 * gained + kTolerance * passivity.peak;
+  if (of_models < 0 && -passivity.part * of_models > left) passivity.part = left > 0 ? -left / of_models : 0;
 }
 
 void end_account(pal_session& session) {

@@ -389,7 +389,7 @@ void answer_zone(pal_session& session, const pal_contact* contacts, uint32_t cou
     const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = goes_on ? session.displacements[at] : set.followed[at];
   }
-  answer.flags |= control.flags;
+  if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   session.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;

@@ -188,7 +188,6 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
   answer_or_stand_in(session);
   session.energy_brought += session.zone.inclusion_energy * session.pack->newtons * session.pack->metres;
   session.zone.inclusion_energy = 0;
-  begin_account(session);
   memcpy(session.turn_before, session.gravity_turn, sizeof session.turn_before);
   session.gravity_changed = false;
 
@@ -207,6 +206,7 @@ void answer_tools(pal_session& session, const pal_haptic_input& input, pal_tool_
     const uint32_t tool = states.contacts[c].tool;
     add_contact(session, c, rotation_for(session, tool, last), wrenches[tool], all[tool]);
   }
+  begin_account(session, wrenches);
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     pal_tool_result& result = all[tool];

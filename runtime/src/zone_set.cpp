@@ -434,6 +434,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = set.wanted[at] = set.force[at] = 0;
+    memset(set.stiffness[at], 0, sizeof *set.stiffness);  // until there is a tangent
   }
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);

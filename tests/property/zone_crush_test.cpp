@@ -25,12 +25,20 @@ std::vector<pal_contact> contacts_at(const std::vector<uint32_t>& sites, const G
   return contacts;
 }
 
+double largest_stiffness(const std::vector<pal_contact_result>& results) {
+  double largest = 0;
+  for (const pal_contact_result& result : results)
+    largest = std::max(largest, Eigen::Map<const Eigen::Matrix3d>(result.stiffness[0]).norm());
+  return largest;
+}
+
 // Contacts of a session that go from goal to goal at a steady speed.
 struct Walk {
   Walk(const ZoneBlock& organ, std::vector<uint32_t> of_sites)
       : session(organ.pack->get(), organ.config(static_cast<uint32_t>(of_sites.size()))),
         sites(std::move(of_sites)),
-        place(sites.size(), Eigen::Vector3d::Zero()) {}
+        place(sites.size(), Eigen::Vector3d::Zero()),
+        stiffness_at_rest(largest_stiffness(session.touch(contacts_at(sites, place)))) {}
 
   // Calls see(results) after each frame.
   template <typename See>
@@ -57,7 +65,10 @@ struct Walk {
   std::vector<pal_contact_result> touch() {
     std::vector<pal_contact_result> results = session.touch(contacts_at(sites, place));
     const bool is_back = !has_ended(results) && largest_force(results) == 0;
-    if (is_back && !was_back) ++returns;
+    if (is_back && !was_back) {
+      ++returns;
+      EXPECT_LE(largest_stiffness(results), stiffness_at_rest) << "not that of where they were";
+    }
     was_back = is_back;
     return results;
   }
@@ -67,6 +78,7 @@ struct Walk {
   Goal place;
   int returns = 0;  // how often they have begun anew at rest
   bool was_back = false;
+  double stiffness_at_rest;
 };
 
 // Three neighbours, crushed by one and a half edges: other equilibria are near, and in steps of up to an edge Newton finds

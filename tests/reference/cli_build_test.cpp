@@ -5,6 +5,8 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <sstream>
+#include <string>
 #include <thread>
 
 #include "tests/support/scene_files.hpp"
@@ -130,6 +132,37 @@ TEST(Build, SurveysSeveralContacts) {
   }
   EXPECT_FALSE(json["models"]["linear_dd"].contains("several_within_estimate")) << "it estimates none";
   EXPECT_GE(json["models"]["nonlinear_zone"]["several_within_estimate"]["displacement"].get<double>(), 0.85);
+}
+
+// A column four times as tall as it is thick bends: several contacts on it are better answered by the linear
+// model, and nothing else of the build would say so.
+TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
+  std::istringstream block(block_inp(3));
+  std::string column;
+  bool is_node = true;
+  for (std::string line; std::getline(block, line); column += line + "\n") {
+    if (line.starts_with('*')) is_node = line.starts_with("*NODE");
+    const size_t height = line.rfind(',') + 1;
+    if (is_node && !line.starts_with('*'))
+      line.replace(height, std::string::npos, std::to_string(4 * std::stod(line.substr(height))));
+  }
+  const std::string scene =
+      "[contact]\nsites = [36, 44, 48, 52, 60, 64]\nmax_displacement = 0.1\nmax_contacts = 3\n"
+      "[models]\npolynomial = false\nzone = true\nzone_rings = 1\n";
+  const char* words = "nonlinear_zone is worse than linear_dd for several contacts";
+  const ProgramRun bends = SceneFiles(scene, column).build();
+  EXPECT_EQ(bends.exit_code, 0) << bends.error;
+  EXPECT_NE(bends.error.find(words), std::string::npos) << bends.error;
+  EXPECT_NE(bends.error.find("3 near ("), std::string::npos) << bends.error;
+  // Linear tissue is answered exactly by both.
+  std::string is_linear = block_inp(3);
+  const size_t law = is_linear.find("*HYPERELASTIC");
+  is_linear.replace(law, is_linear.find('*', law + 1) - law, "*ELASTIC\n1, 0.3\n");
+  for (const std::string& block : {block_inp(3), is_linear}) {
+    const ProgramRun run = SceneFiles(scene, block).build();
+    EXPECT_EQ(run.exit_code, 0) << run.error;
+    EXPECT_EQ(run.error.find(words), std::string::npos) << run.error;
+  }
 }
 
 TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {

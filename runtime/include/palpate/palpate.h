@@ -169,8 +169,9 @@ enum {
   /* The model gave no finite force, as that of a damaged pack that was not verified may: the last one is
    * given. */
   PAL_FLAG_NOT_FINITE = 1 << 11,
-  /* Of tools. Contacts, fixed nodes or the model have changed, and the tools would get out more energy than
-   * they have put in: force and stiffness are less than the model's, see pal_haptic_frame. */
+  /* Of tools. Contacts, fixed nodes or the model have changed, or contacts have not come to rest, and the tools
+   * would get out more energy than they have put in: force and stiffness are less than the model's, see
+   * pal_haptic_frame. */
   PAL_FLAG_REDUCED = 1 << 12,
   /* The contact is at a point between sites, and one of more than three: the site of the largest weight answered instead,
    * or, of a contact of nonlinear_zone far from all others, the zone as if it were alone. */
@@ -178,7 +179,8 @@ enum {
   /* nonlinear_zone has not come to rest at this displacement: it had further to go than a frame allows, the next step
    * would have turned an element inside out, or a long one led to where short ones do not. It goes on in the next
    * frame, or, of contacts that have jammed tissue between them for five frames, and of one that has brought an answer from
-   * beyond the scene that the organ has not, anew from rest. The contact's displacement
+   * beyond the scene that the organ has not, anew from rest. Where that way jams, too, contacts stay, with forces and
+   * stiffness that may be any (max_force in pal_session_config), until they are to be elsewhere. The contact's displacement
    * in the result is where it has got to. On the way elements may be all but inverted: where forces are more than twice
    * what the last balance and its stiffness tell of, those are given instead, with that stiffness. Contact frames move the
    * same zone as haptic frames. */
@@ -430,7 +432,8 @@ typedef struct pal_contact_result {
   double displacement[3]; /* of the patch: as given, or what the given force makes of it */
   /* d force / d displacement of this contact, all others held where they are; symmetric. Of the shortened
    * displacement where the answer is PAL_FLAG_CLAMPED. Of nonlinear_zone as it was up to
-   * PAL_ZONE_STIFFNESS_FRAMES frames ago, and contacts whose zones share no node are not held, but follow. */
+   * PAL_ZONE_STIFFNESS_FRAMES frames ago, and 0 in a frame in which contacts begin anew at rest; contacts
+   * whose zones share no node are not held, but follow. */
   double stiffness[3][3];
   pal_model model; /* that answered */
   uint32_t flags;  /* PAL_FLAG_... */
@@ -582,15 +585,16 @@ typedef struct pal_tool_result {
 
 /* Forces of all tools. The tools of a session together get no more energy out of the tissue than they have
  * put in since they last held nothing or it was at rest (but for 0.3 % of the most that they had put in):
- * where a switch would give them more, the forces of all are multiplied by one factor, which falls while they
- * are on their way out and rises to 1 while they are on their way in, and a blend that drives a tool ends
- * within a few frames. Contacts that are taken hold of under strain bring its energy with them; those that
- * budget_seconds delays do not. Error estimates are those of the whole force. Input that makes no sense is
- * replaced by the last that did, and flagged: with valid pointers and sizes a frame always answers.
- * `results`: num_results entries, may be NULL; while the frame runs they are in the making, so hand copies to
- * other threads. Cost: that of pal_contact_frame for the contacts held, 0.1 us, and 0.02 us for each contact;
- * 1 to 2 us for each tool that looks for something to touch, more where much is equally near. Real-time safe:
- * yes, as pal_contact_frame. */
+ * where a switch would give them more, or contacts that have not come to rest (PAL_FLAG_UNCONVERGED),
+ * the forces of all are multiplied by one factor, which falls while they are on their
+ * way out and rises to 1 while they are on their way in, and a blend that drives a tool ends within a few
+ * frames. Contacts that are taken hold of under strain bring its energy with them; those that budget_seconds
+ * delays do not. Error estimates are those of the whole force. Input that makes no sense is replaced by the
+ * last that did, and flagged: with valid pointers and sizes a frame always answers. `results`: num_results
+ * entries, may be NULL; while the frame runs they are in the making, so hand copies to other threads. Cost:
+ * that of pal_contact_frame for the contacts held, 0.1 us, and 0.02 us for each contact; 1 to 2 us for each
+ * tool that looks for something to touch, more where much is equally near. Real-time safe: yes, as
+ * pal_contact_frame. */
 PAL_NODISCARD pal_status pal_haptic_frame(pal_session* session, const pal_haptic_input* input,
                                           pal_tool_result* results) PAL_NOEXCEPT;
 
