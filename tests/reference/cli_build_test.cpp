@@ -137,10 +137,10 @@ TEST(Build, SurveysSeveralContacts) {
 // A column four times as tall as it is thick bends: several contacts on it are better answered by the linear
 // model, and nothing else of the build would say so.
 TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
-  std::istringstream block(block_inp(3));
+  std::istringstream lines(block_inp(3));
   std::string column;
   bool is_node = true;
-  for (std::string line; std::getline(block, line); column += line + "\n") {
+  for (std::string line; std::getline(lines, line); column += line + "\n") {
     if (line.starts_with('*')) is_node = line.starts_with("*NODE");
     const size_t height = line.rfind(',') + 1;
     if (is_node && !line.starts_with('*'))
