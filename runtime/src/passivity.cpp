@@ -135,9 +135,8 @@ void begin_account(pal_session& session, const Wrench* models) {
   const bool is_or_was_unsettled = unsettled || passivity.was_unsettled;
   passivity.was_unsettled = unsettled;
   passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
-  // By the tools' motion alone: not by what answers it. What an inclusion brings to a jam, nobody knows.
-  if (!states.changed && !(is_or_was_unsettled && session.energy_brought > 0))
-    passivity.account += session.energy_brought;
+  // By the tools' motion alone: not by what answers it.
+  if (!states.changed) passivity.account += session.energy_brought;
   if (passivity.one_set) passivity.stored += session.energy_brought;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(session);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(session);

@@ -22,7 +22,8 @@
 // The forces of contacts that have not come to rest, or not got to where their tools are, are no gradient of W along
 // the tools' ways, and may rise many times on the way out. There `part` is cut at once to what E covers,
 //   part sum of -(F . dx + T . dtheta) <= E + work / 2,   F and T the models', work that of the last frame's forces,
-// which is twice what the frame takes by the rule above: the other half is for the next one, which may go as far.
+// but for the tolerance, which is twice what the frame takes by the rule above: the other half is for the next one,
+// which may go as far.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002, with the energy known instead of
 // observed where one model answers, and a factor on the force in place of a damper.
