@@ -15,6 +15,7 @@
 #include "runtime/src/polynomial_dd.hpp"
 #include "runtime/src/session_state.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_making.hpp"
 
 namespace palpate {
 namespace {

@@ -651,6 +651,24 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
   return strain;
 }
 
+uint32_t num_parts(const ZoneBatches& batches) {
+  return batches.num_patches > 0 ? 1 : batches.num_linear + batches.num_quadratic;
+}
+
+ZoneBatches part_of(const ZoneBatches& batches, uint32_t part) {
+  ZoneBatches some = batches;
+  if (some.num_patches > 0) return some;
+  const bool is_linear = part < some.num_linear;
+  if (is_linear) {
+    some.linear += part;
+  } else {
+    some.quadratic += part - some.num_linear;
+  }
+  some.num_linear = is_linear ? 1 : 0;
+  some.num_quadratic = is_linear ? 0 : 1;
+  return some;
+}
+
 uint64_t force_operations(const ZoneBatches& batches) {
   constexpr uint64_t kDyadic = 600;      // an element of four nodes
   constexpr uint64_t kQuadratic = 20;    // as many of those

@@ -67,6 +67,10 @@ void for_each_lanes(const ZoneBatches& batches, Work&& work) {
     work(batches.quadratic[n], batches.quadratic[n].elements.nodes.data());
 }
 
+// Forces and stiffness may be those of one part after the other: of a batch each or, where they share volumes, of all.
+uint32_t num_parts(const ZoneBatches& batches);
+ZoneBatches part_of(const ZoneBatches& batches, uint32_t part);
+
 // Makes of all points and patches what they are in the mesh, times ZoneLanes::stiffness.
 void scale_volumes(const ZoneBatches& batches);
 
@@ -123,8 +127,7 @@ uint64_t stiffness_operations(const ZoneBatches& batches);
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
-// Adds the tangent stiffness to the lower triangle of a column-major matrix. Where no volume is shared it may be made of
-// the stiffness of some batches after the other.
+// Adds the tangent stiffness to the lower triangle of a column-major matrix.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                         double* matrix, uint32_t stride);
 

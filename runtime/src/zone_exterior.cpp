@@ -237,21 +237,35 @@ uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts) {
   return num_contacts * pack.zone_columns + num_contacts * (num_contacts - 1) / 2 * pack.num_pair_fields;
 }
 
-void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group) {
+bool fit_loads(const pal_pack& pack, uint64_t operations, uint32_t begin, ZoneState& state, ZoneGroup& group,
+               uint64_t& spent) {
+  const ZoneSet& set = state.next;
   const uint32_t count = group.num_fitted;
   const size_t stride = group.boundary_stride;
   const uint32_t moving = 3 * group.num_boundary;
   double* tractions = group.loads_of_tractions;
   double* moves = group.loads_of_moves;
-  memset(tractions, 0, 2 * count * stride * sizeof *tractions);
-  if (moving == 0) return;
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)  // V
-    add_moves(pack, set.sites[group.contacts[slot]], set.nodes + first_boundary(group), group.num_boundary,
-              stride, tractions + 3 * slot * stride);
+  if (count == 0) return true;
+  for (; state.column < begin + group.num_contacts; ++state.column) {  // V
+    if (spent >= operations) return false;
+    const uint32_t slot = state.column - begin;
+    const uint32_t site = set.sites[group.contacts[slot]];
+    memset(tractions + 3 * slot * stride, 0, 3 * stride * sizeof *tractions);
+    add_moves(pack, site, set.nodes + first_boundary(group), group.num_boundary, stride,
+              tractions + 3 * slot * stride);
+    spent += kOfBlock * group.num_boundary * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
+  }
+  for (; state.column < begin + group.num_contacts + count; ++state.column) {
+    if (spent >= operations) return false;
+    const size_t row = (state.column - begin - group.num_contacts) * stride;
+    memset(moves + row, 0, stride * sizeof *moves);
+    if (moving > 0)
+      state.kernel.add_symmetric_product(group.whole, group.boundary_stride, tractions + row, moves + row);
+    spent += stride * stride;
+  }
+  if (moving == 0) return true;
   Gram gram;
   for (uint32_t i = 0; i < count; ++i) {
-    state.kernel.add_symmetric_product(group.whole, group.boundary_stride, tractions + i * stride,
-                                       moves + i * stride);
     for (uint32_t j = 0; j < count; ++j) {
       gram[i][j] = 0;
       for (uint32_t k = 0; k < moving; ++k) gram[i][j] += moves[i * stride + k] * tractions[j * stride + k];
@@ -280,6 +294,8 @@ void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set,
     for (double* rows : {tractions + row * stride, moves + row * stride})
       combine_rows(stiffness, moving, stride, rows);
   }
+  spent += uint64_t{3} * count * count * moving;
+  return true;
 }
 
 void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {

@@ -38,9 +38,10 @@ inline constexpr uint32_t kMostExteriorColumns =
 // Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known. Cost: 3 boundary_stride^2
-// multiply-adds a contact.
-void fit_loads(const pal_pack& pack, const ZoneState& state, const ZoneSet& set, ZoneGroup& group);
+// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known, for about so many multiply-adds in all
+// from ZoneState::column, first at `begin`, on. True when it has ended. Cost: 3 boundary_stride^2 a contact.
+bool fit_loads(const pal_pack& pack, uint64_t operations, uint32_t begin, ZoneState& state, ZoneGroup& group,
+               uint64_t& spent);
 
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
 // order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes

@@ -46,28 +46,40 @@ void carry_pressures(const ZoneSet& before, const ZoneGroup& group) {
   }
 }
 
-// The new set goes on where the one before has got to. `again`: it has begun there before; nodes that the linear organ
-// has placed stay, and so do tangents.
+// ZoneState::place_of of the set before, or none of them again.
+void mark_places(bool marked, ZoneState& state) {
+  const ZoneSet& before = state.answering;
+  for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i)
+    state.place_of[before.nodes[i]] = marked ? i + 1 : 0;
+}
+
+// A node of the new set where the one before has it, or else where the linear organ does; `again`: there it stays.
+// Multiply-adds.
+uint64_t place_node(const pal_pack& pack, bool again, uint32_t i, ZoneState& state) {
+  const ZoneSet& before = state.answering;
+  ZoneSet& set = state.next;
+  const uint32_t node = set.nodes[i];
+  const bool is_moved = before.ready && moving_axes(pack, set, i) != 0;
+  const uint32_t place = is_moved ? state.place_of[node] : 0;
+  if (again && place == 0) return 0;
+  double* to = set.displacement + size_t{3} * i;
+  const double* from =
+      place != 0 ? before.displacement + size_t{3} * (place - 1) : pack.zone_nodes[node].displacement;
+  memcpy(to, from, 3 * sizeof *to);
+  if (!is_moved || place != 0 || !state.strained) return kOfBlock;
+  double moved[3];
+  linear_displacement(pack, before, node, moved);
+  for (int axis = 0; axis < 3; ++axis) to[axis] += moved[axis];
+  uint64_t blocks = 1;
+  for (uint32_t g = 0; g < before.num_groups; ++g) blocks += before.groups[g].num_boundary;
+  return kOfBlock * blocks;
+}
+
+// The new set goes on where the one before has got to, once its nodes are placed. `again`: it has begun there before;
+// tangents stay.
 void begin_where(const pal_pack& pack, bool again, ZoneState& state) {
   const ZoneSet& before = state.answering;
   ZoneSet& set = state.next;
-  for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = i + 1;
-  for (uint32_t i = 0; i < set.num_nodes; ++i) {
-    const uint32_t node = set.nodes[i];
-    double* to = set.displacement + size_t{3} * i;
-    const uint32_t place = before.ready && moving_axes(pack, set, i) != 0 ? state.place_of[node] : 0;
-    if (again && place == 0) continue;
-    memcpy(to, pack.zone_nodes[node].displacement, 3 * sizeof *to);
-    if (!before.ready || moving_axes(pack, set, i) == 0) continue;
-    if (place != 0) {
-      memcpy(to, before.displacement + size_t{3} * (place - 1), 3 * sizeof *to);
-    } else {
-      double moved[3];
-      linear_displacement(pack, before, node, moved);
-      for (int axis = 0; axis < 3; ++axis) to[axis] += moved[axis];
-    }
-  }
-  for (uint32_t i = 0; i < before.num_nodes && before.ready; ++i) state.place_of[before.nodes[i]] = 0;
   // The exterior answers to the loads that were: those of contacts that stay, which stay turned as well. So does one
   // that slides.
   memset(set.loads, 0, size_t{3} * set.num_contacts * sizeof *set.loads);
@@ -146,14 +158,23 @@ void swap_zone_sets(ZoneState& state) {
 
 }  // namespace
 
-void place_next(const pal_pack& pack, ZoneState& state) {
+bool place_next(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {
+  mark_places(true, state);
+  for (; state.column < state.next.num_nodes && spent < operations; ++state.column)
+    spent += place_node(pack, false, state.column, state);
+  mark_places(false, state);
+  if (state.column < state.next.num_nodes) return false;
   begin_where(pack, false, state);
+  return true;
 }
 
 void let_next_answer(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.next;
   double before[kMostZoneAxes];
   memcpy(before, set.followed, set.num_axes * sizeof *before);
+  mark_places(true, state);
+  for (uint32_t i = 0; i < set.num_nodes; ++i) place_node(pack, true, i, state);
+  mark_places(false, state);
   begin_where(pack, true, state);
   const ZoneFrame frame = {pack, state, set, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {

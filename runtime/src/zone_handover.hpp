@@ -11,8 +11,9 @@
 
 namespace palpate {
 
-// Places the next set by what the one that answers has got to, for its first tangents.
-void place_next(const pal_pack& pack, ZoneState& state);
+// Places the next set by what the one that answers has got to, for its first tangents, node after node from
+// ZoneState::column on, for about so many multiply-adds in all. True when it has ended.
+bool place_next(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent);
 
 // The next set goes on from where that is by now, and answers; the one that did is next.
 void let_next_answer(const pal_pack& pack, ZoneState& state);

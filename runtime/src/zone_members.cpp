@@ -134,8 +134,11 @@ void forget_marks(ZoneState& state) {
   state.num_found_elements = 0;
 }
 
-// The contacts that share nodes, directly or through others, as bits: of each contact its group's.
-void find_groups(const ZoneState& state, uint32_t count, uint64_t groups[kMostZoneContacts]) {
+// Contacts that share nodes, directly or through others, are a group: all that it names is whose they are.
+void find_groups(ZoneState& state) {
+  ZoneSet& set = state.next;
+  const uint32_t count = set.num_contacts;
+  uint64_t groups[kMostZoneContacts];
   for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
     uint64_t contacts = state.node_contacts[state.found_nodes[i]];
@@ -146,6 +149,14 @@ void find_groups(const ZoneState& state, uint32_t count, uint64_t groups[kMostZo
     }
     for (uint32_t c = 0; c < count; ++c) {
       if ((joined >> c & 1) != 0) groups[c] = joined;
+    }
+  }
+  for (uint32_t c = 0; c < count; ++c) {
+    if ((groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
+    ZoneGroup& group = set.groups[set.num_groups++];
+    group = {};
+    for (uint32_t other = c; other < count; ++other) {
+      if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
     }
   }
 }
@@ -204,8 +215,8 @@ Role role_of(const pal_pack& pack, const ZoneState& state, const ZoneGroup& grou
 }
 
 // The group's nodes, role by role. False where that is more than fit: fixed ones are in every group.
-bool list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uint32_t& num_masters,
-                ZoneSet& set, ZoneGroup& group) {
+bool list_nodes(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup& group) {
+  ZoneSet& set = state.next;
   const auto is_in_group = [&](uint32_t i) {
     return (state.node_contacts[state.found_nodes[i]] & mask) != 0;
   };
@@ -242,9 +253,9 @@ bool list_nodes(const pal_pack& pack, const ZoneState& state, uint64_t mask, uin
     switch (roles[i]) {
       case kHeld:
         set.unknown_of[place] = kHeldUnknown;
-        set.first_master[place] = num_masters;
-        if (list_masters(pack, set, group, node, num_masters) > 1) set.flags |= PAL_FLAG_OVERLAPPING;
-        set.first_master[place + 1] = num_masters;
+        set.first_master[place] = state.masters_used;
+        if (list_masters(pack, set, group, node, state.masters_used) > 1) set.flags |= PAL_FLAG_OVERLAPPING;
+        set.first_master[place + 1] = state.masters_used;
         break;
       case kFixed:
         set.unknown_of[place] = kNoUnknown;
@@ -291,14 +302,13 @@ bool append_element(const pal_pack& pack, const pack::ZoneElement& element, uint
 }
 
 // The group's elements, in lanes.
-bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32_t& first_linear,
-                   uint32_t& first_quadratic, uint32_t& first_patch, ZoneGroup& group) {
+bool list_elements(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup& group) {
   ZoneSet& set = state.next;
   for (uint32_t i = 0; i < group.num_nodes; ++i)
     state.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
-  group.batches.linear = set.linear + first_linear;
-  group.batches.quadratic = set.quadratic + first_quadratic;
-  group.batches.patches = set.patches + first_patch;
+  group.batches.linear = set.linear + state.linear_used;
+  group.batches.quadratic = set.quadratic + state.quadratic_used;
+  group.batches.patches = set.patches + state.patches_used;
   uint32_t num_linear = 0;
   uint32_t num_quadratic = 0;
   bool sound = true;
@@ -319,9 +329,9 @@ bool list_elements(const pal_pack& pack, ZoneState& state, uint64_t mask, uint32
   for (uint32_t i = 0; i < group.num_nodes; ++i) state.place_of[set.nodes[group.first_node + i]] = 0;
   group.batches.num_linear = (num_linear + kLanes - 1) / kLanes;
   group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
-  first_linear += group.batches.num_linear;
-  first_quadratic += group.batches.num_quadratic;
-  first_patch += group.batches.num_patches;
+  state.linear_used += group.batches.num_linear;
+  state.quadratic_used += group.batches.num_quadratic;
+  state.patches_used += group.batches.num_patches;
   return sound;
 }
 
@@ -337,47 +347,67 @@ void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
   }
 }
 
-// With what is between near contacts, or without it.
-bool list_members(const pal_pack& pack, bool between, ZoneState& state) {
+bool list_group(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
+  uint64_t mask = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= uint64_t{1} << group.contacts[slot];
+  mask |= mask << kBetweenBits;
+  const bool fits = list_nodes(pack, mask, state, group);
+  state.boundary_used += group.num_boundary;
+  return fits && state.boundary_used <= state.max_boundary && list_elements(pack, mask, state, group);
+}
+
+// False where it is more than fits.
+bool list_some(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.next;
-  set.num_groups = set.num_nodes = 0;
+  const uint32_t step = state.column;
+  if (step < set.num_contacts) return mark_zone(pack, step, set.sites[step], state);
+  if (step == set.num_contacts) {
+    find_near(pack, state, set);
+    if (state.between && !mark_between(pack, state)) return false;
+    find_groups(state);
+    return mark_fixed(state);
+  }
+  const uint32_t index = step - set.num_contacts - 1;
+  return index < set.num_groups ? list_group(pack, state, set.groups[index])
+                                : list_rim(pack, index - set.num_groups, state);
+}
+
+// With what is between near contacts, or without it.
+void begin_listing(bool between, ZoneState& state) {
+  forget_marks(state);
+  state.between = between;
+  state.column = 0;
+  state.next.num_groups = state.next.num_nodes = 0;
+  state.masters_used = state.linear_used = state.quadratic_used = state.patches_used = state.boundary_used =
+      0;
   state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;
   state.rim_columns_used = state.rim_rows_used = 0;
-  uint64_t groups[kMostZoneContacts];
-  bool sound = true;
-  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) sound = mark_zone(pack, c, set.sites[c], state);
-  if (sound) find_near(pack, state, set);
-  if (sound && between) sound = mark_between(pack, state);
-  if (sound) find_groups(state, set.num_contacts, groups);
-  sound = sound && mark_fixed(state);
-  uint32_t num_masters = 0;
-  uint32_t first_linear = 0;
-  uint32_t first_quadratic = 0;
-  uint32_t first_patch = 0;
-  uint32_t num_boundary = 0;
-  for (uint32_t c = 0; c < set.num_contacts && sound; ++c) {
-    if ((groups[c] & (uint64_t{1} << c)) == 0 || (groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
-    ZoneGroup& group = set.groups[set.num_groups++];
-    group = {};
-    for (uint32_t other = c; other < set.num_contacts; ++other) {
-      if ((groups[c] >> other & 1) != 0) group.contacts[group.num_contacts++] = other;
-    }
-    const uint64_t mask = groups[c] | groups[c] << kBetweenBits;
-    sound = list_nodes(pack, state, mask, num_masters, set, group);
-    num_boundary += group.num_boundary;
-    sound = sound && num_boundary <= state.max_boundary &&
-            list_elements(pack, state, mask, first_linear, first_quadratic, first_patch, group);
-  }
-  for (uint32_t g = 0; g < set.num_groups && sound; ++g) sound = list_rim(pack, g, state);
-  forget_marks(state);
-  return sound;
 }
 
 }  // namespace
 
-bool find_zone_members(const pal_pack& pack, ZoneState& state) {
-  const bool between = pack.zone_between && state.next.num_fixed == 0;
-  return list_members(pack, between, state) || (between && list_members(pack, false, state));
+void begin_members(const pal_pack& pack, ZoneState& state) {
+  begin_listing(pack.zone_between && state.next.num_fixed == 0, state);
+}
+
+bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {
+  constexpr uint64_t kOfMember = 18000;
+  ZoneSet& set = state.next;
+  while (state.column < set.num_contacts + 1 + 2 * set.num_groups) {
+    if (spent >= operations) return false;
+    if (!list_some(pack, state)) {
+      if (!state.between) {
+        set.sound = false;
+        break;
+      }
+      begin_listing(false, state);
+      continue;
+    }
+    spent += kOfMember * (state.num_found_nodes / set.num_contacts + 1);
+    ++state.column;
+  }
+  forget_marks(state);
+  return true;
 }
 
 }  // namespace palpate

@@ -13,8 +13,12 @@
 
 namespace palpate {
 
-// Lists the groups of the next set, their nodes, masters, elements and rims, for the contacts that it names. False where
-// that is more than the pack has declared.
-bool find_zone_members(const pal_pack& pack, ZoneState& state);
+// Begins to list the groups of the next set, for the contacts that it names; what was begun before is forgotten.
+void begin_members(const pal_pack& pack, ZoneState& state);
+
+// Goes on with its groups, their nodes, masters, elements and rims, for about so many multiply-adds in all, from
+// ZoneState::column on: the zone of each contact, who shares one, the members of each group, its rim. True when it has
+// ended; the set is not sound then where that is more than the pack has declared.
+bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent);
 
 }  // namespace palpate

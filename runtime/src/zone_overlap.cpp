@@ -105,7 +105,7 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     const uint32_t site = set.sites[state.column];
     find_moves_of_loads(pack, site, set.nodes + group.first_node, group.num_nodes, of_axis,
                         state.moves + 3 * of_axis * state.column);  // U
-    spent += uint64_t{36} * group.num_nodes * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
+    spent += kOfBlock * group.num_nodes * (pack.patch_starts[site + 1] - pack.patch_starts[site]);
   }
   for (; state.column < set.num_contacts + 4 * columns; ++state.column) {
     if (spent >= operations) return false;
@@ -132,7 +132,7 @@ bool fill_overlaps(const pal_pack& pack, uint64_t operations, uint32_t first_row
     double factor = sign / (4 * a.step * b.step);
     if (contact == other) factor *= u == v ? -0.5 : -1;
     count_elements(some, contact, other, true);
-    spent += force_operations(some);
+    spent += 2 * force_operations(some);
     for (uint32_t i = 0; i < of_axis; ++i) {
       const uint32_t place = group.first_node + i / 3;
       const uint32_t axes = pack.zone_nodes[set.nodes[place]].free_axes;

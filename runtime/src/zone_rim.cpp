@@ -230,7 +230,7 @@ bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneG
     find_moves_of_loads(pack, set.sites[group.contacts[state.column]], set.rim_nodes + rim.first_node,
                         rim.num_nodes, rim.stride, per_load);
     for (uint32_t i = 0; i < 3 * rim.stride; ++i) set.sound = set.sound && isfinite(per_load[i]);
-    spent += uint64_t{36} * rim.num_nodes * pack.max_patch_nodes;
+    spent += kOfBlock * rim.num_nodes * pack.max_patch_nodes;
   }
   for (; state.column < group.num_contacts + rim.num_nodes; ++state.column) {
     if (spent >= operations) return false;
@@ -248,7 +248,7 @@ bool fill_rim(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneG
         rim.compliance[size_t{3 * b + entry % 3} * rim.stride + 3 * at + entry / 3] =
             static_cast<float>(block[entry]);
     }
-    spent += uint64_t{36} * group.num_boundary;
+    spent += kOfBlock * group.num_boundary;
   }
   return true;
 }

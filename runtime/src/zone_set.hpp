@@ -1,4 +1,4 @@
-// What a nonlinear zone is made of, for a set of contacts, and how it is made ready.
+// What a nonlinear zone is made of, for a set of contacts.
 //
 // A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken
 // to be linear about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
@@ -99,23 +99,25 @@ struct ZoneGroup {
   double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
   double* factor;  // [size rounded to columns][stride], eliminated
-  // [num_axes + num_fitted + 1][unknowns] d unknown / d axis, negative; d load / d force on an unknown; and the last
-  // Newton step
+  // [num_axes + num_fitted][unknowns] d unknown / d axis, negative; d load / d force on an unknown
   double* sensitivities;
+  double* step;  // [unknowns] Newton's last
   // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, and H; N instead of a contact alone
   double* brought;
   double* back;
   bool gives_way;  // to its own loads, nearly, so that N says nothing: D and H are zero
   bool has_tangent;
-  bool is_shifted;           // the stiffness was made positive definite
-  double moved;              // how far contacts and nodes have moved since it was begun
-  double left;               // of the residual, by its last step that was one
-  double* spare;             // the next one, as `factor`
+  bool is_shifted;  // the stiffness was made positive definite
+  double moved;     // how far contacts and nodes have moved since it was begun
+  double left;      // of the residual, by its last step that was one
+  double* spare;    // the next one, as `factor`
+  double* spare_sensitivities;
   size_t tangent_place;      // of either, in those of ZoneState
   bool is_making;            // it is not taken yet:
   uint32_t shift;            // attempts before
   uint32_t assembled;        // parts of it
   uint32_t column;           // eliminated before
+  uint32_t substituted;      // sensitivities
   double moved_since;        // it was begun
   double energy;             // of the elements, at the displacements that were evaluated last
   double stored;             // of the group and the organ outside, as it was concluded last
@@ -131,7 +133,7 @@ struct ZoneGroup {
   uint32_t at_own_root;
   uint32_t patience;
   bool was_beyond;
-  bool is_back;     // it was taken back to its balance or to rest, in the last solve
+  bool is_back;  // it was taken back to its balance or to rest, in the last solve
   // Where its contacts were to be when it began anew at rest because they were jammed or at another root, and how far from
   // there their way from rest has to pass for it to do so again; 0: they have got to where they were to be since.
   double given_up[kMostZoneAxes];
@@ -282,9 +284,30 @@ struct ZoneState {
   ZoneSet answering;
   ZoneSet next;
   // Making the next one ready
-  enum class Phase : uint32_t { collect, inverse, exterior, overlap, own, couple, rim, tangent, done } phase;
+  enum class Phase : uint32_t {
+    collect,
+    compliance,
+    inverse,
+    whole,
+    exterior,
+    stiffness,
+    overlap,
+    own,
+    condensed,
+    couple,
+    rim,
+    place,
+    tangent,
+    done
+  } phase;
   uint32_t group;
-  uint32_t column;
+  uint32_t column;  // or step of the phase
+  bool between;     // groups are to hold what is between near contacts
+  uint32_t masters_used;
+  uint32_t linear_used;
+  uint32_t quadratic_used;
+  uint32_t patches_used;
+  uint32_t boundary_used;
   // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it, behind those for each group whose
   // rim does, and behind those (kBetweenBits) for one of the contacts that it is between
   uint64_t* node_contacts;
@@ -343,10 +366,6 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
 // Whether a set is, or will be, for these contacts and fixed nodes.
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
 
-// Begins to make the next set, for 1 .. max_contacts contacts and at most max_fixed fixed nodes.
-void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
-                ZoneState& state);
-
 // ZoneSet::places, of the contacts of the set.
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
 
@@ -354,6 +373,9 @@ void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set
 inline bool is_near(const ZoneSet& set, uint32_t contact) {
   return (set.near >> contact & 1) != 0;
 }
+
+// Which of a set a contact is of; null where it has none.
+const ZoneGroup* group_of(const ZoneSet& set, uint32_t contact);
 
 // Whether no other contact shares a zone with this one.
 bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
@@ -363,11 +385,6 @@ Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 
 // From the point of a contact to a zone node at rest.
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
-
-// Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to,
-// and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6;
-// of num_overlaps() fill_overlaps(), and its columns in what is eliminated.
-bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
 // ZoneSet::balanced := where the group is, in balance.
 void keep_balance(ZoneSet& set, ZoneGroup& group);
@@ -380,5 +397,8 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
 
 // C_ij, 3 x 3 by rows, of zone nodes free along some axis.
 void zone_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
+
+// Multiply-adds that take as long: it comes from far away.
+inline constexpr uint64_t kOfBlock = 1300;
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
@@ -24,10 +25,6 @@ constexpr double kMostSettled = 10;  // |N| of one contact; more and the organ o
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
 constexpr uint64_t kLeastSlice = 20000;  // multiply-adds
-
-double* row_of(const ZoneGroup& group, uint32_t index) {
-  return group.sensitivities + size_t{index} * group.unknowns;
-}
 
 double product(const double* a, const double* b, uint32_t count) {
   double sums[4] = {};  // of which none waits for another
@@ -76,30 +73,8 @@ uint32_t num_column_parts(const ZoneGroup& group) {
   return (round_to_columns(group.size) + kColumnsOfPart - 1) / kColumnsOfPart;
 }
 
-uint32_t num_batches(const ZoneGroup& group) {
-  return group.batches.num_linear + group.batches.num_quadratic;
-}
-
-uint32_t num_element_parts(const ZoneGroup& group) {
-  return group.batches.num_patches > 0 ? 1 : num_batches(group);
-}
-
 uint32_t num_parts(const ZoneGroup& group) {
-  return num_column_parts(group) + num_element_parts(group) + group.num_contacts + 1;
-}
-
-ZoneBatches batches_of_part(const ZoneGroup& group, uint32_t part) {
-  ZoneBatches some = group.batches;
-  if (some.num_patches > 0) return some;
-  const bool is_linear = part < some.num_linear;
-  if (is_linear) {
-    some.linear += part;
-  } else {
-    some.quadratic += part - some.num_linear;
-  }
-  some.num_linear = is_linear ? 1 : 0;
-  some.num_quadratic = is_linear ? 0 : 1;
-  return some;
+  return num_column_parts(group) + num_parts(group.batches) + group.num_contacts + 1;
 }
 
 void begin_columns(const ZoneGroup& group, uint32_t part, double* matrix) {
@@ -148,13 +123,13 @@ uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
     return kOfEntry * kColumnsOfPart * size;
   }
   part -= num_column_parts(group);
-  if (part < num_element_parts(group)) {
+  if (part < num_parts(group.batches)) {
     const ZoneUnknowns unknowns = {frame.set.unknown_of, frame.set.first_master, frame.set.masters};
-    const ZoneBatches some = batches_of_part(group, part);
+    const ZoneBatches some = part_of(group.batches, part);
     add_zone_stiffness(some, frame.set.displacement, unknowns, matrix, group.stride);
     return stiffness_operations(some);
   }
-  part -= num_element_parts(group);
+  part -= num_parts(group.batches);
   if (part < group.num_contacts) {
     add_load_rows(frame, group, part, matrix);
     return load_row_operations(frame, group);
@@ -170,9 +145,32 @@ uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
          group.size;
 }
 
-// So much a frame that assembly and elimination end within kTangentFrames - 1 of them; taking it is one more.
+constexpr uint32_t kRowsAtOnce = 3;  // of sensitivities: each time all of the matrix is read
+
+// The next sensitivities of the eliminated ZoneGroup::spare. Multiply-adds that take as long.
+uint64_t substitute_rows(const ZoneFrame& frame, ZoneGroup& group) {
+  const uint32_t first = group.substituted;
+  const uint32_t count = std::min(kRowsAtOnce, num_sensitivities(group) - first);
+  double* rows = group.spare_sensitivities + size_t{first} * group.unknowns;
+  for (uint32_t column = 0; column < group.unknowns; ++column) {
+    const double* from = group.spare + size_t{column} * group.stride + group.unknowns + first;
+    for (uint32_t t = 0; t < count; ++t) rows[size_t{t} * group.unknowns + column] = from[t];
+  }
+  frame.state.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns, count);
+  group.substituted += count;
+  return uint64_t{count} * group.unknowns * group.unknowns;
+}
+
+// Rows that are left when it is taken.
+bool has_last_rows(const ZoneGroup& group) {
+  return group.substituted + kRowsAtOnce >= num_sensitivities(group);
+}
+
+// So much a frame that assembly, elimination and substitution but for the last rows end within kTangentFrames - 1 of them;
+// taking it is one more.
 uint64_t slice_of_tangent(const ZoneFrame& frame, const ZoneGroup& group) {
-  uint64_t all = assembly_operations(frame, group);
+  uint64_t all = assembly_operations(frame, group) +
+                 uint64_t{num_sensitivities(group) - kRowsAtOnce} * group.unknowns * group.unknowns;
   for (uint32_t column = 0; column < group.size; column += kEliminationColumns)
     all += elimination_operations(group.size, group.unknowns, column);
   return std::max(kLeastSlice, all / (kTangentFrames - 2));
@@ -279,15 +277,9 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
 // Group::spare, eliminated, becomes the tangent.
 bool take_tangent(ZoneFrame& frame, ZoneGroup& group) {
   if (!take_contacts(frame, group, group.spare)) return false;
-  double* made = group.spare;
-  group.spare = group.factor;
-  group.factor = made;
-  for (uint32_t column = 0; column < group.unknowns; ++column) {
-    const double* from = made + size_t{column} * group.stride + group.unknowns;
-    for (uint32_t t = 0; t < num_sensitivities(group); ++t) row_of(group, t)[column] = from[t];
-  }
-  frame.state.kernel.back_substitute(made, group.stride, group.unknowns, group.sensitivities, group.unknowns,
-                                     num_sensitivities(group));
+  substitute_rows(frame, group);
+  std::swap(group.factor, group.spare);
+  std::swap(group.sensitivities, group.spare_sensitivities);
   group.has_tangent = true;
   group.is_shifted = group.shift > 0;
   group.moved = group.moved_since;
@@ -299,6 +291,7 @@ void begin_tangent(ZoneGroup& group, uint32_t shift) {
   group.shift = shift;
   group.assembled = 0;
   group.column = 0;
+  group.substituted = 0;
   group.moved_since = 0;
 }
 
@@ -314,7 +307,11 @@ bool go_on_making(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint6
       is_positive = frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size,
                                                          group.unknowns, group.column);
     }
-    if (is_positive) return group.assembled == num_parts(group) && group.column >= group.size;
+    if (is_positive) {
+      if (group.assembled < num_parts(group) || group.column < group.size) return false;
+      while (spent < operations && !has_last_rows(group)) spent += substitute_rows(frame, group);
+      return has_last_rows(group);
+    }
     group.is_making = group.shift + 1 < kNumShifts;
     if (group.is_making) begin_tangent(group, group.shift + 1);
   }
@@ -376,7 +373,7 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
-  double* step = row_of(group, num_sensitivities(group));
+  double* step = group.step;
   memcpy(step, frame.state.residual, group.unknowns * sizeof *step);
   frame.state.kernel.forward_substitute(group.factor, group.stride, group.unknowns, step);
   frame.state.kernel.back_substitute(group.factor, group.stride, group.unknowns, step, group.unknowns, 1);
@@ -384,7 +381,7 @@ const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 const double* sensitivity(const ZoneGroup& group, uint32_t index) {
-  return row_of(group, index);
+  return group.sensitivities + size_t{index} * group.unknowns;
 }
 
 void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
@@ -392,7 +389,9 @@ void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
   const double* residual = frame.state.residual;
   const double* tractions = set.traction + size_t{3} * first_boundary(group);
   const uint32_t loads = 3 * group.num_contacts;
-  const auto behind = [&](uint32_t row) { return product(row_of(group, row), residual, group.unknowns); };
+  const auto behind = [&](uint32_t row) {
+    return product(sensitivity(group, row), residual, group.unknowns);
+  };
   double forces[kMostZoneAxes];
   for (uint32_t i = 0; i < group.num_axes; ++i) forces[i] = residual[group.unknowns + i] - behind(i);
   double change[3 * kMostZoneContacts] = {};

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <random>
 
 #include "runtime/src/session_state.hpp"
+#include "runtime/src/zone_making.hpp"
 #include "runtime/src/zone_tangent.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
@@ -190,6 +192,32 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
       EXPECT_NE(group.spare, nullptr);
       EXPECT_NE(group.factor, group.spare);
     }
+    EXPECT_TRUE(has_ended(settle(session, contacts)));
+  }
+}
+
+// A frame's share may be as small as it likes: each slice does a step, and no step is most of the work.
+TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
+  const ZoneBlock organ(2, kTissue);
+  OwnedSession session(organ.pack->get(), organ.config(4));
+  settle(session, on_circle({4}, 0));
+  ZoneState& zone = session.get()->zone;
+  const pal_pack& pack = *session.get()->pack;
+  for (const std::vector<uint32_t>& sites : kSets) {
+    SCOPED_TRACE(sites.size());
+    const std::vector<pal_contact> contacts = on_circle(sites, 0);
+    begin_zone(pack, contacts.data(), static_cast<uint32_t>(contacts.size()), {}, zone);
+    std::map<ZoneState::Phase, int> slices;
+    do {
+      ++slices[zone.phase];
+    } while (!advance_zone(pack, 1, zone));
+    const auto in = [&](ZoneState::Phase phase) { return slices[phase]; };
+    const auto groups = static_cast<int>(zone.answering.num_groups);
+    EXPECT_EQ(in(ZoneState::Phase::collect), static_cast<int>(sites.size()) + 1 + 2 * groups);
+    for (const auto phase : {ZoneState::Phase::compliance, ZoneState::Phase::inverse, ZoneState::Phase::whole,
+                             ZoneState::Phase::exterior, ZoneState::Phase::stiffness, ZoneState::Phase::own,
+                             ZoneState::Phase::condensed, ZoneState::Phase::place, ZoneState::Phase::tangent})
+      EXPECT_GT(in(phase), 10) << static_cast<int>(phase);
     EXPECT_TRUE(has_ended(settle(session, contacts)));
   }
 }
