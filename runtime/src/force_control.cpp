@@ -6,6 +6,7 @@
 
 #include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
+#include "runtime/src/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -14,6 +15,35 @@ constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
 constexpr double kControlled = 1e-5;
 constexpr double kLeastPart = 1e-6;     // of a pivot: below it the rounding of a tangent
 constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
+
+// forces := (A O A y)_a, y along the given axes: the forces of their groups, which move the patches of others.
+void add_of_others(const pal_pack& pack, const ZoneSet& set, const uint32_t* axes, uint32_t size,
+                   const double* y, double* forces) {
+  double brought[kMostAxes] = {};
+  double moves[kMostAxes] = {};
+  for (uint32_t i = 0; i < size; ++i) {
+    for (uint32_t at = 0; at < 3 * set.num_contacts; ++at) brought[at] += set.stiffness[at][axes[i]] * y[i];
+  }
+  for (uint32_t at = 0; at < set.num_contacts * set.num_contacts; ++at) {
+    const uint32_t contact = at / set.num_contacts;
+    const uint32_t other = at % set.num_contacts;
+    if (group_of(set, contact) == group_of(set, other)) continue;
+    const uint32_t begin = pack.patch_starts[set.sites[contact]];
+    const uint32_t end = pack.patch_starts[set.sites[contact] + 1];
+    for (uint32_t p = begin; p < end; ++p) {
+      double rows[9];
+      find_moves_of_loads(pack, set.sites[other], pack.patch_nodes + p, 1, 3, rows);
+      for (uint32_t k = 0; k < 9; ++k)
+        moves[3 * contact + k % 3] +=
+            rows[k] * brought[3 * other + k / 3] / (pack.zone_force_scale[set.sites[other]] * (end - begin));
+    }
+  }
+  for (uint32_t i = 0; i < size; ++i) {
+    forces[i] = 0;
+    for (uint32_t at = 0; at < 3 * set.num_contacts; ++at)
+      forces[i] += set.stiffness[axes[i]][at] * moves[at];
+  }
+}
 
 }  // namespace
 
@@ -47,6 +77,12 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   if (size == 0) return {true, 0};
   uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
   solve_given(K, size, step);
+  if (set.num_groups > 1) {
+    double of_others[kMostAxes];
+    add_of_others(pack, set, axes, size, step, of_others);
+    solve_given(K, size, of_others);
+    for (uint32_t i = 0; i < size; ++i) step[i] += of_others[i];
+  }
   double longest = 0;
   for (uint32_t i = 0; i < size; ++i) longest = std::max(longest, fabs(step[i]));
   if (longest <= kControlled * push) return {true, flags};

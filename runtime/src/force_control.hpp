@@ -3,6 +3,11 @@
 // Newton's method on those axes a, the zone having come to rest before each step:
 //
 //   d_a += K_aa^-1 (g_a - f_a(d))       g the forces given, K = df / dd the stiffness of all contacts
+//
+// What a tangent says of a group lets the others follow: A, by groups. With O, by which loads on the patches of one group move
+// those of another, K = (A^-1 + O)^-1 = A - A O A + .., and to first order in O, which is all of it where all axes are given,
+//
+//   K_aa^-1 = A_aa^-1 + A_aa^-1 (A O A)_aa A_aa^-1
 #pragma once
 
 #include <palpate/palpate.h>

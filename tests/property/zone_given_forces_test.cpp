@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
+#include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
 namespace {
@@ -54,6 +56,64 @@ TEST(GivenForcesOfAZone, AreBorne) {
     const auto by_displacement = settle(other, moved);
     for (size_t c = 0; c < 2; ++c)
       EXPECT_LE((vector(by_displacement[c].force) - vector(results[c].force)).norm(), 1e-3 * scale) << axes;
+  }
+}
+
+// Of contacts that have been moved, and then bear on these axes six tenths of what that took.
+void expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites,
+                  const std::vector<uint32_t>& axes, double tolerance_of_field) {
+  SCOPED_TRACE(testing::Message() << "axes " << axes[0] << " of " << sites.size() << " contacts");
+  const Eigen::Vector3d pushes[] = {{0.03, -0.02, -0.08}, {-0.02, 0.05, 0.04}, {0.04, 0.02, -0.03}};
+  std::vector<pal_contact> contacts;
+  for (size_t c = 0; c < sites.size(); ++c)
+    contacts.push_back({sites[c], {pushes[c][0], pushes[c][1], pushes[c][2]}, 0, {}, {}, {}});
+  OwnedSession session(organ.pack->get(), organ.config(3));
+  const auto moved = settle(session, contacts);
+  for (size_t c = 0; c < sites.size(); ++c) {
+    contacts[c].force_axes = axes[c];
+    for (int axis = 0; axis < 3; ++axis) contacts[c].force[axis] = 0.6 * moved[c].force[axis];
+  }
+  const auto results = settle(session, contacts);
+  const ZoneErrors errors = errors_where_it_is(organ, session, contacts, results);
+  EXPECT_LE(errors.field, tolerance_of_field);
+  EXPECT_LE(errors.force, 1e-11);
+  for (size_t c = 0; c < sites.size(); ++c) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((axes[c] >> axis & 1) == 0) continue;
+      EXPECT_NEAR(results[c].force[axis], contacts[c].force[axis], 1e-5 * largest_force(results));
+    }
+  }
+}
+
+TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveWhereItIsTheWholeOrgan) {
+  constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+  constexpr double kTolerance = field_tolerance(4e-7);
+  const ZoneBlock linear_elements(8, kTissue);
+  const ZoneBlock quadratic(8, kTissue, true, Eigen::Vector3d::Zero(), 2, 0.3);
+  for (const ZoneBlock* organ : {&linear_elements, &quadratic}) {
+    for (uint32_t axes = 1; axes <= 7; ++axes) {
+      expect_truth(*organ, {4}, {axes}, kTolerance);
+      expect_truth(*organ, {3, 4}, {axes, axes ^ 7U}, kTolerance);  // with nodes of both
+      expect_truth(*organ, {0, 8}, {axes, axes}, kTolerance);
+    }
+  }
+}
+
+TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveAtSmallStrain) {
+  constexpr LinearElastic kTissue = {1.0, 2.0};
+  constexpr double kTolerance = field_tolerance(2e-6);
+  const ZoneBlock wide(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
+  const ZoneBlock narrow(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  ASSERT_GT(std::min(wide.zone.most_boundary_nodes, narrow.zone.most_boundary_nodes), 0);
+  for (uint32_t axes = 1; axes <= 7; ++axes) {
+    expect_truth(wide, {12}, {axes}, kTolerance);
+    expect_truth(wide, {12, 13}, {axes, axes}, kTolerance);
+    // Zones of their own.
+    expect_truth(wide, {0, 24}, {axes, axes ^ 7U}, kTolerance);
+    expect_truth(narrow, {0, 24}, {axes, axes}, kTolerance);
+    // Near each other, and all of them: what one group does to the other is more than its own tangent expects.
+    expect_truth(wide, {0, 24}, {axes, axes}, kTolerance);
+    expect_truth(narrow, {0, 4, 22}, {axes, axes, axes}, kTolerance);
   }
 }
 

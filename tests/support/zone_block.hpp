@@ -153,11 +153,57 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
     std::vector<pal_contact> on_the_way = contacts;
     for (pal_contact& contact : on_the_way) {
       for (double& d : contact.displacement) d *= step / 10.0;
+      for (double& force : contact.force) force *= step / 10.0;
     }
     results = session.touch(on_the_way);
   }
   for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
   return results;
+}
+
+// Of the field as part of the longest displacement, and of forces as part of the largest.
+struct ZoneErrors {
+  double field = 0;
+  double force = 0;
+};
+
+// Beside the full solve at the displacements that the contacts of a session have come to, given or not.
+inline ZoneErrors errors_where_it_is(const ZoneBlock& organ, OwnedSession& session,
+                                     std::vector<pal_contact> contacts,
+                                     const std::vector<pal_contact_result>& results,
+                                     const std::vector<int>& fixed = {}) {
+  double push = 0;
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    EXPECT_EQ(results[c].model, PAL_MODEL_ZONE);
+    EXPECT_EQ(results[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const double moved = results[c].displacement[axis];
+      const bool is_given = (contacts[c].force_axes >> axis & 1) == 0;
+      EXPECT_NEAR(moved, is_given ? contacts[c].displacement[axis] : moved, 1e-12);
+      contacts[c].displacement[axis] = moved;
+    }
+    push = std::max(push, Eigen::Vector3d(results[c].displacement).norm());
+  }
+  const ContactAnswer truth = organ.solve(contacts, fixed);
+  ZoneErrors errors;
+  double largest = 0;
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    largest = std::max(largest, truth.forces[c].norm());
+    errors.force = std::max(errors.force, (Eigen::Vector3d(results[c].force) - truth.forces[c]).norm());
+  }
+  errors.field = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / push;
+  errors.force /= largest;
+  return errors;
+}
+
+// Of a session, as it numbers them.
+inline std::vector<uint32_t> contact_nodes_at(const ZoneBlock& organ, const std::vector<int>& nodes) {
+  std::vector<uint32_t> found;
+  for (uint32_t i = 0; i < organ.block.sites.contact_nodes.size(); ++i) {
+    const int node = organ.block.sites.model_node(static_cast<int>(i));
+    if (std::find(nodes.begin(), nodes.end(), node) != nodes.end()) found.push_back(i);
+  }
+  return found;
 }
 
 // Whether contacts are where they are to be, and in balance: of zones all of them say the same.
