@@ -77,6 +77,33 @@ TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   }
 }
 
+// While it moves and hardens, and the tool moves, too: nearly, and exactly once both hold still.
+TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
+  for (const bool quadratic : {false, true}) {
+    const ZoneBlock organ(8, kTissue, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
+    OwnedSession session(organ.pack->get(), organ.config(1));
+    for (int frame = 0; frame <= 120; ++frame) {
+      const double t = 0.05 * frame;
+      const pal_inclusion inclusion =
+          ball({0.5 + 0.3 * std::cos(t), 0.5, 0.75 + 0.1 * std::sin(t)}, 0.25, 1 + t);
+      const Vector3d d(0.05 * std::sin(2 * t), 0.02, -0.05 * (1 - std::cos(t)));
+      const std::vector<pal_contact> contacts = {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
+      include(session, inclusion);
+      const pal_contact_result moving = session.touch(contacts)[0];
+      EXPECT_EQ(moving.flags, 0U) << frame;
+      if (frame % 20 != 10) continue;
+      const ContactAnswer truth = solve_with(organ, inclusion, contacts);
+      EXPECT_LE(force_error(moving, truth), 1e-5) << frame;
+      pal_contact_result held = {};
+      for (int still = 0; still < PAL_ZONE_STIFFNESS_FRAMES; ++still) held = session.touch(contacts)[0];
+      EXPECT_LE(force_error(held, truth), 2e-12) << frame;
+      EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(),
+                field_tolerance(2e-7) * d.norm());
+      EXPECT_GE(force_error(held, organ.solve(contacts)), 0.01) << "it has to matter";
+    }
+  }
+}
+
 // Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt. README states these
 // errors.
 TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {

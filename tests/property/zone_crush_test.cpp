@@ -203,6 +203,36 @@ TEST(ZoneCrush, SmallStrainsKnowNoInversion) {
     EXPECT_LE((Eigen::Vector3d(held[c].force) - truth.forces[c]).norm(), 1e-5 * largest_force(held)) << c;
 }
 
+// Two and three neighbours that jump to anywhere within some edges, where the zone is the whole organ: whether they have
+// come to rest or not, no element is inside out.
+TEST(ZoneCrush, WhatIsShownIsUpright) {
+  constexpr StVenantKirchhoff kKnowsNoInversion = {1.0, 2.0};  // its energy there is finite
+  constexpr double kSinglePrecision = 0.9;
+  constexpr bool kSharesVolumes = true;
+  const Eigen::Vector3d no_gravity = Eigen::Vector3d::Zero();
+  TestRandom random(7);
+  for (const ZoneBlock& organ :
+       {ZoneBlock(8, kTissue), ZoneBlock(8, kKnowsNoInversion, false, no_gravity, 4, 0.1),
+        ZoneBlock(8, kStiffInVolume, false, no_gravity, 4, 0.1, false, kSharesVolumes),
+        ZoneBlock(8, kTissue, true, no_gravity, 2, 0.3)}) {
+    int on_the_way = 0;
+    for (const auto& sites : {std::vector<uint32_t>{4, 5}, {0, 4}, {0, 3, 4}, {5, 7, 8}}) {
+      OwnedSession session(organ.pack->get(), organ.config(3));
+      for (int jump = 0; jump < 12; ++jump) {
+        Goal goal(sites.size());
+        for (Eigen::Vector3d& d : goal) d = 1.5 * organ.block.sites.mean_surface_edge * random.vector();
+        for (int frame = 0; frame < 8; ++frame) {
+          on_the_way += has_ended(session.touch(contacts_at(sites, goal))) ? 0 : 1;
+          Eigen::VectorXd forces;
+          const ElementState state = organ.assembly.internal_force(as_vector(session.field()), forces);
+          EXPECT_GE(state.min_jacobian, kSinglePrecision * kLeastJacobian) << frame << " after jump " << jump;
+        }
+      }
+    }
+    EXPECT_GT(on_the_way, 100) << "else this test shows nothing";
+  }
+}
+
 // Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
 // begins anew from rest after a while.
 TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
