@@ -26,9 +26,16 @@ double dense_bytes(const ContactSites& sites) {
 
 constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
 constexpr double kMostZoneBytes = 192e6;
-constexpr int kUsualRings = 2;
 // Of survey targets from here on polynomials take more of everything.
 constexpr double kFineTarget = 1e-3;
+
+// As many as the target asks for: p95 of sets of contacts that go as far as an edge is up to 2.7 % with one ring, 0.4 with
+// two and 0.15 with three (bench/zones/ZONES.md).
+int rings_for(double target) {
+  constexpr double kCoarseTarget = 0.03;
+  if (target <= kFineTarget) return 3;
+  return target < kCoarseTarget ? 2 : 1;
+}
 
 // Solves of a site that its polynomial is fitted to, at the least.
 size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
@@ -64,6 +71,12 @@ double zone_frame_us(const ZoneTables& zone, int contacts) {
   return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
 }
 
+bool is_zone_wanted(const Model& model, const Scene& scene, const ContactSites& sites) {
+  const bool is_of_use = scene.max_contacts > 1 && scene.linear && !is_to_be_compressed(scene, sites) &&
+                         is_nonlinear(model) && !shares_linear_volumes(model);
+  return scene.zone.value_or(is_of_use);
+}
+
 }  // namespace
 
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
@@ -76,18 +89,15 @@ bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
 }
 
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
-  const bool is_compressed = is_to_be_compressed(scene, sites);
-  const bool is_wanted =
-      scene.zone.value_or(scene.max_contacts > 1 && scene.linear && !is_compressed && is_nonlinear(model));
-  if (!is_wanted || (shares_linear_volumes(model) && !scene.zone)) return std::nullopt;
-  if (is_compressed) {
+  if (!is_zone_wanted(model, scene, sites)) return std::nullopt;
+  if (is_to_be_compressed(scene, sites)) {
     throw std::runtime_error(
         scene.file.string() +
         ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
         "fewer sites, or remove models.zone = true");
   }
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
-  for (int rings = kUsualRings; rings > 0; --rings) {
+  for (int rings = rings_for(scene.accuracy_target); rings > 0; --rings) {
     // A ring is worth more than what is between near contacts, and that more than degrees outside of zones.
     for (const bool between : {true, false}) {
       ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
@@ -259,6 +269,12 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
             ? fmt::format("; more than {} contacts at once are answered by the linear model",
                           pack::kMostZoneContacts)
             : "");
+  } else if (is_zone_wanted(model, scene, sites)) {
+    fmt::print(
+        "zones      none: one ring would take more than [budget] frame_us = {:g} or {:.0f} MB; several "
+        "contacts "
+        "are answered by the linear model\n",
+        scene.frame_budget_us, kMostZoneBytes / 1e6);
   }
   // Of small meshes assembly, tangents and fits outweigh the factors.
   constexpr double kSecondsPerElement = 5e-6;

@@ -195,6 +195,29 @@ Timing time_several_between(const OpenedPack& opened, const std::vector<pal_cont
                      });
 }
 
+// Tools take hold where nothing is held and nothing ready: the frames in which their zones are made ready, a slice in each, and
+// the one that answers by them first.
+Timing time_slices(const OpenedPack& opened, std::uint32_t count, int frames) {
+  constexpr double kSlice = 40e-6;
+  TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, kSlice);
+  std::vector<std::uint32_t> sites = sites_apart(opened, count);
+  const std::vector<pal_pose> poses(count, {{0, 0, 0}, {1, 0, 0, 0}});
+  bool is_preparing = false;
+  const auto take_hold = [&] {
+    if (is_preparing) return;
+    for (std::uint32_t tool = 0; tool < count; ++tool) session.release(tool);
+    session.tools(poses);
+    for (std::uint32_t tool = 0; tool < count; ++tool) {
+      sites[tool] = (sites[tool] + 1) % opened.info().num_sites;
+      session.hold(sites[tool], tool);
+    }
+  };
+  return time_frames(
+      model_name(PAL_MODEL_ZONE),
+      fmt::format("{} new zone{}, {:.0f} us a frame", count, count > 1 ? "s" : "", 1e6 * kSlice), frames,
+      [&](int) { is_preparing = (session.tools(poses) & PAL_FLAG_PREPARING) != 0; }, take_hold);
+}
+
 }  // namespace
 
 void CacheEvictor::evict() {
@@ -331,6 +354,7 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
       }
       session.haptic(contacts);
     }));
+    timings.push_back(time_slices(opened, count, std::max(100, frames / 10)));
   }
   return timings;
 }

@@ -165,6 +165,31 @@ TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
   }
 }
 
+// Rings that the target asks for, as many of them as the budget lets; what is missed all the same is said.
+TEST(Build, ChoosesRingsFromTargetAndBudget) {
+  const auto build = [](double target, double frame_us) {
+    std::ostringstream scene;
+    scene << "[contact]\nsites = [50, 55, 62]\nmax_displacement = 0.1\nmax_contacts = "
+             "2\n[models]\npolynomial = false\n"
+          << "[accuracy]\ntarget = " << target << "\n[budget]\nframe_us = " << frame_us << "\n";
+    return SceneFiles(scene.str(), block_inp(3)).build().out;
+  };
+  const auto has = [](const std::string& text, const char* words) {
+    return text.find(words) != std::string::npos;
+  };
+  const char* missed = "nonlinear_zone misses the target";
+  const std::string coarse = build(0.1, 1e5);
+  EXPECT_TRUE(has(coarse, "zones      1 ring:")) << coarse;
+  EXPECT_FALSE(has(coarse, missed)) << coarse;
+  EXPECT_TRUE(has(build(0.01, 1e5), "zones      2 rings:"));
+  EXPECT_TRUE(has(build(0.001, 1e5), "zones      3 rings:"));
+  const std::string narrow = build(0.001, 20);
+  EXPECT_TRUE(has(narrow, "zones      1 ring:")) << narrow;
+  EXPECT_TRUE(has(narrow, missed)) << narrow;
+  const std::string none = build(0.01, 1);
+  EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1 ")) << none;
+}
+
 TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
   const SceneFiles files;
   const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",
