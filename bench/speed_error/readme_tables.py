@@ -7,10 +7,13 @@ DIR: what `palpate report -o DIR` wrote; LINKED: where README finds the copy of 
 """
 import csv
 import pathlib
+import re
 import sys
 
 # Whose rows are other settings where the pack does not carry them.
-SETTINGS = {"polynomial_dd", "nonlinear_zone", "moved polynomial"}
+SETTINGS = {"polynomial_dd", "nonlinear_zone"}
+MOVING_PARTS = (0.5, 1.0)
+MOVING = re.compile(r"nonlinear_zone, (\d) rings?, (\d) iterations? a frame")
 
 
 def number(cell):
@@ -71,6 +74,24 @@ def table(rows, contacts, by_strain):
     return "\n".join(lines)
 
 
+def moving_zones(rows, contacts, parts):
+    """Rings down, iterations a frame across: the largest displacement error at these parts of the reach, and the frame there."""
+    cells = {}
+    for row in rows:
+        match = MOVING.fullmatch(row["method"])
+        if match and int(row["contacts"]) == contacts and float(row["part_of_max"]) in parts:
+            cell = f"{percent(row['displacement_max'])} % {number(row['haptic_median_us'])} µs"
+            cells.setdefault((int(match[1]), int(match[2])), []).append(cell)
+    if not cells:
+        return ""
+    iterations = sorted({cell[1] for cell in cells})
+    lines = ["| rings | " + " | ".join(f"{i} iteration{'s' if i > 1 else ''}" for i in iterations) + " |",
+             "|--:" * (len(iterations) + 1) + "|"]
+    for rings in sorted({cell[0] for cell in cells}):
+        lines.append(f"| {rings} | " + " | ".join("; ".join(cells.get((rings, i), [])) for i in iterations) + " |")
+    return "\n".join(lines)
+
+
 def main():
     folder, linked = pathlib.Path(sys.argv[1]), sys.argv[2]
     with (folder / "about.csv").open(newline="") as file:
@@ -92,6 +113,9 @@ def main():
             text += f"\n{title}, {count}:\n\n{table(rows, contacts, by_strain)}\n"
             if any(row["method"].startswith("Bullet") and int(row["contacts"]) == contacts for row in rows):
                 text += "\nBullet is asked the first few of these pushes; its law is its own, of the same moduli at small strain.\n"
+            moving = moving_zones(rows, contacts, MOVING_PARTS)
+            if moving and organ == "brain":
+                text += f"\nIts zones as they move, by rings and Newton iterations a frame, at half and at all of its reach:\n\n{moving}\n"
             picture = f"{organ}_{'speed_error' if contacts == 1 else 'several'}.svg"
             if organ == "brain":
                 text += f"\n![speed against error, {count}]({linked}/plots/{picture})\n"

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+
 #include "tests/hard/hard_bodies.hpp"
 
 namespace palpate::hard {
@@ -83,6 +85,40 @@ std::vector<Answer> swipe(const Organ& organ, const Eigen::Vector3d& from, const
     answers.push_back(worst_of(frames, {0.02, 0.02}).front());
     answers.back().happened +=
         fmt::format("; the force changes by up to {:.2g} % a frame", 100 * largest_jump);
+  }
+  return answers;
+}
+
+std::vector<Answer> drag(const Organ& organ, std::uint32_t site, const std::vector<Eigen::Vector3d>& way,
+                         double step) {
+  std::vector<Eigen::Vector3d> frames;
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& to : way) {
+    const int count = static_cast<int>(std::ceil((to - from).norm() / (step * organ.edge())));
+    for (int i = 1; i <= count; ++i) frames.emplace_back(from + (to - from) * i / count);
+    from = to;
+  }
+  constexpr size_t kCompared = 10;
+  std::vector<size_t> compared;
+  std::vector<Truth> truths;
+  for (size_t i = 1; i <= kCompared; ++i) {
+    compared.push_back(i * frames.size() / kCompared - 1);
+    truths.push_back(organ.solve({push(site, frames[compared.back()])}));
+  }
+  std::vector<Answer> answers;
+  for (const pal_model model : models_for_one(organ)) {
+    ModelUnitSession session(organ.opened(), model, 1, 0);
+    std::vector<std::vector<Answer>> seen;
+    size_t next = 0;
+    for (size_t frame = 0; frame < frames.size(); ++frame) {
+      const std::vector<pal_contact> contacts = {push(site, frames[frame])};
+      const auto results = session.contact_frame(contacts);
+      if (frame != compared[next]) continue;
+      seen.push_back(
+          {organ.compare(asked_of(model), contacts, results, session.visual_frame(), truths[next])});
+      ++next;
+    }
+    answers.push_back(worst_of(seen, {0.02, 0.02}).front());
   }
   return answers;
 }

@@ -25,4 +25,9 @@ std::vector<Answer> not_finite(const Organ& organ, std::uint32_t site, double co
 std::vector<Answer> swipe(const Organ& organ, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                           const Eigen::Vector3d& d);
 
+// Along the way from rest through these displacements in steps of so many edges, one frame a step; every tenth part of it beside
+// the full solve there, as it comes. Of each model the worst frame.
+std::vector<Answer> drag(const Organ& organ, std::uint32_t site, const std::vector<Eigen::Vector3d>& way,
+                         double step);
+
 }  // namespace palpate::hard

@@ -2,6 +2,8 @@
 // none, swipes from site to site.
 #include <fmt/core.h>
 
+#include <cmath>
+#include <filesystem>
 #include <random>
 
 #include "tests/hard/hard_bodies.hpp"
@@ -19,6 +21,57 @@ const Organ& organ() {
     spec.zone_rings = 2;
     return spec;
   });
+}
+
+// To twice as far.
+const Organ& deep() {
+  return shared_organ("deep", [] {
+    OrganSpec spec = touched(unit_block(4), 2 * kMost, 0.26);
+    spec.zone_rings = 2;
+    return spec;
+  });
+}
+
+// In by so many edges, then to one side and to the other as far as the scene lets.
+std::vector<Eigen::Vector3d> in_and_aside(const Organ& organ, std::uint32_t site, double edges) {
+  const Eigen::Vector3d inward = organ.sites().sites[site].inward;
+  const Eigen::Vector3d in = edges * organ.edge() * inward;
+  const double most = 0.999 * organ.scene().max_displacement;
+  const Eigen::Vector3d aside = std::sqrt(most * most - in.squaredNorm()) * inward.unitOrthogonal();
+  return {in, in + aside, in - aside};
+}
+
+// Four sites of the shipped brain, zones of two rings, to two edges.
+Organ brain_to_two_edges() {
+  LoadedScene loaded =
+      read_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "brain" / "brain_zone.toml");
+  std::vector<int> sites;
+  for (size_t i = 0; i < loaded.scene.sites.size(); i += loaded.scene.sites.size() / 4)
+    sites.push_back(loaded.scene.sites[i]);
+  loaded.scene.sites = sites;
+  loaded.scene.max_displacement *= 2;
+  loaded.scene.max_contacts = 1;
+  return {loaded.model, loaded.scene};
+}
+
+std::vector<Answer> dragged_on_the_brain(double edges, double step) {
+  const Organ organ = brain_to_two_edges();
+  std::vector<std::vector<Answer>> sets;
+  for (std::uint32_t site = 0; site < organ.num_sites(); ++site)
+    sets.push_back(drag(organ, site, in_and_aside(organ, site, edges), step));
+  return worst_of(sets, {0.02, 0.02});
+}
+
+// In, out and aside by four edges.
+std::vector<Answer> four_edges_on_the_brain() {
+  const Organ organ = brain_to_two_edges();
+  std::vector<std::vector<Answer>> sets;
+  for (std::uint32_t site = 0; site < organ.num_sites(); ++site) {
+    const Eigen::Vector3d inward = organ.sites().sites[site].inward;
+    for (const Eigen::Vector3d& along : {inward, Eigen::Vector3d(-inward), inward.unitOrthogonal()})
+      sets.push_back(ask_all(organ, {push(site, 4 * organ.edge() * along)}));
+  }
+  return worst_of(sets, {0.02, 0.02});
 }
 
 std::uint32_t middle() {
@@ -162,6 +215,29 @@ Group session_cases() {
   add("swipe", "a swipe over sites and between them", bar, Expected::answer, [] {
     return swipe(organ(), {0.26, 0.3, 1}, {0.74, 0.65, 1}, {0, 0, -0.5 * kMost});
   });
+  for (const double step : {0.01, 0.1}) {
+    group.cases.push_back(
+        {"session", fmt::format("dragged_{:02.0f}", 100 * step),
+         fmt::format("pressed in by nine tenths of an edge and dragged aside, {:g} edges a frame", step), bar,
+         Expected::answer, "", [step] {
+           const std::uint32_t site = deep().site_near({0.5, 0.5, 1});
+           return drag(deep(), site, in_and_aside(deep(), site, 0.9), step);
+         }});
+    for (const double edges : {1.0, 1.8}) {
+      group.cases.push_back(
+          {"session", fmt::format("brain_dragged_{:02.0f}_{:02.0f}", 10 * edges, 100 * step),
+           fmt::format(
+               "the brain, two rings, to two edges: pressed in by {:g} edges and dragged aside, {:g} edges "
+               "a frame",
+               edges, step),
+           bar, Expected::answer, "", [=] { return dragged_on_the_brain(edges, step); }, true});
+    }
+  }
+  group.cases.push_back(
+      {"session", "brain_four_edges", "the brain, two rings, to two edges: in, out and aside by four", bar,
+       Expected::limit,
+       "twice as far as the domain; what was not surveyed is continued, and how wrong that is, is not known",
+       [] { return four_edges_on_the_brain(); }, true});
   return group;
 }
 
