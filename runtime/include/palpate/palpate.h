@@ -319,9 +319,9 @@ typedef struct pal_session_config {
   double max_torque_rate; /* N m/s */
   /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between
    * sites (pal_contact), or another nonlinear zone, or both, one after the other. A haptic frame spends this time
-   * on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a zone: what listing its
-   * nodes or assembling its elements once takes, and m^3 / 6, m = 3 x its nodes, where it is pushed so far in a
-   * frame that its tangent no longer does); until it is ready, over as many frames as that takes, the contacts of
+   * on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a zone: a step of
+   * making it, of 4 m^2, m = 3 x its nodes, what listing the nodes of a contact takes or, where they share volumes,
+   * assembling its elements once; and m^3 / 6 where it is pushed so far in a frame that its tangent no longer does); until it is ready, over as many frames as that takes, the contacts of
    * before answer (those let go stay where they were), and tools are PAL_FLAG_PREPARING. What was begun is finished
    * first, so that contacts which change all the time are answered too. Contact frames for contacts of their own
    * take its place. 0: it is made ready at once, however long that takes. */
