@@ -32,9 +32,10 @@ constexpr double kFineTarget = 1e-3;
 // As many as the target asks for: p95 of sets of contacts that go as far as an edge is up to 2.7 % with one ring, 0.4 with
 // two and 0.15 with three (bench/zones/ZONES.md).
 int rings_for(double target) {
-  constexpr double kCoarseTarget = 0.03;
-  if (target <= kFineTarget) return 3;
-  return target < kCoarseTarget ? 2 : 1;
+  constexpr double kOfOneRing = 0.03;
+  constexpr double kOfTwo = 0.004;
+  if (target >= kOfOneRing) return 1;
+  return target >= kOfTwo ? 2 : 3;
 }
 
 // Solves of a site that its polynomial is fitted to, at the least.

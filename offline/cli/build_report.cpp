@@ -208,11 +208,15 @@ void print_text(const BuildResult& result) {
   fmt::print("\n{}\n", survey_text(surveys));
   if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("{}\n", sets);
   if (const std::string kinds = sets_off_target(result); !kinds.empty()) {
-    fmt::print(
-        "Of several contacts nonlinear_zone misses the target of {:.3g} %, p95: {}. More rings bring it "
-        "nearer and take\n"
-        "longer frames: zone = true and zone_rings = {} below [models].\n\n",
-        100 * scene.accuracy_target, kinds, result.content.zone->rings + 1);
+    const int rings = result.content.zone->rings;
+    fmt::print("Of several contacts nonlinear_zone misses the target of {:.3g} %, p95: {}.\n",
+               100 * scene.accuracy_target, kinds);
+    if (rings < static_cast<int>(pack::kMostZoneRings))
+      fmt::print(
+          "More rings bring it nearer and take longer frames: zone = true and zone_rings = {} below "
+          "[models].\n",
+          rings + 1);
+    fmt::print("\n");
   }
 }
 

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// With memory of its own, and as many tools as contacts. `zone_rings`: 0: all that the pack carries; `zone_iterations`: 0: the
+// With memory of its own, of one tool. `zone_rings`: 0: all that the pack carries; `zone_iterations`: 0: the
 // runtime's default; `budget_seconds`: 0: what contacts that change need is made ready at once.
 class TimedSession {
  public:
@@ -62,7 +62,7 @@ class TimedSession {
     config.zone_iterations = zone_iterations;
     config.model = model;
     config.max_contacts = max_contacts;
-    config.max_tools = max_contacts;
+    config.max_tools = budget_seconds > 0 ? max_contacts : 1;
     config.budget_seconds = budget_seconds;
     config.clock = [](void*) {
       return static_cast<std::uint64_t>(

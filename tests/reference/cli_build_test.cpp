@@ -190,6 +190,16 @@ TEST(Build, ChoosesRingsFromTargetAndBudget) {
   EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1 ")) << none;
 }
 
+// More contacts at once than tools there may be.
+TEST(Build, TakesManyContacts) {
+  const ProgramRun run = SceneFiles(
+                             "[contact]\nsites = \"surface\"\nmax_displacement = 0.02\nmax_contacts = "
+                             "20\n[models]\npolynomial = false\n",
+                             block_inp(3))
+                             .build();
+  EXPECT_EQ(run.exit_code, 0) << run.error;
+}
+
 TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
   const SceneFiles files;
   const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",
