@@ -6,7 +6,6 @@
 
 #include "runtime/src/given_factor.hpp"
 #include "runtime/src/pack_view.hpp"
-#include "runtime/src/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -16,33 +15,17 @@ constexpr double kControlled = 1e-5;
 constexpr double kLeastPart = 1e-6;     // of a pivot: below it the rounding of a tangent
 constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
 
-// forces := (A O A y)_a, y along the given axes: the forces of their groups, which move the patches of others.
-void add_of_others(const pal_pack& pack, const ZoneSet& set, const uint32_t* axes, uint32_t size,
-                   const double* y, double* forces) {
-  double brought[kMostAxes] = {};
-  double moves[kMostAxes] = {};
-  for (uint32_t i = 0; i < size; ++i) {
-    for (uint32_t at = 0; at < 3 * set.num_contacts; ++at) brought[at] += set.stiffness[at][axes[i]] * y[i];
+void multiply(const double (*matrix)[kMostZoneAxes], uint32_t count, const double* x, double* product) {
+  for (uint32_t i = 0; i < count; ++i) {
+    product[i] = 0;
+    for (uint32_t j = 0; j < count; ++j) product[i] += matrix[i][j] * x[j];
   }
-  for (uint32_t at = 0; at < set.num_contacts * set.num_contacts; ++at) {
-    const uint32_t contact = at / set.num_contacts;
-    const uint32_t other = at % set.num_contacts;
-    if (group_of(set, contact) == group_of(set, other)) continue;
-    const uint32_t begin = pack.patch_starts[set.sites[contact]];
-    const uint32_t end = pack.patch_starts[set.sites[contact] + 1];
-    for (uint32_t p = begin; p < end; ++p) {
-      double rows[9];
-      find_moves_of_loads(pack, set.sites[other], pack.patch_nodes + p, 1, 3, rows);
-      for (uint32_t k = 0; k < 9; ++k)
-        moves[3 * contact + k % 3] +=
-            rows[k] * brought[3 * other + k / 3] / (pack.zone_force_scale[set.sites[other]] * (end - begin));
-    }
-  }
-  for (uint32_t i = 0; i < size; ++i) {
-    forces[i] = 0;
-    for (uint32_t at = 0; at < 3 * set.num_contacts; ++at)
-      forces[i] += set.stiffness[axes[i]][at] * moves[at];
-  }
+}
+
+double largest_of(const double* numbers, uint32_t count) {
+  double largest = 0;
+  for (uint32_t i = 0; i < count; ++i) largest = std::max(largest, fabs(numbers[i]));
+  return largest;
 }
 
 }  // namespace
@@ -77,21 +60,29 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   if (size == 0) return {true, 0};
   uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
   solve_given(K, size, step);
-  if (set.num_groups > 1) {
-    double of_others[kMostAxes];
-    add_of_others(pack, set, axes, size, step, of_others);
-    solve_given(K, size, of_others);
-    for (uint32_t i = 0; i < size; ++i) step[i] += of_others[i];
+  if (set.num_groups > 1 && set.num_fixed == 0) {
+    const uint32_t count = 3 * set.num_contacts;
+    double moves[kMostAxes] = {};
+    double forces[kMostAxes];
+    for (uint32_t i = 0; i < size; ++i) moves[axes[i]] = step[i];
+    multiply(set.stiffness, count, moves, forces);
+    multiply(set.others, count, forces, moves);
+    multiply(set.stiffness, count, moves, forces);
+    for (uint32_t i = 0; i < size; ++i) forces[i] = forces[axes[i]];
+    solve_given(K, size, forces);
+    // More of it is no first order.
+    const double most = std::max(largest_of(step, size), largest_of(forces, size));
+    const double less = most > 0 ? largest_of(step, size) / most : 0;
+    for (uint32_t i = 0; i < size; ++i) step[i] += less * forces[i];
   }
-  double longest = 0;
-  for (uint32_t i = 0; i < size; ++i) longest = std::max(longest, fabs(step[i]));
+  const double longest = largest_of(step, size);
   if (longest <= kControlled * push) return {true, flags};
   const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;
-  const double most = kMostGiven * pack.max_displacement;
+  const double limit = kMostGiven * pack.max_displacement;
   for (uint32_t i = 0; i < size; ++i) {
     const double wanted = set.followed[axes[i]] + part * step[i];
-    displacements[axes[i]] = std::min(most, std::max(-most, wanted));
-    if (!(fabs(wanted) <= most)) flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+    displacements[axes[i]] = std::min(limit, std::max(-limit, wanted));
+    if (!(fabs(wanted) <= limit)) flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
   }
   return {false, flags};
 }

@@ -4,10 +4,13 @@
 //
 //   d_a += K_aa^-1 (g_a - f_a(d))       g the forces given, K = df / dd the stiffness of all contacts
 //
-// What a tangent says of a group lets the others follow: A, by groups. With O, by which loads on the patches of one group move
-// those of another, K = (A^-1 + O)^-1 = A - A O A + .., and to first order in O, which is all of it where all axes are given,
+// What a tangent says of a group, A, is of forces on the others that stay. With O, how far a force on the patch of a contact
+// moves the nodes of a patch in another group in the mean, K = (A^-1 + O)^-1 = A - A O A + .., and to first order in O, which
+// is all of it where all axes are given,
 //
 //   K_aa^-1 = A_aa^-1 + A_aa^-1 (A O A)_aa A_aa^-1
+//
+// where no nodes are fixed while running: O is of the organ without them.
 #pragma once
 
 #include <palpate/palpate.h>

@@ -13,14 +13,7 @@
 // What that counts twice zone_overlap.hpp takes out, to second order. Units of the model.
 //
 // A load is in units of the site's force_scale. That of a contact alone in its zone is its force, of which the series
-// are made. Neighbours that pull against each other bear many times what each does alone, and all but a little of it
-// never leaves the zone. What leaves are the tractions t of the group's boundary, which move the linear organ there
-// by C_BB t. With V the columns by which it moves as each patch does, and K_P the stiffness of each alone,
-//
-//   x = Gamma t,   Gamma = K_P (V^T T V + L)^-1 V^T / force_scale,   T = C_BB^-1
-//
-// are the forces at the patches whose field is nearest to that one, in the linear organ's energy; L holds loads
-// together that the boundary hardly tells apart.
+// are made; those of neighbours zone_loads.hpp finds.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -38,11 +31,6 @@ inline constexpr uint32_t kMostExteriorColumns =
 // Of so many contacts: the columns of each follow one another, then those of pairs c > d, at lower_block(c - 1, d).
 uint32_t num_exterior_columns(const pal_pack& pack, uint32_t num_contacts);
 
-// ZoneGroup::loads_of_tractions and loads_of_moves of the next set, once T is known, for about so many multiply-adds in all
-// from ZoneState::column, first at `begin`, on. True when it has ended. Cost: 3 boundary_stride^2 a contact.
-bool fit_loads(const pal_pack& pack, uint64_t operations, uint32_t begin, ZoneState& state, ZoneGroup& group,
-               uint64_t& spent);
-
 // ZoneSet::weights := their weights at the loads of the set, as far as these count: to the length of 2 each, to second
 // order of near contacts (ZoneSet::near), to that of pairs of others that share a zone, and not at all with nodes
 // fixed while running.
@@ -50,21 +38,6 @@ void weigh_exterior(const pal_pack& pack, const ZoneState& state, ZoneSet& set);
 
 // The load of a contact as it counts: no longer than 2, and zero with nodes fixed. Whether it is shortened.
 bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]);
-
-// Adds to rows[3][stride] how the linear organ moves these nodes, [count][3], as it moves a patch alone by 1 along
-// each axis. Cost: as many blocks of the compliance as the patch has nodes, times count.
-void add_moves(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count, size_t stride,
-               double* rows);
-
-// rows[3][stride] := the same of a load of 1 along each axis.
-void find_moves_of_loads(const pal_pack& pack, uint32_t site, const uint32_t* nodes, uint32_t count,
-                         size_t stride, double* rows);
-
-// Makes of rows[3][stride], count of each, their products with factors[3][3].
-void combine_rows(const double factors[9], uint32_t count, size_t stride, double* rows);
-
-// How far, and where to, a load of 1 along each axis moves the patch in the linear organ: row-major, length unit.
-void displacement_of_load(const pal_pack& pack, uint32_t site, double per_load[9]);
 
 // Whether the load of a contact is more than the series was made for. What is of second order, as part of a push,
 // goes as x^2 / d: more of it than the scene's largest displacement D makes of the contact alone, where x is about

@@ -8,8 +8,9 @@
 namespace palpate {
 namespace {
 
-// Where the linear organ has moved a node to under the tractions of a set, from rest.
-void linear_displacement(const pal_pack& pack, const ZoneSet& from, uint32_t node, double out[3]) {
+// Where the linear organ had moved a node to, from rest, under the tractions of the set that answers, as placing began.
+void linear_displacement(const pal_pack& pack, const ZoneState& state, uint32_t node, double out[3]) {
+  const ZoneSet& from = state.answering;
   for (int i = 0; i < 3; ++i) out[i] = 0;
   for (uint32_t g = 0; g < from.num_groups; ++g) {
     const ZoneGroup& group = from.groups[g];
@@ -17,7 +18,7 @@ void linear_displacement(const pal_pack& pack, const ZoneSet& from, uint32_t nod
     for (uint32_t b = first; b < first + group.num_boundary; ++b) {
       double block[9];
       zone_compliance(pack, node, from.nodes[b], block);
-      const double* t = from.traction + size_t{3} * b;
+      const double* t = state.tractions_before + size_t{3} * b;
       for (int i = 0; i < 3; ++i)
         out[i] += block[3 * i] * t[0] + block[3 * i + 1] * t[1] + block[3 * i + 2] * t[2];
     }
@@ -66,9 +67,9 @@ uint64_t place_node(const pal_pack& pack, bool again, uint32_t i, ZoneState& sta
   const double* from =
       place != 0 ? before.displacement + size_t{3} * (place - 1) : pack.zone_nodes[node].displacement;
   memcpy(to, from, 3 * sizeof *to);
-  if (!is_moved || place != 0 || !state.strained) return kOfBlock;
+  if (!is_moved || place != 0 || !state.is_before_strained) return kOfBlock;
   double moved[3];
-  linear_displacement(pack, before, node, moved);
+  linear_displacement(pack, state, node, moved);
   for (int axis = 0; axis < 3; ++axis) to[axis] += moved[axis];
   uint64_t blocks = 1;
   for (uint32_t g = 0; g < before.num_groups; ++g) blocks += before.groups[g].num_boundary;
@@ -159,12 +160,19 @@ void swap_zone_sets(ZoneState& state) {
 }  // namespace
 
 bool place_next(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {
+  const ZoneSet& before = state.answering;
+  if (state.column == 0) {
+    state.is_before_strained = state.strained;
+    memcpy(state.tractions_before, before.traction, size_t{3} * before.num_nodes * sizeof(double));
+  }
   mark_places(true, state);
   for (; state.column < state.next.num_nodes && spent < operations; ++state.column)
     spent += place_node(pack, false, state.column, state);
   mark_places(false, state);
   if (state.column < state.next.num_nodes) return false;
   begin_where(pack, false, state);
+  for (uint32_t g = 0; g < state.next.num_groups; ++g)
+    spent += force_operations(state.next.groups[g].batches);
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "runtime/src/zone_making.hpp"
 
+#include <math.h>
 #include <string.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
 #include "runtime/src/zone_handover.hpp"
+#include "runtime/src/zone_loads.hpp"
 #include "runtime/src/zone_members.hpp"
 #include "runtime/src/zone_overlap.hpp"
 #include "runtime/src/zone_rim.hpp"
@@ -99,6 +101,13 @@ uint32_t num_clearings(uint32_t columns) {
   return (columns + kColumnsOfStep - 1) / kColumnsOfStep;
 }
 
+// C_ij, in three columns.
+void fetch_block(const pal_pack& pack, uint32_t i, uint32_t j, size_t stride, double* columns) {
+  double block[9];
+  zone_compliance(pack, i, j, block);
+  for (uint32_t entry = 0; entry < 9; ++entry) columns[entry % 3 * stride + entry / 3] = block[entry];
+}
+
 // [ C_BB  . ]
 // [ 1     0 ], whose last block becomes -C_BB^-1; an axis that is held gets a compliance of its own.
 bool fill_compliance(const pal_pack& pack, uint64_t operations, ZoneState& state, const ZoneGroup& group,
@@ -116,10 +125,7 @@ bool fill_compliance(const pal_pack& pack, uint64_t operations, ZoneState& state
     }
     const uint32_t j = state.column - cleared;
     for (uint32_t i = j; i < group.num_boundary; ++i) {
-      double block[9];
-      zone_compliance(pack, nodes[i], nodes[j], block);
-      for (uint32_t entry = 0; entry < 9; ++entry)
-        matrix[size_t{3 * j + entry % 3} * stride + 3 * i + entry / 3] = block[entry];
+      fetch_block(pack, nodes[i], nodes[j], stride, matrix + size_t{3} * j * stride + 3 * i);
     }
     spent += kOfBlock * (group.num_boundary - j);
   }
@@ -141,12 +147,13 @@ struct Left {
   double operator()(uint32_t i, uint32_t j) const { return matrix[size_t{first + j} * stride + first + i]; }
 };
 
-// A column of a symmetric matrix of `size`, entry(i) from the diagonal on, and the row that it is as well; zeros behind.
-template <typename Entry>
-uint64_t fill_symmetric(uint32_t j, uint32_t size, uint32_t stride, double* matrix, const Entry& entry) {
+// A column of matrix := base - what is left, symmetric, from the diagonal on, and the row that it is as well; zeros behind.
+uint64_t take_left(const Left& left, const double* base, uint32_t j, uint32_t size, uint32_t stride,
+                   double* matrix) {
   for (uint32_t i = j; i < stride; ++i) {
-    const double value = i < size && j < size ? entry(i) : 0;
-    matrix[size_t{j} * stride + i] = matrix[size_t{i} * stride + j] = value;
+    double entry = 0;
+    if (i < size && j < size) entry = (base != nullptr ? base[size_t{j} * stride + i] : 0) - left(i, j);
+    matrix[size_t{j} * stride + i] = matrix[size_t{i} * stride + j] = entry;
   }
   return kOfCopied * (stride - j);
 }
@@ -162,8 +169,7 @@ bool take_whole(const pal_pack& pack, uint64_t operations, ZoneState& state, con
   for (; state.column < group.boundary_stride; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t j = state.column;
-    spent +=
-        fill_symmetric(j, size, group.boundary_stride, group.whole, [&](uint32_t i) { return -left(i, j); });
+    spent += take_left(left, nullptr, j, size, group.boundary_stride, group.whole);
     if (j >= size) continue;
     const uint32_t node = set.nodes[first_boundary(group) + j / 3];
     double own[9];
@@ -224,14 +230,17 @@ bool fill_stiffness(const pal_pack& pack, uint64_t operations, ZoneState& state,
   const uint32_t stride = elimination_stride(size);
   const uint32_t cleared = num_clearings(round_to_columns(size));
   double* matrix = state.preparation;
-  for (; state.column < cleared + num_parts(group.batches); ++state.column) {
+  for (; state.column <= cleared + num_parts(group.batches); ++state.column) {
     if (spent >= operations) return false;
     if (state.column < cleared) {
       spent += clear_columns(state.column, round_to_columns(size), stride, matrix);
       continue;
     }
-    if (state.column == cleared) place_nodes(pack, state, group);
-    const ZoneBatches some = part_of(group.batches, state.column - cleared);
+    if (state.column == cleared) {
+      place_nodes(pack, state, group);
+      continue;
+    }
+    const ZoneBatches some = part_of(group.batches, state.column - cleared - 1);
     add_zone_forces(some, set.displacement, set.rest_force);
     for (uint32_t p = 0; p < some.num_patches; ++p) {
       ZonePatch& patch = some.patches[p];
@@ -262,8 +271,7 @@ bool take_exterior(const pal_pack& pack, uint64_t operations, ZoneState& state, 
   for (; state.column < stride; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t j = state.column;
-    spent += fill_symmetric(j, size, group.boundary_stride, group.exterior,
-                            [&](uint32_t i) { return group.whole[j * stride + i] - left(i, j); });
+    spent += take_left(left, group.whole, j, size, group.boundary_stride, group.exterior);
     for (uint32_t column = 0; column < num_overlaps(pack, set) && j < size; ++column) {
       const double entry = left(size + column, j);
       group.overlaps[column * stride + j] = entry;
@@ -288,10 +296,24 @@ bool eliminate(uint64_t operations, uint32_t eliminated, uint32_t size, ZoneStat
   return true;
 }
 
-// C between the boundary of a group and those of the others, three columns a node.
+// O (force_control.hpp), of a contact and one of another group; else it stays zero.
+void couple_contacts(const pal_pack& pack, uint32_t contact, uint32_t other, ZoneSet& set) {
+  if (group_of(set, contact) == group_of(set, other)) return;
+  const uint32_t begin = pack.patch_starts[set.sites[contact]];
+  const uint32_t end = pack.patch_starts[set.sites[contact] + 1];
+  for (uint32_t p = begin; p < end; ++p) {
+    double rows[9];
+    find_moves_of_loads(pack, set.sites[other], pack.patch_nodes + p, 1, 3, rows);
+    for (uint32_t k = 0; k < 9; ++k)
+      set.others[3 * contact + k % 3][3 * other + k / 3] +=
+          rows[k] / (pack.zone_force_scale[set.sites[other]] * (end - begin));
+  }
+}
+
+// C between the boundary of a group and those of the others, three columns a node; then O of its contacts.
 bool couple_groups(const pal_pack& pack, uint64_t operations, ZoneState& state, const ZoneGroup& group,
                    uint64_t& spent) {
-  const ZoneSet& set = state.next;
+  ZoneSet& set = state.next;
   const uint32_t* nodes = set.nodes + first_boundary(group);
   uint32_t index = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -303,23 +325,20 @@ bool couple_groups(const pal_pack& pack, uint64_t operations, ZoneState& state, 
       double* columns = group.couplings + size_t{3} * index * group.boundary_stride;
       memset(columns, 0, size_t{3} * group.boundary_stride * sizeof *columns);
       for (uint32_t i = 0; i < group.num_boundary; ++i) {
-        double block[9];
-        zone_compliance(pack, nodes[i], set.nodes[first_boundary(other) + b], block);
-        for (uint32_t entry = 0; entry < 9; ++entry)
-          columns[entry % 3 * size_t{group.boundary_stride} + 3 * i + entry / 3] = block[entry];
+        fetch_block(pack, nodes[i], set.nodes[first_boundary(other) + b], group.boundary_stride,
+                    columns + 3 * i);
       }
       spent += kOfBlock * group.num_boundary;
       ++state.column;
     }
   }
+  for (; state.column < index + group.num_contacts * set.num_contacts; ++state.column) {
+    if (spent >= operations) return false;
+    const uint32_t pair = state.column - index;
+    couple_contacts(pack, group.contacts[pair / set.num_contacts], pair % set.num_contacts, set);
+    spent += kOfBlock * pack.max_patch_nodes;
+  }
   return true;
-}
-
-// A set without nodes answers nothing.
-void empty(ZoneSet& set) {
-  set.sound = false;
-  set.num_nodes = 0;
-  set.num_groups = 0;
 }
 
 }  // namespace
@@ -339,6 +358,7 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   set.sound = true;
   set.flags = 0;
   set.inclusion_version = kNoInclusion;
+  memset(set.others, 0, size_t{3} * count * sizeof *set.others);
   begin_members(pack, state);
   state.phase = ZoneState::Phase::collect;
   state.group = 0;
@@ -389,13 +409,14 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
   };
   while (go_on(set.groups[state.group])) {
     state.column = 0;
+    if (!set.sound && state.phase != Phase::done) {  // answers nothing
+      set.num_nodes = set.num_groups = state.group = 0;
+      state.phase = Phase::done;
+      continue;
+    }
     switch (state.phase) {
       case Phase::collect:
-        if (!set.sound || !take_matrices(pack, state)) {
-          empty(set);
-          state.phase = Phase::done;
-          break;
-        }
+        set.sound = take_matrices(pack, state);
         state.phase = Phase::compliance;
         break;
       case Phase::rim:
@@ -413,10 +434,7 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         state.phase = Phase::done;
         break;
       case Phase::done:
-        if (!set.sound) {
-          empty(set);
-          place_next(pack, UINT64_MAX, state, spent);
-        }
+        if (!set.sound) place_next(pack, UINT64_MAX, state, spent);
         let_next_answer(pack, state);
         return true;
       default:

@@ -1,4 +1,5 @@
-// How a set of contacts is made ready (zone_set.hpp): step after step, none of which takes long beside the share of a frame.
+// How a set of contacts is made ready (zone_set.hpp): step after step, few of which take longer than 40 us where patches hold
+// ten nodes (pal_session_config::budget_seconds).
 //
 //   collect      which nodes and elements its groups hold, and room for them (zone_members.hpp)
 //   and of each group
@@ -30,7 +31,7 @@ namespace palpate {
 void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
                 ZoneState& state);
 
-// Goes on with it for about so many multiply-adds. Once it is ready it answers, from where the one before has got to,
+// Goes on with it for about so many multiply-adds, 1 or more. Once it is ready it answers, from where the one before has got to,
 // and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6;
 // of num_overlaps() fill_overlaps(), and its columns in what is eliminated.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);

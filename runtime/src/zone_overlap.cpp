@@ -5,6 +5,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_loads.hpp"
 
 namespace palpate {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "runtime/src/pack_view.hpp"
 #include "runtime/src/zone_exterior.hpp"
+#include "runtime/src/zone_loads.hpp"
 
 namespace palpate {
 namespace {

@@ -105,6 +105,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->matrices = arena.take<double>(state.max_matrices);
     set->columns = arena.take<float>(state.max_columns);
     set->rows = arena.take<double>(state.max_rows);
+    set->others = arena.take<double[kMostZoneAxes]>(loads);
   }
   carve_rims(pack, arena, state);
   state.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
@@ -115,6 +116,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
+  state.tractions_before = arena.take<double>(size_t{3} * state.max_nodes);
   state.moves = arena.take<double>(overlaps > 0 ? size_t{9} * state.max_contacts * state.max_nodes : 0);
   for (double*& tangents : state.tangents) tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);

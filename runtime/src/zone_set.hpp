@@ -228,7 +228,8 @@ struct ZoneSet {
   double* rim_rows;    // [max_rim_rows] and the rest of their rims
   double* matrices;    // [max_matrices] S, T and couplings of the groups
   float* columns;      // [max_columns] of their exterior
-  double* rows;        // [max_rows] their sensitivities and trends
+  double* rows;        // [max_rows] their sensitivities, those in use and the next, steps and trends
+  double (*others)[kMostZoneAxes];  // [3 num_contacts] O (force_control.hpp)
 };
 
 // Of an axis of a group's contacts: which of those of the set.
@@ -320,6 +321,8 @@ struct ZoneState {
   uint32_t* place_of;  // [num_zone_nodes] place in a set's list + 1; 0: not in it
   uint32_t* base;      // [max_nodes] unknowns of the stiffness at rest
   double* preparation;
+  bool is_before_strained;   // the set that answers was, as placing began, and its tractions then
+  double* tractions_before;  // [max_nodes][3]
   double* moves;  // [contacts][3][nodes of a group][3] U (zone_overlap.hpp); none where nothing overlaps
   size_t matrices_used;
   size_t columns_used;
@@ -336,7 +339,7 @@ struct ZoneState {
   double* tangents[3];
   double* forces;  // [max_nodes][3] of the elements, beyond those at rest
   double* saved;   // [max_nodes][3]
-  // Of the group at hand (zone_balance.hpp); `boundary` and `vector` while a set is made ready, too
+  // Of the group at hand (zone_balance.hpp); `boundary` and `vector` within a step of making a set ready, too
   double* residual;
   double* boundary;
   double* outside;

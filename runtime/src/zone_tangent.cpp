@@ -145,7 +145,8 @@ uint64_t assembly_operations(const ZoneFrame& frame, const ZoneGroup& group) {
          group.size;
 }
 
-constexpr uint32_t kRowsAtOnce = 3;  // of sensitivities: each time all of the matrix is read
+// Of sensitivities, of which there are three for each contact and kind: each time all of the matrix is read.
+constexpr uint32_t kRowsAtOnce = 3;
 
 // The next sensitivities of the eliminated ZoneGroup::spare. Multiply-adds that take as long.
 uint64_t substitute_rows(const ZoneFrame& frame, ZoneGroup& group) {
@@ -352,8 +353,10 @@ bool advance_first_tangent(const pal_pack& pack, uint64_t operations, ZoneState&
                            uint64_t& spent) {
   ZoneFrame frame = {pack, state, state.next, 0};
   if (!group.is_making) {
+    if (spent >= operations) return false;
     place_held(frame, group);
     if (!evaluate_group(frame, group)) return true;
+    spent += force_operations(group.batches);
     begin_tangent(group, 0);
     group.is_making = true;
   }

@@ -41,7 +41,7 @@ std::vector<Eigen::Vector3d> in_and_aside(const Organ& organ, std::uint32_t site
   return {in, in + aside, in - aside};
 }
 
-// Four sites of the shipped brain, zones of two rings, to two edges.
+// Some sites of the shipped brain, zones of two rings, to two edges.
 Organ brain_to_two_edges() {
   LoadedScene loaded =
       read_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "brain" / "brain_zone.toml");

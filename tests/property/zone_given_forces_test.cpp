@@ -117,6 +117,23 @@ TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveAtSmallStrain) {
   }
 }
 
+// A node between them is fixed: zones of their own feel less of each other than the organ without it tells.
+TEST(GivenForcesOfAZone, SettleBesideFixedNodes) {
+  const ZoneBlock organ(1, LinearElastic{1.0, 2.0}, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
+  pal_session_config config = organ.config(2);
+  config.max_fixed = 1;
+  OwnedSession session(organ.pack->get(), config);
+  session.fix(contact_nodes_at(organ, {organ.block.sites.sites[12].node}));
+  std::vector<pal_contact> contacts = {{0, {}, 7, {0.01, 0, -0.02}, {}, {}},
+                                       {24, {}, 7, {0, 0.01, -0.02}, {}, {}}};
+  std::vector<pal_contact_result> results;
+  for (int frame = 0; frame < 60; ++frame) results = session.touch(contacts);
+  for (size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ(results[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+    EXPECT_LE((vector(results[c].force) - vector(contacts[c].force)).norm(), 1e-4 * 0.02);
+  }
+}
+
 TEST(GivenForcesOfAZone, BeyondWhatItBearsAreFiniteAndFlagged) {
   const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_ZONE);

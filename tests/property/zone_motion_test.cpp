@@ -222,6 +222,60 @@ TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
   }
 }
 
+// Another set is begun in the middle of any step of one: it is made as if that had never been.
+TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
+  const ZoneBlock organ(2, kTissue);
+  const std::vector<pal_contact> contacts = on_circle(kSets.back(), 0);
+  const auto made = [&](int slices_before, bool* whole) {
+    OwnedSession session(organ.pack->get(), organ.config(4));
+    settle(session, on_circle({4}, 0));
+    ZoneState& zone = session.get()->zone;
+    const pal_pack& pack = *session.get()->pack;
+    const auto begin = [&](const std::vector<pal_contact>& of) {
+      begin_zone(pack, of.data(), static_cast<uint32_t>(of.size()), {}, zone);
+    };
+    begin(on_circle({0, 1, 8}, 0));
+    *whole = false;
+    for (int slice = 0; slice < slices_before && !*whole; ++slice) *whole = advance_zone(pack, 50000, zone);
+    if (*whole) return Eigen::VectorXd();
+    begin(contacts);
+    while (!advance_zone(pack, UINT64_MAX, zone)) {
+    }
+    session.touch(contacts);
+    return as_vector(session.field());
+  };
+  bool whole = false;
+  const Eigen::VectorXd expected = made(0, &whole);
+  int interrupted = 0;
+  for (;; ++interrupted) {
+    const Eigen::VectorXd found = made(interrupted, &whole);
+    if (whole) break;
+    EXPECT_EQ(found, expected) << interrupted;
+  }
+  EXPECT_GT(interrupted, 20);
+}
+
+// Nodes that come are placed over several frames, where they were as the first of them was: contacts move on meanwhile.
+TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
+  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
+  const std::vector<pal_contact> next = on_circle({24}, 0);
+  const auto placed = [&](bool is_moving) {
+    OwnedSession session(organ.pack->get(), organ.config(1));
+    settle(session, on_circle({0}, 0));
+    ZoneState& zone = session.get()->zone;
+    const pal_pack& pack = *session.get()->pack;
+    begin_zone(pack, next.data(), 1, {}, zone);
+    for (int slice = 0; zone.phase != ZoneState::Phase::tangent; ++slice) {
+      EXPECT_FALSE(advance_zone(pack, 1, zone));
+      if (is_moving && zone.phase == ZoneState::Phase::place && zone.column > 0)
+        session.touch(on_circle({0}, slice));
+    }
+    const ZoneSet& set = zone.next;
+    return std::vector<double>(set.displacement, set.displacement + size_t{3} * set.num_nodes);
+  };
+  EXPECT_EQ(placed(true), placed(false));
+}
+
 // Contacts that are others all at once, in tissue that is strained as far as it goes, where first tangents may have to be
 // made stiffer: those of the frame are answered, not those before, and come to where a new session finds them.
 TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {

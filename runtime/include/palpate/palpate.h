@@ -319,12 +319,14 @@ typedef struct pal_session_config {
   double max_torque_rate; /* N m/s */
   /* Other contacts or fixed nodes need another inverse of linear_dd, up to 27 of them where contacts are between
    * sites (pal_contact), or another nonlinear zone, or both, one after the other. A haptic frame spends this time
-   * on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed (of a zone: a step of
-   * making it, of 4 m^2, m = 3 x its nodes, what listing the nodes of a contact takes or, where they share volumes,
-   * assembling its elements once; and m^3 / 6 where it is pushed so far in a frame that its tangent no longer does); until it is ready, over as many frames as that takes, the contacts of
-   * before answer (those let go stay where they were), and tools are PAL_FLAG_PREPARING. What was begun is finished
-   * first, so that contacts which change all the time are answered too. Contact frames for contacts of their own
-   * take its place. 0: it is made ready at once, however long that takes. */
+   * on it (s), and at most 9 n^2 multiply-adds more, n = 3 x the nodes held and fixed. Of a zone that is a step more:
+   * 4 m^2, m = 3 x its nodes, or what it takes to list the nodes of a contact, to fetch as many blocks of the
+   * compliance as a patch and the zone have nodes, or its boundary and those of the zones before, or to evaluate its
+   * elements once (assemble them, where they share volumes); and m^3 / 6 where it is pushed so far in a frame that its
+   * tangent no longer does. Until it is ready, over as many frames as that takes, the contacts of before answer (those
+   * let go stay where they were), and tools are PAL_FLAG_PREPARING. What was begun is finished first, so that contacts
+   * which change all the time are answered too. Contact frames for contacts of their own take its place. 0: it is made
+   * ready at once, however long that takes. */
   double budget_seconds;
   /* What budget_seconds is divided by: the time of one multiply-add of such an inverse. 0: pal_session_init
    * finds out, with `clock`, and pal_session_get_config tells. Frames never read a clock: the same session
