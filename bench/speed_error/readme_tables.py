@@ -75,12 +75,12 @@ def table(rows, contacts, by_strain):
 
 
 def moving_zones(rows, contacts, parts):
-    """Rings down, iterations a frame across: the largest displacement error at these parts of the reach, and the frame there."""
+    """Rings down, iterations a frame across: displacement errors at these parts of the reach, and the frame there."""
     cells = {}
     for row in rows:
         match = MOVING.fullmatch(row["method"])
         if match and int(row["contacts"]) == contacts and float(row["part_of_max"]) in parts:
-            cell = f"{percent(row['displacement_max'])} % {number(row['haptic_median_us'])} µs"
+            cell = f"{spread(row, 'displacement')} % {number(row['haptic_median_us'])} µs"
             cells.setdefault((int(match[1]), int(match[2])), []).append(cell)
     if not cells:
         return ""
@@ -115,7 +115,8 @@ def main():
                 text += "\nBullet is asked the first few of these pushes; its law is its own, of the same moduli at small strain.\n"
             moving = moving_zones(rows, contacts, MOVING_PARTS)
             if moving and organ == "brain":
-                text += f"\nIts zones as they move, by rings and Newton iterations a frame, at half and at all of its reach:\n\n{moving}\n"
+                text += ("\nIts zones as they move, by rings and Newton iterations a frame, after 50 frames from rest, at half and at all of its "
+                         f"reach; those that say that they have not converged count:\n\n{moving}\n")
             picture = f"{organ}_{'speed_error' if contacts == 1 else 'several'}.svg"
             if organ == "brain":
                 text += f"\n![speed against error, {count}]({linked}/plots/{picture})\n"
