@@ -151,15 +151,15 @@ constexpr uint32_t kRowsAtOnce = 3;
 // The next sensitivities of the eliminated ZoneGroup::spare. Multiply-adds that take as long.
 uint64_t substitute_rows(const ZoneFrame& frame, ZoneGroup& group) {
   const uint32_t first = group.substituted;
-  const uint32_t count = std::min(kRowsAtOnce, num_sensitivities(group) - first);
   double* rows = group.spare_sensitivities + size_t{first} * group.unknowns;
   for (uint32_t column = 0; column < group.unknowns; ++column) {
     const double* from = group.spare + size_t{column} * group.stride + group.unknowns + first;
-    for (uint32_t t = 0; t < count; ++t) rows[size_t{t} * group.unknowns + column] = from[t];
+    for (uint32_t t = 0; t < kRowsAtOnce; ++t) rows[size_t{t} * group.unknowns + column] = from[t];
   }
-  frame.state.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns, count);
-  group.substituted += count;
-  return uint64_t{count} * group.unknowns * group.unknowns;
+  frame.state.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns,
+                                     kRowsAtOnce);
+  group.substituted += kRowsAtOnce;
+  return uint64_t{group.unknowns} * group.unknowns;
 }
 
 // Rows that are left when it is taken.
@@ -171,7 +171,7 @@ bool has_last_rows(const ZoneGroup& group) {
 // taking it is one more.
 uint64_t slice_of_tangent(const ZoneFrame& frame, const ZoneGroup& group) {
   uint64_t all = assembly_operations(frame, group) +
-                 uint64_t{num_sensitivities(group) - kRowsAtOnce} * group.unknowns * group.unknowns;
+                 uint64_t{num_sensitivities(group) / kRowsAtOnce - 1} * group.unknowns * group.unknowns;
   for (uint32_t column = 0; column < group.size; column += kEliminationColumns)
     all += elimination_operations(group.size, group.unknowns, column);
   return std::max(kLeastSlice, all / (kTangentFrames - 2));
