@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "runtime/kernels/element_batch.hpp"
-#include "runtime/src/elimination.hpp"
-#include "runtime/src/inverse_kernel.hpp"
+#include "runtime/src/numerics/elimination.hpp"
+#include "runtime/src/numerics/inverse_kernel.hpp"
 
 namespace {
 
@@ -166,7 +166,7 @@ const bool dense_kernels_are_registered = [] {
     held_nodes(benchmark::RegisterBenchmark((std::string("held_inverse_") + inverse[k].name).c_str(),
                                             inverse_multiply, inverse[k]));
   }
-  held_nodes(benchmark::RegisterBenchmark("copy_of_held_inverse", copy_of_inverse));
+  held_nodes(benchmark::RegisterBenchmark("copy_of_contact_stiffness", copy_of_inverse));
   palpate::EliminationKernel elimination[palpate::kMostEliminationKernels];
   const uint32_t num_elimination = palpate::list_elimination_kernels(elimination);
   for (uint32_t k = 0; k < num_elimination; ++k) {

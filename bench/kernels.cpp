@@ -5,8 +5,8 @@
 #include <new>
 #include <vector>
 
-#include "runtime/src/field_kernel.hpp"
-#include "runtime/src/field_snapshot.hpp"
+#include "runtime/src/numerics/field_kernel.hpp"
+#include "runtime/src/response/field_snapshot.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "offline/mesh/inp_reader.hpp"
-#include "runtime/src/surface_bvh.hpp"
+#include "runtime/src/pack/surface_bvh.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 #include "tests/support/touchable_surface.hpp"
 

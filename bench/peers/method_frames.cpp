@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "offline/cli/fixed_tensor.hpp"
-#include "offline/cli/localized_cg.hpp"
+#include "offline/study/fixed_tensor.hpp"
+#include "offline/study/localized_cg.hpp"
 
 namespace palpate::peers {
 namespace {

@@ -4,8 +4,8 @@
 #include "bench/peers/elsewhere_picture.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
-#include "offline/cli/fixed_tensor.hpp"
 #include "offline/precompute/affine_site.hpp"
+#include "offline/study/fixed_tensor.hpp"
 
 namespace palpate::peers {
 namespace {

@@ -19,12 +19,12 @@
 #include <vector>
 
 #include "bench/scaling/scaling_series.hpp"
-#include "offline/cli/method_timing.hpp"
-#include "offline/cli/opened_pack.hpp"
 #include "offline/fem/blas_kernels.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 #include "offline/precompute/contact_truth.hpp"
 #include "offline/precompute/zone_exterior.hpp"
 #include "offline/precompute/zone_mutual.hpp"
+#include "offline/study/method_timing.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate::scaling {

@@ -65,7 +65,8 @@ class Organ {
       const int label = loaded_.model.labels[static_cast<size_t>(site(i).node)];
       SampleFile kept(store.file_of(label), store.binding_of(label));
       SiteSampler sampler(solver, sites_, site(i), unloaded, &kept);
-      const std::optional<RestSeries> series = sampler.rest_series(sites_.mean_surface_edge * site(i).frame);
+      const std::optional<TaylorCoefficients> series =
+          sampler.rest_series(sites_.mean_surface_edge * site(i).frame);
       series_.push_back(unsampled_polynomial(
           linear_at(i), series.value(), site(i).frame.transpose() / loaded_.scene.max_displacement, false));
     }

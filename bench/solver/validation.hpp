@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/solver/study_table.hpp"
-#include "offline/cli/progress_bar.hpp"
+#include "offline/output/progress_bar.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace palpate::study {

@@ -22,14 +22,14 @@
 #include <vector>
 
 #include "bench/speed_error/bullet_body.hpp"
-#include "offline/cli/method_timing.hpp"
-#include "offline/cli/progress_bar.hpp"
-#include "offline/cli/report_effort.hpp"
-#include "offline/cli/report_rows.hpp"
-#include "offline/cli/scene_sites.hpp"
 #include "offline/fem/blas_kernels.hpp"
 #include "offline/output/finished_file.hpp"
+#include "offline/output/progress_bar.hpp"
+#include "offline/pipeline/scene_sites.hpp"
 #include "offline/report/csv_tables.hpp"
+#include "offline/study/method_timing.hpp"
+#include "offline/study/report_effort.hpp"
+#include "offline/study/report_rows.hpp"
 
 namespace palpate::study {
 namespace {

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "offline/cli/commands.hpp"
-#include "offline/cli/frame_timing.hpp"
 #include "offline/cli/json_text.hpp"
+#include "offline/study/frame_timing.hpp"
 
 namespace palpate {
 namespace {

@@ -5,19 +5,18 @@
 #include <CLI/Validators.hpp>
 #include <chrono>
 #include <filesystem>
-#include <functional>
+#include <memory>
 #include <optional>
 
-#include "offline/cli/build_plan.hpp"
 #include "offline/cli/build_report.hpp"
 #include "offline/cli/commands.hpp"
-#include "offline/cli/frame_timing.hpp"
 #include "offline/cli/jobs_option.hpp"
-#include "offline/cli/opened_pack.hpp"
-#include "offline/cli/pack_stages.hpp"
-#include "offline/cli/progress_bar.hpp"
-#include "offline/cli/ranks.hpp"
 #include "offline/output/finished_file.hpp"
+#include "offline/pipeline/build_plan.hpp"
+#include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/pack_build.hpp"
+#include "offline/pipeline/ranks.hpp"
+#include "offline/study/frame_timing.hpp"
 
 namespace palpate {
 namespace {
@@ -48,21 +47,6 @@ std::filesystem::path sample_folder(const BuildArguments& arguments) {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed,
-// and keeps them where the first finds them.
-SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
-  SolveCounts counts;
-  {
-    RankQueue queue(ranks, count);
-    counts = work(queue);
-  }
-  for (long* number :
-       {&counts.reused, &counts.solves, &counts.not_kept, &counts.iterations, &counts.factorizations})
-    *number = ranks.sum(*number);
-  ranks.wait_for_all();
-  return counts;
 }
 
 int run_build(const BuildArguments& arguments, Ranks& ranks) {
@@ -104,63 +88,24 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
     print_plan(model, scene, sites, assembly, input_files, plan, ranks.count(), store.has_value());
 
   const RestState rest = find_rest(assembly, scene);
-  // The others need it for what they pin their fits to, which a compressed one does not serve.
-  Compliance compliance;
-  if (ranks.is_first() || is_dense_at_hand(scene, sites))
-    compliance = compute_compliance(assembly, scene, sites, rest, plan.jobs);
-  const auto sampling_start = std::chrono::steady_clock::now();
-  const size_t num_sites = num_worked(plan, sites);
-  const SampleStore* const kept = store ? &*store : nullptr;
-  std::vector<SiteResult> results;
-  const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
-    ProgressBar bar("sampling sites", static_cast<int>(num_sites));
-    results = sample_sites(
-        assembly, scene, sites, compliance.dense, plan, [&](int done, int) { bar.show(shown(done)); }, rest,
-        kept, next);
-    return sum_of_counts(results);
-  };
-  SolvedSets sets;
-  const auto solve_sets = [&](const std::function<size_t()>& next) {
-    sets = solve_surveyed_sets(assembly, scene, sites, rest, plan, kept, next);
-    return sets.counts;
-  };
-  SolveCounts counts;
-  if (ranks.count() > 1) {
-    counts = share(ranks, num_sites, [&](RankQueue& queue) {
-      return sample([&](int) { return static_cast<int>(queue.handed_out()); }, [&] { return queue.next(); });
-    });
-    if (const size_t num_sets = surveyed_sets(model, scene, sites, plan).size(); num_sets > 0)
-      counts +=
-          share(ranks, num_sets, [&](RankQueue& queue) { return solve_sets([&] { return queue.next(); }); });
-    if (!ranks.is_first()) return 0;
-  }
-  SolveCounts here = sample([](int done) { return done; }, {});
-  here += solve_sets({});
-  if (ranks.count() > 1) here.reused = here.not_kept = 0;  // counted where they were shared
-  counts += here;
-  const double sampling_seconds = seconds_since(sampling_start);
-
-  std::optional<ZoneTables> zone = plan_zone(model, scene, sites);
-  if (zone) compute_zone(assembly, scene, sites, rest, plan.jobs, *zone);
-  PackContent content =
-      content_of(model, scene, sites, rest, plan, compliance, results, zone, std::move(input_files));
-  const AlignedBytes bytes =
-      write_surveyed_pack(assembly, rest, results, sets, plan.jobs, compliance, content);
-  const OpenedPack opened(bytes);  // what the runtime refuses is not written
-  write_finished_bytes(arguments.pack, bytes.bytes());
+  const std::unique_ptr<PackBuild> build = build_pack(
+      {assembly, scene, sites, rest, plan, store ? &*store : nullptr}, std::move(input_files), &ranks);
+  if (build == nullptr) return 0;
+  const OpenedPack opened(*build->bytes);  // what the runtime refuses is not written
+  write_finished_bytes(arguments.pack, build->bytes->bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;
   const std::optional<Timing> new_places = time_new_places(opened, kTimedFrames / 10);
-  const BuildResult result{content,
-                           results,
+  const BuildResult result{*build->content,
+                           build->results,
                            plan,
                            opened,
                            arguments.pack,
                            samples,
-                           counts,
+                           build->counts,
                            ranks.count(),
                            seconds,
-                           sampling_seconds,
+                           build->sampling_seconds,
                            time_scene(opened, kTimedFrames),
                            new_places ? new_places->at(0.5) / 1000 : 0};
   if (arguments.json) {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "offline/cli/build_plan.hpp"
-#include "offline/cli/compliance_errors.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/survey_table.hpp"
+#include "offline/pipeline/build_plan.hpp"
+#include "offline/pipeline/compliance_errors.hpp"
+#include "offline/pipeline/survey_table.hpp"
 
 namespace palpate {
 namespace {

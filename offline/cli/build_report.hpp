@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "offline/cli/frame_timing.hpp"
-#include "offline/cli/opened_pack.hpp"
 #include "offline/pack/pack_writer.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 #include "offline/precompute/site_survey.hpp"
+#include "offline/study/frame_timing.hpp"
 
 namespace palpate {
 

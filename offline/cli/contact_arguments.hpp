@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "offline/cli/opened_pack.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 
 namespace palpate {
 

@@ -9,8 +9,8 @@
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/opened_pack.hpp"
-#include "offline/cli/survey_table.hpp"
+#include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/survey_table.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/pack_layout.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "offline/cli/opened_pack.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 
 namespace palpate {
 

@@ -14,7 +14,7 @@
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/opened_pack.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 
 namespace palpate {
 namespace {

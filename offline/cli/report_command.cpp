@@ -14,21 +14,21 @@
 #include <set>
 #include <thread>
 
-#include "offline/cli/build_plan.hpp"
-#include "offline/cli/carried_scene.hpp"
 #include "offline/cli/commands.hpp"
-#include "offline/cli/compared_methods.hpp"
-#include "offline/cli/frame_timing.hpp"
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/organ_report.hpp"
-#include "offline/cli/pack_stages.hpp"
-#include "offline/cli/scene_sites.hpp"
 #include "offline/output/finished_file.hpp"
+#include "offline/pipeline/build_plan.hpp"
+#include "offline/pipeline/carried_scene.hpp"
+#include "offline/pipeline/pack_build.hpp"
+#include "offline/pipeline/scene_sites.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/html_page.hpp"
 #include "offline/report/methods_elsewhere.hpp"
 #include "offline/report/organ_section.hpp"
+#include "offline/study/compared_methods.hpp"
+#include "offline/study/frame_timing.hpp"
+#include "offline/study/organ_report.hpp"
 
 namespace palpate {
 namespace {
@@ -136,9 +136,9 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   if (effort.scene_sets > 0) plan.survey_sets = effort.scene_sets;
   const SampleStore store(arguments.folder / "samples" / name,
                           what_samples_depend_on(organ.model, organ.scene, organ.sites, inputs));
-  const AlignedBytes bytes =
-      make_pack(organ.assembly, organ.scene, organ.sites, organ.rest, plan, &store, std::move(inputs));
-  const OpenedPack opened(bytes);
+  const std::unique_ptr<PackBuild> build =
+      build_pack({organ.assembly, organ.scene, organ.sites, organ.rest, plan, &store}, std::move(inputs));
+  const OpenedPack opened(*build->bytes);
   OrganReport report = measure_organ(opened, organ, &store, effort, arguments.seed, arguments.jobs, map);
   if (organ.sites.sites.size() < all_sites) {
     report.notes.push_back(fmt::format("Packed for this report at {} of the scene's {} sites.",

@@ -10,15 +10,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "offline/cli/carried_scene.hpp"
 #include "offline/cli/commands.hpp"
-#include "offline/cli/held_out_pushes.hpp"
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/cli/kept_promise.hpp"
-#include "offline/cli/opened_pack.hpp"
-#include "offline/cli/progress_bar.hpp"
-#include "offline/cli/survey_table.hpp"
+#include "offline/output/progress_bar.hpp"
+#include "offline/pipeline/carried_scene.hpp"
+#include "offline/pipeline/held_out_pushes.hpp"
+#include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/survey_table.hpp"
+#include "offline/pipeline/survey_validation.hpp"
 #include "offline/precompute/site_survey.hpp"
 
 namespace palpate {
@@ -33,7 +33,7 @@ struct ValidateArguments {
   bool json = false;
 };
 
-nlohmann::json validated_json(const KeptPromise& model) {
+nlohmann::json validated_json(const SurveyValidation& model) {
   nlohmann::json json = survey_json(model.measured.table);
   json["p95_ratio"] = nullptr;  // none of the pushes was at a site of this model
   json["within_estimate"] = nullptr;
@@ -56,15 +56,15 @@ nlohmann::json validated_json(const KeptPromise& model) {
   return json;
 }
 
-void print_validated(const std::vector<KeptPromise>& models) {
+void print_validated(const std::vector<SurveyValidation>& models) {
   std::vector<ModelErrors> surveys;
-  for (const KeptPromise& model : models)
+  for (const SurveyValidation& model : models)
     surveys.push_back({model.model, {}, model.measured.table, model.sets.measured.table});
   fmt::print("{}\n", survey_text(surveys));
   fmt::print(
       "                 p95 over the pack's      within the runtime's estimate, percent\n"
       "  model          displacement  force      displacement  force\n");
-  for (const KeptPromise& model : models) {
+  for (const SurveyValidation& model : models) {
     if (model.measured.errors.empty()) {
       fmt::print("  {:<14} {:>12} {:>6} {:>17} {:>6}   not measured\n", model.model, "-", "-", "-", "-");
       continue;
@@ -79,7 +79,7 @@ void print_validated(const std::vector<KeptPromise>& models) {
       "\n{}\n                 p95 over the pack's      without a flag: within the estimate, percent\n"
       "  model          displacement  force   answers  displacement  force\n",
       sets);
-  for (const KeptPromise& model : models) {
+  for (const SurveyValidation& model : models) {
     for (const SetKindErrors& kind : model.sets.measured.table.kinds) {
       fmt::print("  {:<14} {:12.2f} {:6.2f}   {}\n", model.model, model.sets.displacement_ratio(kind.kind),
                  model.sets.force_ratio(kind.kind), words_for(kind.kind));
@@ -134,13 +134,13 @@ int run_validate(const ValidateArguments& arguments) {
     sets = solve_drawn_sets(organ.assembly, organ.sites, organ.rest, std::move(drawn), arguments.jobs,
                             nullptr, [&](int done, int) { bar.show(done); });
   }
-  const std::vector<KeptPromise> models =
+  const std::vector<SurveyValidation> models =
       judge_pack(opened, samples, organ.scene.max_displacement, arguments.jobs, sets);
   const bool agrees = all_agree(models);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (arguments.json) {
     nlohmann::json by_model = nlohmann::json::object();
-    for (const KeptPromise& one : models) by_model[one.model] = validated_json(one);
+    for (const SurveyValidation& one : models) by_model[one.model] = validated_json(one);
     fmt::print("{}\n", json_text({{"pack", arguments.pack.string()},
                                   {"samples", arguments.samples},
                                   {"sets", sets.sets.size()},

@@ -142,7 +142,7 @@ Eigen::MatrixXd moved_rows(const Eigen::MatrixXd& rows, const Placement& placeme
 
 }  // namespace
 
-SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const RestSeries& series,
+SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const TaylorCoefficients& series,
                                     const Eigen::Matrix3d& to_unit, bool half) {
   // x = A d = s y: a coefficient of degree k goes with s^-k.
   const double s = (to_unit * series.axes)(0, 0);

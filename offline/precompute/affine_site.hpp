@@ -29,7 +29,7 @@ namespace palpate {
 
 // Of a contact with this exact linear answer. `to_unit` turns the axes of the series into a multiple of the unit
 // ball's.
-SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const RestSeries& series,
+SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const TaylorCoefficients& series,
                                     const Eigen::Matrix3d& to_unit, bool half);
 
 // Two places on the edge of the domain, in x, apart from one another, where the highest order of the field is largest.

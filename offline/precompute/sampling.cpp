@@ -265,8 +265,8 @@ bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curva
   return true;
 }
 
-std::optional<RestSeries> SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
-  RestSeries series;
+std::optional<TaylorCoefficients> SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
+  TaylorCoefficients series;
   series.axes = axes;
   series.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()), pack::num_monomials(2, kSeriesDegree));
   series.energy.resize(pack::num_monomials(3, kSeriesDegree + 1));
@@ -274,8 +274,8 @@ std::optional<RestSeries> SiteSampler::rest_series(const Eigen::Matrix3d& axes) 
       [&] {
         if (rest_anchor_) solver_->forget_factor();
         const Anchor& from = rest();
-        return compute_rest_series(*solver_, load_for(Eigen::Vector3d::Zero()), from.u, from.tangent,
-                                   packed_dofs_, axes, series)
+        return compute_taylor_coefficients(*solver_, load_for(Eigen::Vector3d::Zero()), from.u, from.tangent,
+                                           packed_dofs_, axes, series)
                    ? PushOutcome::solved
                    : PushOutcome::nearly_inverted;
       },

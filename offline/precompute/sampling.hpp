@@ -7,10 +7,10 @@
 
 #include "offline/fem/static_solver.hpp"
 #include "offline/precompute/contact_sites.hpp"
-#include "offline/precompute/rest_series.hpp"
 #include "offline/precompute/rest_state.hpp"
 #include "offline/precompute/sample_points.hpp"
 #include "offline/precompute/sample_store.hpp"
+#include "offline/precompute/taylor_coefficients.hpp"
 
 namespace palpate {
 
@@ -70,7 +70,7 @@ class SiteSampler {
 
   // In y, d = axes y; kept as a solve is, and not counted as one. None where an element is so flat that the small
   // pushes it is found by invert it. Throws as solve() does.
-  std::optional<RestSeries> rest_series(const Eigen::Matrix3d& axes);
+  std::optional<TaylorCoefficients> rest_series(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;
 

@@ -15,8 +15,8 @@
 #include "offline/fem/parallel_for.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/linear_dd.hpp"
-#include "offline/precompute/path_orders.hpp"
-#include "offline/precompute/tied_patch.hpp"
+#include "offline/precompute/rigid_patch.hpp"
+#include "offline/precompute/taylor_orders.hpp"
 #include "schemas/monomials.hpp"
 
 namespace palpate {
@@ -57,7 +57,7 @@ bool is_linear(const Model& model) {
 // To which degree the series of a patch is carried. Of loads that move a patch as far, the smallest along one axis may
 // be a small part of the largest along another. So are coefficients, by that to the power of the degree, and in single
 // precision they cancel to seven digits.
-int degree_of(const TiedPatch& patch, double reach_in_edges, int degree) {
+int degree_of(const RigidPatch& patch, double reach_in_edges, int degree) {
   constexpr double kMostCancellation = 1e5;
   const Eigen::Vector3d stiffnesses =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(patch.stiffness()).eigenvalues();
@@ -101,7 +101,7 @@ class ExteriorSeries {
                  [&](int index, int worker) {
                    const auto s = static_cast<size_t>(index);
                    StaticSolver& solver = *solvers_[static_cast<size_t>(worker)];
-                   work(s, TiedPatch(solver, sites_->sites[s]), solver);
+                   work(s, RigidPatch(solver, sites_->sites[s]), solver);
                    const std::lock_guard lock(mutex);
                    if (progress) progress(++done);
                  });
@@ -109,7 +109,7 @@ class ExteriorSeries {
 
   // Outside of each of so many rings, to this degree or the highest that the patch has. Those orders are missing from
   // which on an element inverts; all of them where the organ is linear.
-  SiteOrders orders_of(size_t s, const TiedPatch& patch, StaticSolver& solver, const std::vector<int>& rings,
+  SiteOrders orders_of(size_t s, const RigidPatch& patch, StaticSolver& solver, const std::vector<int>& rings,
                        int degree, const std::vector<Eigen::Index>& dofs) const {
     constexpr int kTrials = 4;
     constexpr int kHighest[kTrials] = {5, 5, 4, 3};  // that rounding leaves, of paths so much shorter
@@ -133,7 +133,7 @@ class ExteriorSeries {
  private:
   // Where a_1 = `first` y.
   std::vector<std::vector<Eigen::MatrixXd>> outside_orders(StaticSolver& solver, const ContactSite& site,
-                                                           const TiedPatch& patch,
+                                                           const RigidPatch& patch,
                                                            const Eigen::MatrixXd& first,
                                                            const Eigen::Matrix3Xd& directions,
                                                            const std::vector<Eigen::Index>& dofs,
@@ -197,7 +197,7 @@ ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const Conta
   const std::vector<Eigen::Index> shown = exterior_dofs(sites, zone);
   std::vector<std::uint8_t> more_rings(sites.sites.size());
   ExteriorSeries series(assembly, sites, rest, scene.max_displacement, threads);
-  series.for_each_site(progress, [&](size_t s, const TiedPatch& patch, StaticSolver& solver) {
+  series.for_each_site(progress, [&](size_t s, const RigidPatch& patch, StaticSolver& solver) {
     const SiteOrders orders = series.orders_of(s, patch, solver, {zone.rings}, zone.exterior_degree, shown);
     if (orders.of_rings.front().empty()) return;
     const Eigen::MatrixXd& last = orders.of_rings.front().back();
@@ -220,7 +220,7 @@ void compute_zone_exterior(const Assembly& assembly, const ContactSites& sites, 
   zone.force_scale.assign(num_sites, 0);
   zone.exterior.assign(static_cast<size_t>(zone.rings) * num_sites, {});
   ExteriorSeries series(assembly, sites, rest, max_displacement, threads);
-  series.for_each_site(progress, [&](size_t s, const TiedPatch& patch, StaticSolver& solver) {
+  series.for_each_site(progress, [&](size_t s, const RigidPatch& patch, StaticSolver& solver) {
     std::vector<int> rings;
     for (int ring = 1; ring <= zone.rings; ++ring) rings.push_back(zone.rings_of(s, ring));
     const SiteOrders orders = series.orders_of(s, patch, solver, rings, zone.exterior_degree, shown);

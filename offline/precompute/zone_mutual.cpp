@@ -14,7 +14,7 @@
 #include "offline/fem/parallel_for.hpp"
 #include "offline/precompute/force_derivatives.hpp"
 #include "offline/precompute/linear_dd.hpp"
-#include "offline/precompute/tied_patch.hpp"
+#include "offline/precompute/rigid_patch.hpp"
 #include "schemas/pair_monomials.hpp"
 
 namespace palpate {
@@ -72,7 +72,7 @@ class PairResponses {
       factor_at_rest(*solvers_.back(), rest);
     }
     for_each_site([&](size_t s, StaticSolver& solver) {
-      TiedPatch patch(solver, sites.sites[s]);
+      RigidPatch patch(solver, sites.sites[s]);
       SiteResponse& response = responses_[s];
       response.first = zone.force_scale[s] * patch.per_force();
       response.step = difference_step(patch, zone.force_scale[s], sites.mean_surface_edge);
@@ -287,7 +287,7 @@ class PairResponses {
   ZoneFinder finder_;
   std::vector<Eigen::Index> shown_;
   std::vector<SiteResponse> responses_;
-  std::vector<std::optional<TiedPatch>> patches_;  // to third order
+  std::vector<std::optional<RigidPatch>> patches_;  // to third order
   std::vector<std::unique_ptr<StaticSolver>> solvers_;
 };
 

@@ -8,7 +8,7 @@
 #include <palpate/palpate.hpp>
 #include <string>
 
-#include "runtime/src/surface_bvh.hpp"
+#include "runtime/src/pack/surface_bvh.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/small_pack.hpp"

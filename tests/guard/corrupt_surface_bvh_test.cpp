@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "runtime/src/surface_bvh.hpp"
+#include "runtime/src/pack/surface_bvh.hpp"
 #include "schemas/pack_generated.h"
 #include "tests/support/changed_pack.hpp"
 #include "tests/support/runtime_session.hpp"

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "runtime/src/sized_struct.hpp"
+#include "runtime/src/base/sized_struct.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 

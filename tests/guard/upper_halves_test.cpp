@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "runtime/src/field_kernel.hpp"
+#include "runtime/src/numerics/field_kernel.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 

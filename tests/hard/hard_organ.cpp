@@ -7,9 +7,9 @@
 #include <map>
 #include <stdexcept>
 
-#include "offline/cli/build_plan.hpp"
-#include "offline/cli/pack_stages.hpp"
 #include "offline/mesh/surface.hpp"
+#include "offline/pipeline/build_plan.hpp"
+#include "offline/pipeline/pack_build.hpp"
 
 namespace palpate::hard {
 namespace {
@@ -53,7 +53,8 @@ Organ::Organ(Model model, Scene scene, int survey_samples)
       rest_(find_rest(*assembly_, scene_)) {
   SamplingPlan plan = plan_sampling(scene_, sites_, 1);
   if (survey_samples > 0) plan.survey_samples = survey_samples;
-  bytes_ = std::make_unique<AlignedBytes>(make_pack(*assembly_, scene_, sites_, rest_, plan, nullptr, {}));
+  bytes_ = std::make_unique<AlignedBytes>(
+      std::move(*build_pack({*assembly_, scene_, sites_, rest_, plan}, {})->bytes));
   opened_ = std::make_unique<OpenedPack>(*bytes_);
 }
 

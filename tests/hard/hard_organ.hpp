@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "offline/cli/opened_pack.hpp"
+#include "offline/pipeline/opened_pack.hpp"
 #include "offline/precompute/rest_state.hpp"
 #include "tests/hard/hard_case.hpp"
 

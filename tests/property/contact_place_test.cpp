@@ -6,7 +6,7 @@
 #include <ostream>
 #include <random>
 
-#include "runtime/src/contact_place.hpp"
+#include "runtime/src/pack/contact_place.hpp"
 #include "tests/support/compressed_pack.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"

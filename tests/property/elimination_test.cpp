@@ -1,5 +1,5 @@
 // Elimination of the first unknowns of a dense symmetric matrix, beside Eigen.
-#include "runtime/src/elimination.hpp"
+#include "runtime/src/numerics/elimination.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The inner loops of every field: those of all instruction sets that this processor has give what plain loops do, to
 // the bound that field_kernel.hpp states.
-#include "runtime/src/field_kernel.hpp"
+#include "runtime/src/numerics/field_kernel.hpp"
 
 #include <gtest/gtest.h>
 

@@ -117,7 +117,8 @@ TEST_F(GravityOfALinearOrgan, TurnsForContactsBetweenSites) {
     const std::vector<pal_contact> some(contacts.begin(), contacts.begin() + static_cast<long>(count));
     const BlendedAnswers expected = blend_answers(at_sites, some);
     const auto results = session_.touch(some);
-    EXPECT_NEAR(session_.get()->stored_energy, expected.energy, kForceTolerance * std::abs(expected.energy));
+    EXPECT_NEAR(session_.get()->tissue.stored_energy, expected.energy,
+                kForceTolerance * std::abs(expected.energy));
     for (size_t c = 0; c < count; ++c) {
       EXPECT_EQ(results[c].flags & PAL_FLAG_NEAREST_SITE, 0U);
       EXPECT_LE((Eigen::Vector3d(results[c].force) - expected.forces[c]).norm(),

@@ -23,7 +23,7 @@ Eigen::Vector3d contact_force(const pal_contact_result& result) {
   return Eigen::Vector3d(result.force);
 }
 
-Eigen::Matrix3d contact_stiffness(const pal_contact_result& result) {
+Eigen::Matrix3d stiffness_between(const pal_contact_result& result) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
 }
 
@@ -88,7 +88,7 @@ class LinearBlends : public ::testing::Test {
   void expect_blend(OwnedSession& session, const Contacts& contacts) {
     const BlendedAnswers sum = blend_answers(at_sites_, contacts);
     const auto results = session.touch(contacts);
-    EXPECT_NEAR(session.get()->stored_energy, sum.energy, kForceTolerance * std::abs(sum.energy));
+    EXPECT_NEAR(session.get()->tissue.stored_energy, sum.energy, kForceTolerance * std::abs(sum.energy));
     double largest = 0;
     double stiffest = 0;
     for (size_t c = 0; c < contacts.size(); ++c) {
@@ -98,8 +98,8 @@ class LinearBlends : public ::testing::Test {
     for (size_t c = 0; c < contacts.size(); ++c) {
       EXPECT_LE((contact_force(results[c]) - sum.forces[c]).norm(), kForceTolerance * largest)
           << "contact " << c;
-      EXPECT_LE((contact_stiffness(results[c]) - sum.stiffness[c]).norm(), kForceTolerance * stiffest);
-      EXPECT_EQ(contact_stiffness(results[c]), contact_stiffness(results[c]).transpose());
+      EXPECT_LE((stiffness_between(results[c]) - sum.stiffness[c]).norm(), kForceTolerance * stiffest);
+      EXPECT_EQ(stiffness_between(results[c]), stiffness_between(results[c]).transpose());
       EXPECT_EQ(results[c].flags & PAL_FLAG_NEAREST_SITE, 0U);
     }
     EXPECT_LE((as_vector(session.field()) - sum.field).lpNorm<Eigen::Infinity>(),

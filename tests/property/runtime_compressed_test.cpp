@@ -4,8 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "runtime/src/compliance.hpp"
-#include "runtime/src/compressed_compliance.hpp"
+#include "runtime/src/pack/compliance.hpp"
+#include "runtime/src/pack/compressed_compliance.hpp"
 #include "tests/support/compressed_pack.hpp"
 #include "tests/support/runtime_session.hpp"
 

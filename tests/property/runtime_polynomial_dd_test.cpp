@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
 #include "tests/support/runtime_session.hpp"
@@ -451,7 +451,7 @@ TEST_P(RuntimePolynomialDd, ClampedBeyondFourRadii) {
     const Eigen::Vector3d limit = at(site, 4 * any_direction());
     const auto at_limit = touch(site, (1 - kGap) * limit);
     const Eigen::VectorXd field = as_vector(session_.field());
-    const double energy = session_.get()->stored_energy;
+    const double energy = session_.get()->tissue.stored_energy;
     const Eigen::Vector3d force(at_limit.force);
     EXPECT_EQ(at_limit.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
     for (const double beyond : {1 + 1e-9, 2.0, 1e3, 1e12, 1e300}) {
@@ -465,7 +465,8 @@ TEST_P(RuntimePolynomialDd, ClampedBeyondFourRadii) {
       }
       if (beyond < 1e4) {
         const double rise = (beyond - 1) * force.dot(limit);
-        EXPECT_NEAR(session_.get()->stored_energy, energy + rise, 1e-9 * (std::abs(energy) + std::abs(rise)));
+        EXPECT_NEAR(session_.get()->tissue.stored_energy, energy + rise,
+                    1e-9 * (std::abs(energy) + std::abs(rise)));
       }
       EXPECT_EQ(result.displacement_error, 1);
       EXPECT_LE((as_vector(session_.field()) - field).lpNorm<Eigen::Infinity>(),
@@ -480,7 +481,7 @@ TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
     const Eigen::Vector3d d = at(site, 6.5 * any_direction());
     const auto energy_at = [&](const Eigen::Vector3d& place) {
       touch(site, place);
-      return session_.get()->stored_energy;
+      return session_.get()->tissue.stored_energy;
     };
     const Eigen::Vector3d force(touch(site, d).force);
     const double step = 1e-5 * d.norm();

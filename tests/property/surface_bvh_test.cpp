@@ -1,6 +1,6 @@
 // The surface point nearest to a tool, against all primitives one by one in long double; its sign, against
 // solid angles.
-#include "runtime/src/surface_bvh.hpp"
+#include "runtime/src/pack/surface_bvh.hpp"
 
 #include <gtest/gtest.h>
 

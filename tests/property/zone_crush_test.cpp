@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
@@ -246,7 +246,7 @@ TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
   const auto depth_after = [&](int frames, double depth) {
     pal_contact_result result = {};
     for (int frame = 0; frame < frames; ++frame) {
-      session.get()->zone.answering.groups[0].longest_step = 1e-9;
+      session.get()->tissue.zone.active.groups[0].longest_step = 1e-9;
       result = session.touch(pressed_by(depth))[0];
       EXPECT_NE(result.flags & PAL_FLAG_UNCONVERGED, 0U);
     }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "offline/precompute/linear_dd.hpp"
-#include "offline/precompute/tied_patch.hpp"
+#include "offline/precompute/rigid_patch.hpp"
 #include "schemas/monomials.hpp"
 #include "tests/support/touched_block.hpp"
 

@@ -1,5 +1,5 @@
 // Zones of tools that move, tremble and hold still: how few iterations and tangents they take.
-#include "runtime/src/zone_motion.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <map>
 #include <random>
 
-#include "runtime/src/session_state.hpp"
-#include "runtime/src/zone_making.hpp"
-#include "runtime/src/zone_tangent.hpp"
+#include "runtime/src/session/session_state.hpp"
+#include "runtime/src/zone/zone_making.hpp"
+#include "runtime/src/zone/zone_tangent.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
 
@@ -119,14 +119,14 @@ struct Tangents {
 };
 
 Tangents tangents_of(OwnedSession& session, int frames, const std::function<void(int)>& touch) {
-  const ZoneState& zone = session.get()->zone;
+  const ZoneState& zone = session.get()->tissue.zone;
   std::vector<const double*> factors(pack::kMostZoneContacts);
   std::vector<int> since(pack::kMostZoneContacts);
   Tangents tangents;
   for (int frame = 0; frame < frames; ++frame) {
     touch(frame);
-    for (uint32_t g = 0; g < zone.answering.num_groups; ++g) {
-      const double* factor = zone.answering.groups[g].factor;
+    for (uint32_t g = 0; g < zone.active.num_groups; ++g) {
+      const double* factor = zone.active.groups[g].factor;
       ++since[g];
       if (factor == factors[g]) continue;
       if (factors[g] != nullptr) {
@@ -174,8 +174,8 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
-  ZoneState& zone = session.get()->zone;
-  const pal_pack& pack = *session.get()->pack;
+  ZoneState& zone = session.get()->tissue.zone;
+  const pal_pack& pack = *session.get()->tissue.pack;
   for (const std::vector<uint32_t>& sites : kSets) {
     SCOPED_TRACE(sites.size());
     constexpr uint64_t kOperations = 20000;
@@ -184,9 +184,9 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
     int slices = 1;
     while (!advance_zone(pack, kOperations, zone)) ++slices;
     EXPECT_GT(slices, 10);
-    ASSERT_TRUE(zone.answering.sound);
-    for (uint32_t g = 0; g < zone.answering.num_groups; ++g) {
-      const ZoneGroup& group = zone.answering.groups[g];
+    ASSERT_TRUE(zone.active.sound);
+    for (uint32_t g = 0; g < zone.active.num_groups; ++g) {
+      const ZoneGroup& group = zone.active.groups[g];
       EXPECT_TRUE(group.has_tangent);
       EXPECT_NE(group.factor, nullptr);
       EXPECT_NE(group.spare, nullptr);
@@ -201,8 +201,8 @@ TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
   const ZoneBlock organ(2, kTissue);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
-  ZoneState& zone = session.get()->zone;
-  const pal_pack& pack = *session.get()->pack;
+  ZoneState& zone = session.get()->tissue.zone;
+  const pal_pack& pack = *session.get()->tissue.pack;
   for (const std::vector<uint32_t>& sites : kSets) {
     SCOPED_TRACE(sites.size());
     const std::vector<pal_contact> contacts = on_circle(sites, 0);
@@ -212,7 +212,7 @@ TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
       ++slices[zone.phase];
     } while (!advance_zone(pack, 1, zone));
     const auto in = [&](ZoneState::Phase phase) { return slices[phase]; };
-    const auto groups = static_cast<int>(zone.answering.num_groups);
+    const auto groups = static_cast<int>(zone.active.num_groups);
     EXPECT_EQ(in(ZoneState::Phase::collect), static_cast<int>(sites.size()) + 1 + 2 * groups);
     for (const auto phase : {ZoneState::Phase::compliance, ZoneState::Phase::inverse, ZoneState::Phase::whole,
                              ZoneState::Phase::exterior, ZoneState::Phase::stiffness, ZoneState::Phase::own,
@@ -229,8 +229,8 @@ TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
   const auto made = [&](int slices_before, bool* whole) {
     OwnedSession session(organ.pack->get(), organ.config(4));
     settle(session, on_circle({4}, 0));
-    ZoneState& zone = session.get()->zone;
-    const pal_pack& pack = *session.get()->pack;
+    ZoneState& zone = session.get()->tissue.zone;
+    const pal_pack& pack = *session.get()->tissue.pack;
     const auto begin = [&](const std::vector<pal_contact>& of) {
       begin_zone(pack, of.data(), static_cast<uint32_t>(of.size()), {}, zone);
     };
@@ -262,8 +262,8 @@ TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
   const auto placed = [&](bool is_moving) {
     OwnedSession session(organ.pack->get(), organ.config(1));
     settle(session, on_circle({0}, 0));
-    ZoneState& zone = session.get()->zone;
-    const pal_pack& pack = *session.get()->pack;
+    ZoneState& zone = session.get()->tissue.zone;
+    const pal_pack& pack = *session.get()->tissue.pack;
     begin_zone(pack, next.data(), 1, {}, zone);
     for (int slice = 0; zone.phase != ZoneState::Phase::tangent; ++slice) {
       EXPECT_FALSE(advance_zone(pack, 1, zone));

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
@@ -170,7 +170,7 @@ TEST_P(ZonePlaces, OfContactsThatShareAZoneForcesAreGradients) {
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame)
       results = session.touch({contact_at({0.09, 0.14, 0.375}, d), other});
-    return std::pair(results.front(), session.get()->stored_energy);
+    return std::pair(results.front(), session.get()->tissue.stored_energy);
   };
   const pal_contact_result at_push = settle_at(kPush).first;
   constexpr double kStep = 1e-4;

@@ -1,12 +1,12 @@
 // What the elements next to the zones of neighbours add.
-#include "runtime/src/zone_rim.hpp"
+#include "runtime/src/zone/zone_rim.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <utility>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
@@ -124,7 +124,7 @@ TEST(ZoneRim, NeighboursThatCrushEachOther) {
 // Whether a group has a rim, of the session's set that answers.
 uint32_t num_rim_nodes(OwnedSession& session) {
   uint32_t count = 0;
-  const ZoneSet& set = session.get()->zone.answering;
+  const ZoneSet& set = session.get()->tissue.zone.active;
   for (uint32_t g = 0; g < set.num_groups; ++g) count += set.groups[g].rim.num_nodes;
   return count;
 }
@@ -214,7 +214,7 @@ TEST(ZoneRim, TornBeyondAllBoundsIsLimited) {
       ASSERT_TRUE(all_finite(result)) << frame;
     }
     ASSERT_TRUE(all_finite(session.field())) << frame;
-    const ZoneSet& set = session.get()->zone.answering;
+    const ZoneSet& set = session.get()->tissue.zone.active;
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       if (!set.groups[g].rim.is_limited) continue;
       is_limited = true;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
@@ -44,7 +44,7 @@ uint32_t expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites
     return results;
   };
   const auto free = expect({});
-  const uint32_t groups = session.get()->zone.answering.num_groups;
+  const uint32_t groups = session.get()->tissue.zone.active.num_groups;
   const auto fixed = expect({organ.block.sites.sites[organ.block.sites.sites.size() / 4].node});
   EXPECT_GE(worst_force_error(fixed, free), 1e-3) << "it has to matter";
   contacts[0].force_axes = 4;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/src/session_state.hpp"
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/runtime_session.hpp"
 
 namespace palpate::test {
@@ -34,7 +34,7 @@ inline void add_answers(OwnedSession& at_sites, const std::vector<pal_contact>& 
                                        &results[c].stiffness[0][0]);
     }
     sum.field += weight * field;
-    sum.energy += weight * at_sites.get()->stored_energy;
+    sum.energy += weight * at_sites.get()->tissue.stored_energy;
     return;
   }
   const pal_contact contact = contacts[first];

@@ -7,7 +7,7 @@
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/scene.hpp"
 #include "offline/precompute/surface_bvh.hpp"
-#include "runtime/src/pack_view.hpp"
+#include "runtime/src/pack/pack_view.hpp"
 
 namespace palpate::test {
 

@@ -1,0 +1,293 @@
+#include "offline/pipeline/build_plan.hpp"
+
+#include <fmt/core.h>
+#include <palpate/palpate.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <stdexcept>
+#include <variant>
+
+#include "offline/mesh/volume_patches.hpp"
+#include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/paper_quadratic.hpp"
+#include "offline/precompute/taylor_orders.hpp"
+
+namespace palpate {
+namespace {
+
+// Opens in a twentieth of a second and is exact; what a surface of 1,900 nodes takes. It grows with the square.
+constexpr double kMostDenseBytes = 256e6;
+
+double dense_bytes(const ContactSites& sites) {
+  return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
+}
+
+constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
+constexpr double kMostZoneBytes = 192e6;
+// Of survey targets from here on polynomials take more of everything.
+constexpr double kFineTarget = 1e-3;
+
+// As many as the target asks for: p95 of sets of contacts that go as far as an edge is up to 2.7 % with one ring, 0.4 with
+// two and 0.15 with three (bench/zones/ZONES.md).
+int rings_for(double target) {
+  constexpr double kOfOneRing = 0.03;
+  constexpr double kOfTwo = 0.004;
+  if (target >= kOfOneRing) return 1;
+  return target >= kOfTwo ? 2 : 3;
+}
+
+// Solves of a site that its polynomial is fitted to, at the least.
+size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
+  if (!scene.polynomial) return 0;
+  const bool half = scene.directions == Directions::inward;
+  switch (scene.polynomial_method) {
+    case PolynomialMethod::hermite:
+      return plan.fewest ? kChecksOfSeries : plan.least_samples;
+    case PolynomialMethod::paper_grid:
+      return grid_points(half).size();
+    case PolynomialMethod::paper_ray:
+      return ray_points(Eigen::Vector3d::UnitZ()).size();
+  }
+  return 0;
+}
+
+bool is_nonlinear(const Model& model) {
+  return std::any_of(model.materials.begin(), model.materials.end(), [](const Material& material) {
+    return !std::holds_alternative<LinearElastic>(material.law);
+  });
+}
+
+// Of contacts that move, each in a zone of its own or half of one that it shares: for each an iteration with its
+// substitutions and products, two evaluations of its elements, and a tenth of the next tangent
+// (runtime/src/nonlinear_zone.hpp).
+double zone_frame_us(const ZoneTables& zone, int contacts) {
+  constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
+  constexpr double kPerElement = 1200;
+  constexpr double kPerStiffness = 3000;  // of an element
+  const double m = 3.0 * zone.most_nodes;
+  const double tangent = m * m * m / 6 + 8 * m * m + kPerStiffness * zone.most_elements;
+  const double of_one = 2 * m * m + tangent / 10 + kPerElement * zone.most_elements;
+  return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
+}
+
+bool is_zone_wanted(const Model& model, const Scene& scene, const ContactSites& sites) {
+  const bool is_of_use = scene.max_contacts > 1 && scene.linear && !is_to_be_compressed(scene, sites) &&
+                         is_nonlinear(model) && !shares_linear_volumes(model);
+  return scene.zone.value_or(is_of_use);
+}
+
+}  // namespace
+
+bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
+  if (!scene.linear || scene.compliance == ComplianceForm::dense) return false;
+  return scene.compliance == ComplianceForm::compressed || dense_bytes(sites) > kMostDenseBytes;
+}
+
+bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
+  return !is_to_be_compressed(scene, sites) && (scene.linear || dense_bytes(sites) <= kMostDenseBytes);
+}
+
+std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
+  if (!is_zone_wanted(model, scene, sites)) return std::nullopt;
+  if (is_to_be_compressed(scene, sites)) {
+    throw std::runtime_error(
+        scene.file.string() +
+        ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
+        "fewer sites, or remove models.zone = true");
+  }
+  if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
+  for (int rings = rings_for(scene.accuracy_target); rings > 0; --rings) {
+    // A ring is worth more than what is between near contacts, and that more than degrees outside of zones.
+    for (const bool between : {true, false}) {
+      ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
+      const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
+      while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && is_large())
+        --zone.exterior_degree;
+      const bool is_asked_for = scene.zone.value_or(false);
+      if (is_asked_for ? !is_large() || (rings == 1 && !zone.between)
+                       : !is_large() && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
+        return zone;
+      if (!zone.between) break;
+    }
+  }
+  return std::nullopt;
+}
+
+SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
+  SamplingPlan plan;
+  plan.jobs = jobs;
+  constexpr int kSurveySets =
+      60;  // as many as it takes to tell 95 % of their errors with a confidence of 95 %
+  plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
+  plan.target = scene.accuracy_target;
+  // Where slivers turn under a small tip, 60 solves leave half a percent (bench/polynomials/POLYNOMIALS.md).
+  constexpr size_t kSolvesForFineTargets = 150;
+  // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
+  if (plan.target <= kFineTarget && scene.directions != Directions::inward)
+    plan.most_samples = kSolvesForFineTargets;
+  plan.rounded = rounds_fields(scene);
+  // Below it energies and forces lose to rounding what a polynomial is fitted to.
+  constexpr double kLeastReach = 1e-6;  // of h
+  if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
+    throw std::runtime_error(fmt::format(
+        "{}: max_displacement = {:g} is below a millionth of the mean surface edge {:.4g}, too little for a "
+        "nonlinear model; raise it, or write [models] polynomial = false",
+        scene.file.string(), scene.max_displacement, sites.mean_surface_edge));
+  }
+  // A whole surface is given what its target needs, few sites more than that: they cost little.
+  constexpr int kManySites = 240;
+  // Few sites are measured more often, so that 95 % of each bin's errors are told with a confidence of 95 %.
+  constexpr int kFewestSurveySolves = 4 * 60;
+  const int num_sites = static_cast<int>(sites.sites.size());
+  plan.fewest = scene.polynomial && scene.polynomial_method == PolynomialMethod::hermite &&
+                (scene.sampled_sites == SampledSites::fewest ||
+                 (scene.sampled_sites == SampledSites::automatic && num_sites > kManySites));
+  plan.least_survey = plan.fewest ? kFewestSurveySolves / 4 : 0;
+  int num_surveyed = num_sites;
+  if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
+    // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin
+    // at sites all over the organ.
+    num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
+    plan.survey_samples = 4;
+  }
+  if (scene.polynomial && num_sites > kManySites) {
+    // On the brain 4 solves leave 0.5 % at 1 h, and sites of which that is not within the target get more.
+    plan.least_samples = 4;
+    plan.survey_samples = 2;
+    return plan;
+  }
+  plan.survey_samples =
+      std::max(plan.survey_samples, (kFewestSurveySolves / 4 + num_surveyed - 1) / num_surveyed * 4);
+  return plan;
+}
+
+size_t num_worked(const SamplingPlan& plan, const ContactSites& sites) {
+  return plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
+}
+
+std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
+                                      const SamplingPlan& plan) {
+  constexpr std::uint64_t kSeed = 0;
+  return draw_contact_sets(model, scene, sites, plan.survey_sets, kSeed);
+}
+
+std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
+                                   const std::vector<InputFile>& inputs) {
+  // Another build of this program may solve otherwise, in the last digit or by a mended fault.
+  const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
+  // Where the fewest sites are sampled, two pushes come before all others, and a solve starts from the nearest before
+  // it.
+  std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
+                                static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
+                                plan_sampling(scene, sites, 1).fewest);
+  for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first is the scene
+  if (scene.gravity) {
+    for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
+  }
+  for (const int node : sites.packed_nodes)
+    key += fmt::format(" {}", model.labels[static_cast<size_t>(node)]);
+  return key;
+}
+
+double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
+                          const SamplingPlan& plan) {
+  const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
+  // Displacement and three derivatives of all dofs, six second derivatives of what is packed; a survey's displacement.
+  const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
+  return sizeof(float) *
+         (static_cast<double>(num_worked(plan, sites)) *
+              (static_cast<double>(samples_of_site(scene, plan)) * sample + plan.survey_samples * rows) +
+          plan.survey_sets * rows);
+}
+
+void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
+                const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
+                bool keeps_samples) {
+  StaticSolver solver(assembly);
+  const auto start = std::chrono::steady_clock::now();
+  const bool factored =
+      solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
+  const double factor_seconds =
+      factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
+  const size_t worked = num_worked(plan, sites);
+  const size_t num_sets = surveyed_sets(model, scene, sites, plan).size();
+  const double solves =
+      static_cast<double>(num_sets) +
+      static_cast<double>(worked) *
+          static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
+  const bool compressed = is_to_be_compressed(scene, sites);
+  constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
+  double factors = kFactorsPerSolve * solves;
+  constexpr double kFactorsPerSeries = 5;
+  if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
+  const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
+  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
+  double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? usual : PolynomialSize(),
+                                     plan.rounded, compressed);
+  for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
+  fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
+             model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
+             sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
+             scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
+  if (scene.linear) {
+    const double dense = dense_bytes(sites) / 1e6;
+    if (compressed) {
+      fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
+                 kComplianceTolerance, dense);
+    } else {
+      fmt::print("compliance dense, {:.1f} MB\n", dense);
+    }
+  }
+  if (const VolumePatchCount patches = count_volume_patches(model); patches.patches > 0) {
+    fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
+               patches.most_elements,
+               scene.max_contacts > 1 && shares_linear_volumes(model)
+                   ? "; nonlinear zones cannot hold those of *ELASTIC at small strain and are left out"
+                   : "");
+  }
+  if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
+    const double of_zones = zone_bytes(*zone, sites);
+    bytes += of_zones;
+    // What is outside of zones, order by order along rays (zone_exterior.hpp): as many factors as an order of a ray
+    // takes the time of, on the brain with one ring and two, and the same of pairs.
+    constexpr double kFactorsPerOrder = 0.15;
+    constexpr double kFactorsPerRing = 0.055;
+    constexpr double kFactorsPerPair[] = {0.5, 1.0};  // to second order, to third
+    const int degree = zone->exterior_degree;
+    const int orders = (degree - 1) * num_rays(degree);
+    factors +=
+        orders * (kFactorsPerOrder + kFactorsPerRing * zone->rings) *
+            static_cast<double>(sites.sites.size()) +
+        kFactorsPerPair[zone->pair_degree > 2 ? 1 : 0] * zone->rings * static_cast<double>(zone->num_pairs);
+    fmt::print(
+        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
+        zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,
+        zone->most_nodes, zone->most_elements,
+        scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
+            ? fmt::format("; more than {} contacts at once are answered by the linear model",
+                          pack::kMostZoneContacts)
+            : "");
+  } else if (is_zone_wanted(model, scene, sites)) {
+    fmt::print(
+        "zones      none: one ring would take more than [budget] frame_us = {:g} or {:.0f} MB; several "
+        "contacts "
+        "are answered by the linear model\n",
+        scene.frame_budget_us, kMostZoneBytes / 1e6);
+  }
+  // Of small meshes assembly, tangents and fits outweigh the factors.
+  constexpr double kSecondsPerElement = 5e-6;
+  const double seconds =
+      std::max(factor_seconds, kSecondsPerElement * static_cast<double>(model.elements.size()));
+  constexpr double kFactorsPerSet = 4;  // of contacts that may strain what is between them
+  factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);
+  fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
+             solves, std::max(1.0, factors * seconds / jobs), jobs, bytes / 1e6);
+  if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
+  fmt::print("\n");
+  std::fflush(stdout);  // also into a file: it is for before the wait
+}
+
+}  // namespace palpate

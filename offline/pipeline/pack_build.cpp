@@ -1,0 +1,196 @@
+#include "offline/pipeline/pack_build.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "offline/output/progress_bar.hpp"
+#include "offline/pipeline/build_plan.hpp"
+#include "offline/pipeline/compliance_errors.hpp"
+#include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/runtime_survey.hpp"
+#include "offline/precompute/zone_exterior.hpp"
+#include "offline/precompute/zone_mutual.hpp"
+
+namespace palpate {
+namespace {
+
+Compliance compute_compliance(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                              const RestState& rest, int jobs) {
+  Compliance compliance;
+  if (is_to_be_compressed(scene, sites)) {
+    const Assembly threaded(assembly.model(), assembly.model().fixed_dofs(), jobs);
+    constexpr int kSteps = 1000;
+    ProgressBar bar("linear_dd", kSteps);
+    const auto show = [&](int done, int total) {
+      bar.show(static_cast<int>(std::int64_t{done} * kSteps / total));
+    };
+    compliance.compressed = compress_linear_dd(threaded, sites, kComplianceTolerance, show, rest);
+  } else if (is_dense_at_hand(scene, sites)) {
+    ProgressBar bar("linear_dd", static_cast<int>(3 * sites.contact_nodes.size()));
+    compliance.dense = compute_linear_dd(
+        assembly, sites, [&](int done, int) { bar.show(done); }, rest);
+  }
+  return compliance;
+}
+
+PackContent content_of(const Model& model, const Scene& scene, const ContactSites& sites,
+                       const RestState& rest, const SamplingPlan& plan, const Compliance& compliance,
+                       const std::vector<SiteResult>& results, const std::optional<ZoneTables>& zone,
+                       std::vector<InputFile> inputs) {
+  PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(inputs), {}};
+  content.rest = &rest;
+  if (compliance.compressed) content.compressed = &*compliance.compressed;
+  if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
+  if (scene.polynomial) content.polynomials = &results;
+  if (zone) content.zone = &*zone;
+  return content;
+}
+
+// The errors of the real runtime on a pack that is complete but for them.
+std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results,
+                                       const SolvedSets& sets, int jobs) {
+  const AlignedBytes bytes = write_pack(content);
+  const OpenedPack opened(bytes);
+  std::vector<SurveySample> samples;
+  for (const SiteResult& result : results)
+    samples.insert(samples.end(), result.survey.begin(), result.survey.end());
+  std::vector<ModelSurvey> surveys;
+  const auto survey = [&](SurveyedModel name, pal_model model) {
+    surveys.push_back(
+        {name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs).table});
+    if (answers_sets(model) && !sets.sets.empty())
+      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs).table;
+  };
+  if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
+  if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
+  if (content.polynomials != nullptr) {
+    const auto sampled = num_sampled(results);
+    if (sampled > 0) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
+    if (sampled < results.size()) survey(SurveyedModel::affine_site, PAL_MODEL_AFFINE);
+  }
+  return surveys;
+}
+
+SolvedSets solve_surveyed_sets(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                               const RestState& rest, const SamplingPlan& plan, const SampleStore* store,
+                               const std::function<size_t()>& next) {
+  std::vector<ContactSet> sets = surveyed_sets(assembly.model(), scene, sites, plan);
+  if (sets.empty()) return {};
+  ProgressBar bar("several contacts", static_cast<int>(sets.size()));
+  return solve_drawn_sets(
+      assembly, sites, rest, std::move(sets), plan.jobs, store, [&](int done, int) { bar.show(done); }, next);
+}
+
+AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest,
+                                 const std::vector<SiteResult>& results, const SolvedSets& sets, int jobs,
+                                 Compliance& compliance, PackContent& content) {
+  content.surveys = survey_models(content, results, sets, jobs);
+  if (compliance.compressed) {
+    const AlignedBytes measured = write_pack(content);
+    const ComplianceErrors errors =
+        measure_compliance(OpenedPack(measured), assembly, content.sites, rest, content.scene.max_contacts);
+    compliance.compressed->displacement_error = errors.displacement;
+    compliance.compressed->force_error = errors.force;
+    compliance.compressed->samples = errors.samples;
+  }
+  return write_pack(content);
+}
+
+// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed,
+// and keeps them where the first finds them.
+SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
+  SolveCounts counts;
+  {
+    RankQueue queue(ranks, count);
+    counts = work(queue);
+  }
+  for (long* number :
+       {&counts.reused, &counts.solves, &counts.not_kept, &counts.iterations, &counts.factorizations})
+    *number = ranks.sum(*number);
+  ranks.wait_for_all();
+  return counts;
+}
+
+// Samples the sites and solves the sets, which the ranks share. False on every rank but the first.
+bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
+  const size_t num_sites = num_worked(from.plan, from.sites);
+  const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
+    ProgressBar bar("sampling sites", static_cast<int>(num_sites));
+    build.results = sample_sites(
+        from.assembly, from.scene, from.sites, build.compliance.dense, from.plan,
+        [&](int done, int) { bar.show(shown(done)); }, from.rest, from.store, next);
+    return sum_of_counts(build.results);
+  };
+  const auto solve_sets = [&](const std::function<size_t()>& next) {
+    build.sets =
+        solve_surveyed_sets(from.assembly, from.scene, from.sites, from.rest, from.plan, from.store, next);
+    return build.sets.counts;
+  };
+  const bool is_shared = ranks != nullptr && ranks->count() > 1;
+  if (is_shared) {
+    build.counts = share(*ranks, num_sites, [&](RankQueue& queue) {
+      return sample([&](int) { return static_cast<int>(queue.handed_out()); }, [&] { return queue.next(); });
+    });
+    const size_t num_sets = surveyed_sets(from.assembly.model(), from.scene, from.sites, from.plan).size();
+    if (num_sets > 0) {
+      build.counts +=
+          share(*ranks, num_sets, [&](RankQueue& queue) { return solve_sets([&] { return queue.next(); }); });
+    }
+    if (!ranks->is_first()) return false;
+  }
+  SolveCounts here = sample([](int done) { return done; }, {});
+  here += solve_sets({});
+  if (is_shared) here.reused = here.not_kept = 0;  // share() has counted these
+  build.counts += here;
+  return true;
+}
+
+}  // namespace
+
+void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+                  const RestState& rest, int jobs, ZoneTables& zone) {
+  {
+    ProgressBar bar("width of zones", static_cast<int>(sites.sites.size()));
+    zone = widen_zones(
+        assembly, scene, sites, rest, jobs, [&](int done) { bar.show(done); }, zone);
+  }
+  {
+    ProgressBar bar("compliance of zones",
+                    3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
+    compute_zone_compliance(
+        assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
+  }
+  ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
+  compute_zone_exterior(
+      assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
+  if (zone.num_pairs > 0) {
+    constexpr int kSteps = 1000;
+    ProgressBar pairs("pairs of contacts", kSteps);
+    compute_zone_mutual(
+        assembly, scene, sites, rest, jobs, [&](double part) { pairs.show(static_cast<int>(part * kSteps)); },
+        zone);
+  }
+}
+
+std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs, Ranks* ranks) {
+  auto build = std::make_unique<PackBuild>();
+  const bool is_first = ranks == nullptr || ranks->is_first();
+  // The other ranks pin their fits to the dense compliance. A compressed compliance does not serve that.
+  if (is_first || is_dense_at_hand(from.scene, from.sites))
+    build->compliance = compute_compliance(from.assembly, from.scene, from.sites, from.rest, from.plan.jobs);
+  const auto start = std::chrono::steady_clock::now();
+  if (!solve_all(from, ranks, *build)) return nullptr;
+  build->sampling_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  build->zone = plan_zone(from.assembly.model(), from.scene, from.sites);
+  if (build->zone)
+    compute_zone(from.assembly, from.scene, from.sites, from.rest, from.plan.jobs, *build->zone);
+  build->content.emplace(content_of(from.assembly.model(), from.scene, from.sites, from.rest, from.plan,
+                                    build->compliance, build->results, build->zone, std::move(inputs)));
+  build->bytes.emplace(write_surveyed_pack(from.assembly, from.rest, build->results, build->sets,
+                                           from.plan.jobs, build->compliance, *build->content));
+  return build;
+}
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+#include "offline/pipeline/runtime_survey.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "offline/output/progress_bar.hpp"
+#include "offline/precompute/solver_threads.hpp"
+
+namespace palpate {
+namespace {
+
+// Of what was measured push by push.
+RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vector<MeasuredPush>& pushes,
+                        double max_displacement) {
+  RuntimeSurvey survey;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const MeasuredPush& push = pushes[i];
+    survey.errors.push_back({push.displacement_error, push.force_error});
+    if (!samples[i].solved) continue;
+    survey.displacement_covered += push.displacement_error <= push.displacement_estimate ? 1 : 0;
+    survey.force_covered += push.force_error <= push.force_estimate ? 1 : 0;
+    ++survey.solved;
+  }
+  survey.table = tabulate_errors(samples, survey.errors, max_displacement);
+  return survey;
+}
+
+// Both as the runtime has them (ErrorSurvey in schemas/pack.fbs).
+double reach_of(const OpenedPack& opened, const ContactTruth& set) {
+  double reach = 0;
+  for (const LinearContact& contact : set.contacts)
+    reach += (contact.displacement / opened.tables().sites()->max_displacement()).squaredNorm();
+  return reach;
+}
+
+double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
+  const std::span<const double> scale =
+      opened.segment<double>(*opened.tables().nonlinear_zone()->force_scale());
+  double load = 0;
+  for (size_t c = 0; c < set.contacts.size(); ++c)
+    load = std::max(load, answer.forces[c].norm() / scale[set.contacts[c].site]);
+  return load;
+}
+
+}  // namespace
+
+RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
+                                     int jobs) {
+  RuntimeSetSurvey survey;
+  size_t most_contacts = 1;
+  for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
+  survey.answers.resize(solved.sets.size());
+  std::vector<SampleErrors> estimates(solved.sets.size());
+  const auto ask = [&](size_t, size_t i) {
+    const ContactTruth& truth = solved.truths[i];
+    const MethodAnswer answer =
+        runtime_method(opened, model, static_cast<std::uint32_t>(most_contacts))(truth.contacts);
+    estimates[i] = {answer.displacement_estimate, answer.force_estimate};
+    SetAnswer& said = survey.answers[i];
+    said.kind = solved.sets[i].kind;
+    said.is_solved = truth.solved;
+    said.is_flagged = answer.flags != 0;
+    said.reach = reach_of(opened, truth);
+    if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
+    if (!truth.solved) return;
+    const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
+    said.displacement_error = push.displacement_error;
+    said.force_error = push.force_error;
+  };
+  ProgressBar bar(std::string("errors of several contacts, ") + model_name(model),
+                  static_cast<int>(solved.sets.size()));
+  for_each_on_threads(solved.sets.size(), jobs, ask, [&](int done, int) { bar.show(done); });
+  for (size_t i = 0; model == PAL_MODEL_ZONE && i < survey.answers.size(); ++i) {
+    const SetAnswer& said = survey.answers[i];
+    if (said.is_flagged) continue;
+    ++survey.estimated;
+    survey.displacement_covered += said.displacement_error <= estimates[i].displacement ? 1 : 0;
+    survey.force_covered += said.force_error <= estimates[i].force ? 1 : 0;
+  }
+  survey.table = tabulate_sets(survey.answers);
+  if (model != PAL_MODEL_ZONE) survey.table.over_load = survey.table.over_reach = {};
+  return survey;
+}
+
+RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs) {
+  std::set<size_t> sites;
+  for (const SurveySample& sample : samples) sites.insert(sample.site);
+  ProgressBar bar(std::string("errors, ") + model_name(model), static_cast<int>(sites.size()));
+  std::vector<MeasuredPush> pushes = measure_pushes(
+      truths_of(samples), [&] { return runtime_method(opened, model, 1); }, jobs,
+      [&](int done, int) { bar.show(done); });
+  if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
+    return survey_of(samples, pushes, max_displacement);
+  const auto polynomials = opened.segment<pack::PolynomialSite>(*opened.tables().polynomial_dd()->sites());
+  std::vector<SurveySample> answered;
+  std::vector<MeasuredPush> measured;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if ((polynomials[samples[i].site].samples == 0) != (model == PAL_MODEL_AFFINE)) continue;
+    answered.push_back(samples[i]);
+    measured.push_back(pushes[i]);
+  }
+  return survey_of(answered, measured, max_displacement);
+}
+
+}  // namespace palpate

@@ -1,0 +1,85 @@
+// A session whose frames are timed: it speaks the runtime's units and does nothing but call it.
+#pragma once
+
+#include <chrono>
+#include <span>
+#include <vector>
+
+#include "offline/pipeline/opened_pack.hpp"
+
+namespace palpate {
+
+// With memory of its own, of one tool. `zone_rings`: 0: all that the pack carries; `zone_iterations`: 0: the
+// runtime's default; `budget_seconds`: 0: what contacts that change need is made ready at once.
+class TimedSession {
+ public:
+  TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, double budget_seconds = 0)
+      : TimedSession(opened,
+                     config_of(opened, model, max_contacts, zone_rings, zone_iterations, budget_seconds)) {}
+
+  void haptic(std::span<const pal_contact> contacts) {
+    require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
+  }
+  // A tool holds a site; a haptic frame of its pose, with the same answer as the contact frame.
+  void hold(std::uint32_t site, std::uint32_t tool = 0) {
+    require_ok(session_.hold(tool, pal_default_hold(site)), "hold");
+  }
+  void release(std::uint32_t tool) { require_ok(session_.release(tool), "release"); }
+  // Tool 0 looks for the surface as long as it holds nothing.
+  void look_for_surface() {
+    pal_touch touch = {};
+    touch.struct_size = sizeof touch;
+    touch.law = PAL_LAW_TOUCH;
+    require_ok(session_.set_touch(0, touch), "touch");
+  }
+  // How many contacts tool 0 holds.
+  std::uint32_t tool(const pal_pose& pose) {
+    tools({&pose, 1});
+    return tool_results_.front().num_contacts;
+  }
+  // A haptic frame of the first tools: the flags of any.
+  std::uint32_t tools(std::span<const pal_pose> poses) {
+    require_ok(session_.haptic_frame(0.001, poses, {tool_results_.data(), poses.size()}), "frame");
+    std::uint32_t flags = 0;
+    for (size_t tool = 0; tool < poses.size(); ++tool) flags |= tool_results_[tool].flags;
+    return flags;
+  }
+  void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
+
+ private:
+  TimedSession(const OpenedPack& opened, const pal_session_config& config)
+      : arena_(required_bytes(opened, config)),
+        results_(config.max_contacts),
+        tool_results_(config.max_tools) {
+    require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
+  }
+  static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
+                                      std::uint32_t zone_rings, std::uint32_t zone_iterations,
+                                      double budget_seconds) {
+    pal_session_config config = pal_default_session_config(opened.pack().get());
+    config.zone_rings = zone_rings;
+    config.zone_iterations = zone_iterations;
+    config.model = model;
+    config.max_contacts = max_contacts;
+    config.max_tools = budget_seconds > 0 ? max_contacts : 1;
+    config.budget_seconds = budget_seconds;
+    config.clock = [](void*) {
+      return static_cast<std::uint64_t>(
+          std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
+    };
+    return config;
+  }
+  static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {
+    size_t bytes = 0;
+    require_ok(Session::required_bytes(opened.pack(), config, bytes), "session");
+    return bytes;
+  }
+
+  AlignedBytes arena_;
+  std::vector<pal_contact_result> results_;
+  std::vector<pal_tool_result> tool_results_;
+  Session session_;
+};
+
+}  // namespace palpate

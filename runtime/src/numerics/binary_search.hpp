@@ -1,0 +1,24 @@
+// Looking a number up among rising ones.
+#pragma once
+
+#include <stdint.h>
+
+namespace palpate {
+
+// Its place, or `count` where it is not there; value_of(i) rises over i < count.
+template <typename Value, typename ValueOf>
+uint32_t find_sorted(uint32_t count, Value value, ValueOf&& value_of) {
+  uint32_t low = 0;
+  uint32_t high = count;
+  while (low < high) {
+    const uint32_t middle = low + (high - low) / 2;
+    if (value_of(middle) < value) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low < count && value_of(low) == value ? low : count;
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+#include "runtime/src/pack/compliance.hpp"
+
+#include <string.h>
+
+#include "runtime/src/numerics/basis_combination.hpp"
+#include "runtime/src/pack/compressed_compliance.hpp"
+#include "runtime/src/pack/pack_view.hpp"
+
+namespace palpate {
+
+void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]) {
+  double computed[9];
+  const double* lower = computed;
+  if (pack.contact_compliance != nullptr) {
+    lower = pack.contact_compliance + 9 * pack::lower_block(i > j ? i : j, i > j ? j : i);
+  } else {
+    compressed_contact_compliance(pack, i > j ? i : j, i > j ? j : i, computed);
+  }
+  for (uint32_t row = 0; row < 3; ++row) {
+    for (uint32_t column = 0; column < 3; ++column)
+      block[3 * row + column] = i >= j ? lower[3 * row + column] : lower[3 * column + row];
+  }
+}
+
+// All panels of one held node after one another: the columns of many would be as many streams.
+void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
+                           const FieldKernel& kernel, bool onto, pal_real* sum) {
+  const uint64_t panels = pack::num_panels(pack.num_nodes);
+  BasisCombination columns;
+  columns.num_columns = columns.num_weighed = 3;
+  if (forces.count == 0 && !onto) clear_panels(count, sum);
+  for (uint32_t slot = 0; slot < forces.count; ++slot, onto = true) {
+    const uint32_t node = forces.nodes[slot];
+    memcpy(columns.weights, forces.weights + size_t{3} * slot, 3 * sizeof *columns.weights);
+    const bool is_contact = node < pack.num_contact_nodes;
+    const uint32_t place = is_contact ? node : node - pack.num_contact_nodes;
+    columns.is_rounded = !is_contact && pack.zone_rounded;
+    columns.field = (is_contact ? reinterpret_cast<const unsigned char*>(pack.field_compliance)
+                                : pack.zone_field_compliance) +
+                    place * panels * pack::field_panel_bytes(3, columns.is_rounded);
+    const auto unit = is_contact ? pal_real(1) : static_cast<pal_real>(pack.zone_field_units[place]);
+    for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] *= unit;
+    if (columns.is_rounded) round_weights(columns);
+    fill_columns(columns, first, count, kernel, onto, sum);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,109 @@
+// Where a contact acts: at a site, or at a point of the surface between up to three of them.
+//
+// The answer at a point is the barycentric blend of the answers of the sites at the corners of its triangle, all to the
+// same displacement d of the tool: energy, force, stiffness and field are sums over the corners with the weights w of
+// the point, f = sum_i w_i f_i(d). Weights are continuous over the surface, and a corner that a triangle does not share
+// with its neighbour has weight zero where they meet; so displacement and force are continuous as a contact slides, and
+// at a fixed point the force is still the gradient of an energy.
+#pragma once
+
+#include <math.h>
+
+#include <palpate/palpate.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack/pack_view.hpp"
+
+namespace palpate {
+
+struct Corner {
+  uint32_t site;
+  double weight;
+};
+
+inline constexpr uint32_t kMostCorners = 4;
+
+// Weights > 0 whose sum is 1, of up to three corners; or a difference (below).
+struct ContactPlace {
+  uint32_t count;
+  Corner corners[kMostCorners];
+};
+
+// What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site
+// without weight may be any number.
+inline double own_weight(const pal_contact& contact) {
+  return 1.0 - (contact.neighbour_weights[0] + contact.neighbour_weights[1]);
+}
+
+// Whether the contact's place is on this pack's surface.
+inline pal_status check_place(const pal_pack& pack, const pal_contact& contact) {
+  constexpr double kRounding = 1e-6;
+  const double* others = contact.neighbour_weights;
+  if (!isfinite(others[0]) || !isfinite(others[1])) return PAL_STATUS_NOT_FINITE;
+  if (others[0] < 0 || others[1] < 0 || own_weight(contact) < -kRounding) return PAL_STATUS_BAD_ARGUMENT;
+  for (int i = 0; i < 2; ++i) {
+    if (others[i] > 0 && contact.neighbours[i] >= pack.num_sites) return PAL_STATUS_NO_SUCH_SITE;
+  }
+  return own_weight(contact) > 0 && contact.site >= pack.num_sites ? PAL_STATUS_NO_SUCH_SITE : PAL_STATUS_OK;
+}
+
+inline bool is_at_site(const pal_contact& contact) {
+  return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
+}
+
+// The corners with a weight, whose sum is 1.
+inline ContactPlace place_of(const pal_contact& contact) {
+  if (is_at_site(contact)) return {1, {{contact.site, 1.0}}};
+  const double* others = contact.neighbour_weights;
+  const Corner all[3] = {{contact.site, own_weight(contact)},
+                         {contact.neighbours[0], others[0]},
+                         {contact.neighbours[1], others[1]}};
+  ContactPlace place = {};
+  double sum = 0;
+  for (const Corner& corner : all) {
+    if (!(corner.weight > 0)) continue;
+    place.corners[place.count++] = corner;
+    sum += corner.weight;
+  }
+  for (uint32_t i = 0; i < place.count; ++i) place.corners[i].weight /= sum;
+  return place;
+}
+
+// What a place has beyond a site: weights whose sum is 0, of up to four corners; none where the place is that site.
+inline ContactPlace difference_from(const ContactPlace& place, uint32_t site) {
+  ContactPlace difference = {};
+  double own = -1;
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (place.corners[i].site == site) {
+      own += place.corners[i].weight;
+    } else {
+      difference.corners[difference.count++] = place.corners[i];
+    }
+  }
+  if (difference.count > 0) difference.corners[difference.count++] = {site, own};
+  return difference;
+}
+
+// The site of the largest weight.
+inline uint32_t nearest_site(const pal_contact& contact) {
+  const double* others = contact.neighbour_weights;
+  const double rest = own_weight(contact);
+  if (others[0] > rest && others[0] >= others[1]) return contact.neighbours[0];
+  return others[1] > rest ? contact.neighbours[1] : contact.site;
+}
+
+// Whether a site weighs as much as any, or nearly: who trembles between two sites stays at one.
+inline bool is_about_nearest(const pal_contact& contact, uint32_t site) {
+  constexpr double kReluctance = 0.1;
+  const ContactPlace place = place_of(contact);
+  double own = 0;
+  double largest = 0;
+  for (uint32_t i = 0; i < place.count; ++i) {
+    own += place.corners[i].site == site ? place.corners[i].weight : 0.0;
+    largest = std::max(largest, place.corners[i].weight);
+  }
+  return own >= largest - kReluctance;
+}
+
+}  // namespace palpate

@@ -1,0 +1,236 @@
+#include "runtime/src/pack/zone_open.hpp"
+
+#include <math.h>
+
+#include "runtime/kernels/isotropic_law.hpp"
+#include "runtime/src/pack/number_checks.hpp"
+#include "schemas/pair_monomials.hpp"
+
+namespace palpate {
+namespace {
+
+// The elements of a node follow those of the one before, each once, and have it: what frames do for a node is then
+// bounded by what the file holds.
+bool are_elements_of(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index) {
+  const uint32_t* listed = pack.zone_node_elements + node.first_element;
+  for (uint32_t e = 0; e < node.num_elements; ++e) {
+    if (e > 0 && listed[e] <= listed[e - 1]) return false;
+    const pack::ZoneElement& element = pack.zone_elements[listed[e]];
+    bool has = false;
+    for (uint32_t a = 0; a < element.num_nodes; ++a) has = has || element.nodes[a] == index;
+    if (!has) return false;
+  }
+  return true;
+}
+
+bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, uint64_t num_entries) {
+  const bool is_contact = index < pack.num_contact_nodes;
+  return (is_contact ? node.packed_node == pack.contact_nodes[index]
+                     : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
+         node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
+         (node.row == pack::kNoNode
+              ? !pack.zone_between || node.free_axes == 0
+              : node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes) &&
+         node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
+         all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
+}
+
+bool is_element(const pal_pack& pack, const pack::ZoneElement& element) {
+  if (element.material >= pack.num_zone_materials ||
+      (element.num_nodes != 4 && element.num_nodes != pack::kZoneElementNodes))
+    return false;
+  for (uint32_t a = 0; a < element.num_nodes; ++a) {
+    if (element.nodes[a] >= pack.num_zone_nodes) return false;
+    for (uint32_t b = 0; b < a; ++b) {
+      if (element.nodes[a] == element.nodes[b]) return false;
+    }
+  }
+  return true;
+}
+
+// Elements of a volume patch follow one another, no more than a frame has room for, of one law with a volume.
+bool are_patches(const pal_pack& pack) {
+  uint32_t num_nodes = 0;
+  for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
+    const pack::ZoneElement& element = pack.zone_elements[i];
+    const bool goes_on = i > 0 && element.volume_patch == pack.zone_elements[i - 1].volume_patch;
+    num_nodes = goes_on ? num_nodes + element.num_nodes : element.num_nodes;
+    if (i > 0 && element.volume_patch < pack.zone_elements[i - 1].volume_patch) return false;
+    if (element.volume_patch == pack::kNoPatch) continue;
+    if (num_nodes > pack::kMostPatchNodes ||
+        pack.zone_materials[element.material].law == pack::ZoneLaw::linear_elastic ||
+        (goes_on && element.material != pack.zone_elements[i - 1].material))
+      return false;
+  }
+  return true;
+}
+
+bool is_material(const pack::ZoneMaterial& material) {
+  if (static_cast<uint32_t>(material.law) >= pack::kZoneLaws ||
+      !all_within(material.constants, pack::kZoneConstants, kLargestScale))
+    return false;
+  const double* mu = material.constants;
+  const double* alpha = mu + kOgdenTerms;
+  bool sound = true;
+  for (int i = 0; i < kOgdenTerms && material.law == pack::ZoneLaw::ogden; ++i)
+    sound = sound && (mu[i] == 0 || alpha[i] != 0);
+  return sound;
+}
+
+// a_ij^2 <= a_ii a_jj, as of any compliance.
+bool is_compliance(const pal_pack& pack) {
+  constexpr double kRounding = 1e-9;
+  const auto diagonal = [&](uint64_t node, uint64_t axis) {
+    const uint64_t place = pack::lower_block(node, node);
+    const uint64_t contacts = pack::lower_block(pack.num_contact_nodes, 0);
+    const double* block = node < pack.num_contact_nodes ? pack.contact_compliance + 9 * place
+                                                        : pack.zone_compliance + 9 * (place - contacts);
+    return block[4 * axis];
+  };
+  bool is = true;
+  const double* block = pack.zone_compliance;
+  for (uint64_t i = pack.num_contact_nodes; i < pack.num_zone_free && is; ++i) {
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const bool is_free = (pack.zone_nodes[i].free_axes >> axis & 1) != 0;
+      is = is && (is_free ? is_own_compliance(pack, diagonal(i, axis)) : diagonal(i, axis) == 0);
+    }
+    for (uint64_t j = 0; j <= i; ++j, block += 9) {
+      for (uint64_t a = 0; a < 3; ++a) {
+        for (uint64_t b = 0; b < 3; ++b) {
+          const double entry = block[3 * a + b];
+          is = is && entry * entry <= diagonal(i, a) * diagonal(j, b) * (1.0 + kRounding) &&
+               (i != j || entry == block[3 * b + a]);
+        }
+      }
+    }
+  }
+  return is;
+}
+
+}  // namespace
+
+bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trusted, pal_pack& pack) {
+  if (pack.contact_compliance == nullptr) return false;
+  pack.zone_rings = zone.rings();
+  pack.num_zone_nodes = zone.num_nodes();
+  pack.num_zone_free = zone.num_free();
+  pack.num_zone_elements = zone.num_elements();
+  pack.most_zone_nodes = zone.most_nodes();
+  pack.most_zone_boundary = zone.most_boundary_nodes();
+  pack.most_zone_elements = zone.most_elements();
+  pack.most_rim_nodes = zone.most_rim_nodes();
+  pack.most_rim_elements = zone.most_rim_elements();
+  pack.zone_between = zone.between();
+  pack.num_zone_materials = zone.num_materials();
+  if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
+      pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||
+      pack.num_zone_free < pack.num_contact_nodes || pack.most_zone_nodes > pack.num_zone_nodes ||
+      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements ||
+      pack.most_rim_nodes > pack.num_zone_nodes || pack.most_rim_elements > pack.num_zone_elements)
+    return false;
+  const auto* nodes = array_of<pack::ZoneNode>(pack, zone.nodes(), first_offset, pack.num_zone_nodes);
+  pack.zone_elements =
+      array_of<pack::ZoneElement>(pack, zone.elements(), first_offset, pack.num_zone_elements);
+  if (nodes == nullptr || pack.zone_elements == nullptr || zone.node_elements() == nullptr) return false;
+  const uint64_t num_entries = zone.node_elements()->bytes() / sizeof(uint32_t);
+  pack.zone_node_elements = array_of<uint32_t>(pack, zone.node_elements(), first_offset, num_entries);
+  pack.zone_materials =
+      array_of<pack::ZoneMaterial>(pack, zone.materials(), first_offset, pack.num_zone_materials);
+  const uint64_t others = pack.num_zone_free - pack.num_contact_nodes;
+  const uint64_t blocks =
+      pack::lower_block(pack.num_zone_free, 0) - pack::lower_block(pack.num_contact_nodes, 0);
+  pack.zone_rounded = zone.precision() == pack::FieldPrecision::i16;
+  if (!pack.zone_rounded && zone.precision() != pack::FieldPrecision::real) return false;
+  const uint64_t of_node = pack::num_panels(pack.num_nodes) * pack::field_panel_bytes(3, pack.zone_rounded);
+  pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
+  pack.zone_field_compliance =
+      array_of<unsigned char>(pack, zone.field_compliance(), first_offset, others * of_node);
+  pack.zone_field_units = array_of<double>(pack, zone.field_units(), first_offset, others);
+  pack.zone_degree = zone.exterior_degree();
+  if (pack.zone_degree < pack::kLeastZoneDegree || pack.zone_degree > pack::kMostZoneDegree) return false;
+  pack.zone_columns = pack::num_monomials(2, pack.zone_degree);
+  // As many panels of inner nodes as the array has.
+  const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites *
+                            pack::field_panel_bytes(pack.zone_columns, pack.zone_rounded);
+  const uint64_t num_bytes = zone.exterior() != nullptr ? zone.exterior()->bytes() : 0;
+  if (of_panel == 0 || num_bytes % of_panel != 0 || num_bytes / of_panel > kMostNodes / pack::kPanelNodes ||
+      num_bytes / of_panel < pack::num_panels(pack.num_nodes))
+    return false;
+  pack.num_row_panels = static_cast<uint32_t>(num_bytes / of_panel);
+  pack.zone_more_rings = array_of<uint8_t>(pack, zone.more_rings(), first_offset, pack.num_sites);
+  pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
+  pack.zone_exterior = array_of<unsigned char>(pack, zone.exterior(), first_offset, num_bytes);
+  const uint64_t num_units = uint64_t{pack.zone_rings} * pack.num_sites * pack.zone_columns;
+  pack.zone_exterior_units = array_of<double>(pack, zone.exterior_units(), first_offset, num_units);
+  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
+      pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
+      pack.zone_field_units == nullptr || pack.zone_exterior_units == nullptr ||
+      pack.zone_more_rings == nullptr || pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
+    return false;
+  const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
+  const uint64_t of_monomial = 2 * pack::kPairColumns + zone.num_pair_fields();
+  pack.pair_degree = zone.pair_degree();
+  if (pack.pair_degree < pack::kLeastPairDegree || pack.pair_degree > pack::kMostPairDegree) return false;
+  const uint64_t num_weights =
+      pairs * pack.zone_rings * pack::num_pair_monomials(pack.pair_degree) * of_monomial;
+  pack.num_pair_fields = zone.num_pair_fields();
+  if (pack.num_pair_fields > 0) {
+    if (pack.num_sites > pack::kMostMutualSites || pack.num_pair_fields > pack::kMostPairFields ||
+        pack.num_pair_fields % 4 != 0)
+      return false;
+    const uint64_t of_pair = uint64_t{pack.num_row_panels} * pack.num_pair_fields * pack::kPanelRows;
+    pack.pair_fields = array_of<int8_t>(pack, zone.pair_fields(), first_offset, pairs * of_pair);
+    pack.pair_weights = array_of<float>(pack, zone.pair_weights(), first_offset, num_weights);
+    if (pack.pair_fields == nullptr || pack.pair_weights == nullptr) return false;
+  }
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    if (pack.zone_more_rings[site] > pack::kMostZoneRings) return false;
+    const double scale = pack.zone_force_scale[site];
+    if (!(scale >= 1 / kLargestEnergy && scale <= kLargestEnergy)) return false;
+  }
+  uint64_t first_element = 0;
+  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
+    if (nodes[i].first_element != first_element || !is_node(pack, nodes[i], i, num_entries)) return false;
+    first_element += nodes[i].num_elements;
+  }
+  if (first_element != num_entries) return false;
+  for (uint64_t i = 0; i < num_entries; ++i) {
+    if (pack.zone_node_elements[i] >= pack.num_zone_elements) return false;
+  }
+  for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
+    if (!is_element(pack, pack.zone_elements[i])) return false;
+    if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
+    if (pack.zone_elements[i].volume_patch != pack::kNoPatch) ++pack.num_sharing;
+  }
+  if (!are_patches(pack)) return false;
+  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
+    if (!are_elements_of(pack, nodes[i], i)) return false;
+  }
+  for (uint32_t i = 0; i < pack.num_zone_materials; ++i) {
+    if (!is_material(pack.zone_materials[i])) return false;
+  }
+  pack.zone_nodes = nodes;
+  if (trusted) return true;
+  const auto are_parts = [&](const unsigned char* columns, uint64_t bytes) {
+    constexpr pal_real kLargestPart = pal_real(1.001);  // 1, and rounding
+    return pack.zone_rounded ||
+           all_within(reinterpret_cast<const pal_real*>(columns), bytes / sizeof(pal_real), kLargestPart);
+  };
+  if (!is_compliance(pack) || !are_parts(pack.zone_field_compliance, others * of_node) ||
+      !are_parts(pack.zone_exterior, num_bytes) ||
+      !all_within(pack.zone_exterior_units, num_units, kLargestAmplification * pack.max_displacement) ||
+      (pack.pair_weights != nullptr &&
+       !all_within(pack.pair_weights, num_weights, static_cast<float>(kLargestAmplification))))
+    return false;
+  for (uint64_t node = 0; node < others; ++node) {
+    const uint64_t at = node + pack.num_contact_nodes;
+    const double* block =
+        pack.zone_compliance + 9 * (pack::lower_block(at, at) - pack::lower_block(pack.num_contact_nodes, 0));
+    double largest = 0;
+    for (uint32_t axis = 0; axis < 3; ++axis) largest = block[4 * axis] > largest ? block[4 * axis] : largest;
+    if (!all_within(pack.zone_field_units + node, 1, kLargestAmplification * largest)) return false;
+  }
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,12 @@
+// Reading a nonlinear zone's tables from a pack.
+#pragma once
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "schemas/pack_generated.h"
+
+namespace palpate {
+
+// linear_dd has been read. `trusted`: PAL_VERIFY_NEVER.
+bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trusted, pal_pack& pack);
+
+}  // namespace palpate

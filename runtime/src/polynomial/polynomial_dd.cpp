@@ -1,0 +1,243 @@
+#include "runtime/src/polynomial/polynomial_dd.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "schemas/monomials.hpp"
+
+namespace palpate {
+namespace {
+
+using pack::monomial_start;
+using pack::num_monomials;
+
+constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree - 1);
+// Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
+constexpr double kRounding = 1e-9;
+
+// Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
+struct Part {
+  double value;
+  double gradient[3];
+  double hessian[6];
+};
+
+constexpr pack::Inverses<pack::kMaxDegree + 1> kInverses;
+
+using Pair = double __attribute__((vector_size(16)));
+
+Pair load_pair(const double* from) {
+  Pair values;
+  memcpy(&values, from, sizeof values);
+  return values;
+}
+
+// Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions: grad E = Hess E x / (n - 1), E =
+// grad E . x / n. What is left is the Hessian, whose entries have the divided monomials x^a/a! y^b/b! z^c/c! of
+// degree n - 2 and no other factors. Behind the j-th of them, with b + c = rest, stand the coefficients of x^(a+2)
+// y^b z^c at place j of degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each
+// with one y less and one z more next to it (monomials.hpp): xy with xz and yy with yz are summed as pairs. Cost:
+// some 12 operations for each of n (n - 1) / 2 monomials.
+Part differentiate(const double x[3], const double* monomials, const double* coefficients, uint32_t degree) {
+  const double* m = monomials + monomial_start(degree - 2);
+  const double* xx = coefficients;
+  double sum_xx = 0;
+  Pair sum_xy_xz = {};
+  Pair sum_yy_yz = {};
+  double sum_zz = 0;
+  for (uint32_t rest = 0; rest + 2 <= degree; ++rest) {
+    const double* xy = xx + rest + 1;
+    const double* yy = xy + rest + 2;
+    for (uint32_t i = 0; i <= rest; ++i) {
+      sum_xx += xx[i] * m[i];
+      sum_xy_xz += load_pair(xy + i) * m[i];
+      sum_yy_yz += load_pair(yy + i) * m[i];
+      sum_zz += yy[i + 2] * m[i];
+    }
+    m += rest + 1;
+    xx = xy;
+  }
+  Part part = {0, {}, {sum_xx, sum_xy_xz[0], sum_xy_xz[1], sum_yy_yz[0], sum_yy_yz[1], sum_zz}};
+  const double* H = part.hessian;
+  const double to_gradient = kInverses.of[degree - 1];
+  part.gradient[0] = (H[0] * x[0] + H[1] * x[1] + H[2] * x[2]) * to_gradient;
+  part.gradient[1] = (H[1] * x[0] + H[3] * x[1] + H[4] * x[2]) * to_gradient;
+  part.gradient[2] = (H[2] * x[0] + H[4] * x[1] + H[5] * x[2]) * to_gradient;
+  part.value =
+      (part.gradient[0] * x[0] + part.gradient[1] * x[1] + part.gradient[2] * x[2]) * kInverses.of[degree];
+  return part;
+}
+
+// g(s) = q_n(s) / s^n and its first two derivatives, s > 1.
+struct Continuation {
+  double g, first, second;
+};
+
+Continuation continue_energy(uint32_t degree, double s) {
+  const double n = degree;
+  const double t = s - 1.0;
+  const double q = 1.0 + n * t + 0.5 * n * (n - 1.0) * t * t;
+  const double q1 = n + n * (n - 1.0) * t;
+  const double q2 = n * (n - 1.0);
+  double power = 1.0;  // s^-n
+  for (uint32_t i = 0; i < degree; ++i) power /= s;
+  return {q * power, (q1 - n * q / s) * power, (q2 - 2.0 * n * q1 / s + n * (n + 1.0) * q / (s * s)) * power};
+}
+
+// phi(c) and its first two derivatives.
+struct Fade {
+  double phi, first, second;
+};
+
+Fade fade_behind_surface(double c) {
+  constexpr double kWidth = 0.5;
+  if (c >= 0.0) return {1.0, 0.0, 0.0};
+  if (c <= -kWidth) return {0.0, 0.0, 0.0};
+  const double t = -c / kWidth;
+  const double rest = 1.0 - t;
+  return {1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * t * t * rest * rest / kWidth,
+          -60.0 * t * rest * (rest - t) / (kWidth * kWidth)};
+}
+
+// Adds g(s) E_n with t = x / s:  grad = g grad E + E g' t,
+// Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
+  if (s <= 1.0) {
+    sum.value += part.value;
+    for (int i = 0; i < 3; ++i) sum.gradient[i] += part.gradient[i];
+    for (int ij = 0; ij < 6; ++ij) sum.hessian[ij] += part.hessian[ij];
+    return;
+  }
+  const Continuation continuation = continue_energy(degree, s);
+  sum.value += continuation.g * part.value;
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    sum.gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
+    for (int j = i; j < 3; ++j, ++ij) {
+      sum.hessian[ij] += continuation.g * part.hessian[ij] +
+                         continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
+                         part.value * (continuation.second * t[i] * t[j] +
+                                       continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
+    }
+  }
+}
+
+double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// x = A d
+void to_unit_ball(const double A[9], const double d[3], double x[3]) {
+  for (int i = 0; i < 3; ++i) x[i] = dot(A + 3 * i, d);
+}
+
+// From derivatives by x = A d to those by d: A^T grad, A^T Hess A.
+void pull_back(const double A[9], Part& part) {
+  const double* H = part.hessian;
+  const double full[3][3] = {{H[0], H[1], H[2]}, {H[1], H[3], H[4]}, {H[2], H[4], H[5]}};
+  double half[3][3];  // Hess A
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      half[i][j] = full[i][0] * A[j] + full[i][1] * A[3 + j] + full[i][2] * A[6 + j];
+  }
+  const double g[3] = {part.gradient[0], part.gradient[1], part.gradient[2]};
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    part.gradient[i] = A[i] * g[0] + A[3 + i] * g[1] + A[6 + i] * g[2];
+    for (int j = i; j < 3; ++j, ++ij)
+      part.hessian[ij] = A[i] * half[0][j] + A[3 + i] * half[1][j] + A[6 + i] * half[2][j];
+  }
+}
+
+// From the answer at d' = r d, which was shortened to 4 radii: along the ray energy goes on by the force there,
+//   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g),
+// u = d' / 4 on the ellipsoid, g = A^T x / |x| the gradient of |A d|: still the gradient of an energy.
+void continue_beyond(const double* A, const double d[3], const double x[3], double r,
+                     PolynomialAnswer& answer) {
+  answer.energy += (1.0 - r) * dot(answer.force, d);
+  double u[3];
+  double g[3];
+  for (int i = 0; i < 3; ++i) {
+    u[i] = r * d[i] / kLargestExtrapolation;
+    g[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
+  }
+  double pull[3];
+  for (int i = 0; i < 3; ++i) pull[i] = dot(answer.stiffness + 3 * i, u);
+  const double along = dot(u, pull);
+  for (int i = 0; i < 3; ++i) answer.force[i] += kLargestExtrapolation * (1.0 - r) * (pull[i] - along * g[i]);
+}
+
+}  // namespace
+
+bool is_sampled(const pal_pack& pack, uint32_t site, const double d[3]) {
+  const double limit = 1.0 + kRounding;
+  if (pack.polynomial_sites != nullptr) {
+    double x[3];
+    to_unit_ball(pack.polynomial_sites[site].to_unit, d, x);
+    if (!(dot(x, x) <= limit * limit)) return false;
+  } else if (!(sqrt(dot(d, d)) <= pack.max_displacement * limit)) {
+    return false;
+  }
+  if (pack.inward_normals == nullptr) return true;
+  return dot(d, pack.inward_normals + size_t{3} * site) >=
+         -kRounding * (fabs(d[0]) + fabs(d[1]) + fabs(d[2]));
+}
+
+void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3], PolynomialAnswer& answer,
+                         PolynomialFieldState& field) {
+  const pack::PolynomialSite& polynomial = pack.polynomial_sites[site];
+  const double* A = polynomial.to_unit;
+  double x[3];
+  to_unit_ball(A, d, x);
+  double s = sqrt(dot(x, x));
+  answer.flags = is_sampled(pack, site, d) ? 0 : PAL_FLAG_EXTRAPOLATED;
+  double shortened = 1.0;
+  if (s > kLargestExtrapolation) {
+    answer.flags |= PAL_FLAG_CLAMPED;
+    shortened = kLargestExtrapolation / s;
+    for (double& component : x) component *= shortened;
+    s = kLargestExtrapolation;
+  }
+
+  double monomials[kMostMonomials];
+  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // of second derivatives
+
+  const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
+  const double* coefficients = pack.energy + polynomial.energy_start;
+  const bool is_faded = pack.inward_normals != nullptr;
+  Part lasting = {};
+  Part fading = {};
+  for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
+    const Part part = differentiate(x, monomials, coefficients, degree);
+    coefficients += num_monomials(degree);
+    add_continued(part, degree, s, t, is_faded && degree > 2 ? fading : lasting);
+  }
+  pull_back(A, lasting);
+
+  double n[3] = {};
+  Fade fade = {1.0, 0.0, 0.0};
+  if (is_faded) {
+    pull_back(A, fading);
+    const double* normal = pack.inward_normals + size_t{3} * site;
+    double scaled[3];
+    to_unit_ball(A, normal, scaled);
+    const double scale = sqrt(dot(scaled, scaled));
+    for (int i = 0; i < 3; ++i) n[i] = scale * normal[i];
+    fade = fade_behind_surface(shortened * dot(d, n));
+  }
+  answer.energy = lasting.value + fade.phi * fading.value;
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    answer.force[i] = lasting.gradient[i] + fade.phi * fading.gradient[i] + fade.first * fading.value * n[i];
+    for (int j = i; j < 3; ++j, ++ij) {
+      const double faded = fade.phi * fading.hessian[ij] +
+                           fade.first * (n[i] * fading.gradient[j] + fading.gradient[i] * n[j]) +
+                           fade.second * fading.value * n[i] * n[j];
+      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = lasting.hessian[ij] + faded;
+    }
+    field.x[i] = static_cast<pal_real>(x[i]);
+  }
+  if (shortened < 1.0) continue_beyond(A, d, x, shortened, answer);
+  field.site = site;
+  field.fade = static_cast<pal_real>(fade.phi);
+}
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+#include "runtime/src/response/force_control.hpp"
+
+#include <math.h>
+
+#include <algorithm>
+
+#include "runtime/src/numerics/semidefinite_cholesky.hpp"
+#include "runtime/src/pack/pack_view.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
+constexpr double kControlled = 1e-5;
+constexpr double kLeastPart = 1e-6;     // of a pivot: below it the rounding of a tangent
+constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
+
+void multiply(const double (*matrix)[kMostZoneAxes], uint32_t count, const double* x, double* product) {
+  for (uint32_t i = 0; i < count; ++i) {
+    product[i] = 0;
+    for (uint32_t j = 0; j < count; ++j) product[i] += matrix[i][j] * x[j];
+  }
+}
+
+double largest_of(const double* numbers, uint32_t count) {
+  double largest = 0;
+  for (uint32_t i = 0; i < count; ++i) largest = std::max(largest, fabs(numbers[i]));
+  return largest;
+}
+
+}  // namespace
+
+ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
+                            const PointResponse* moved, const double* couplings, double* displacements) {
+  uint32_t axes[kMostAxes];  // 3 x contact + axis
+  uint32_t size = 0;
+  double push = 1e-6 * pack.max_displacement;
+  for (uint32_t at = 0; at < 3 * set.num_contacts; ++at) {
+    push = std::max(push, fabs(set.followed[at]));
+    if (is_force_given(contacts[at / 3], at % 3)) axes[size++] = at;
+  }
+  double K[kMostAxes * kMostAxes];  // the upper triangle
+  double step[kMostAxes];
+  for (uint32_t i = 0; i < size; ++i) {
+    const uint32_t contact = axes[i] / 3;
+    const uint32_t axis = axes[i] % 3;
+    const double given = contacts[contact].force[axis] / pack.newtons;
+    step[i] = std::min(kLargestForce, std::max(-kLargestForce, given)) - set.force[axes[i]] -
+              moved[contact].force[axis];
+    for (uint32_t j = i; j < size; ++j) {
+      double& entry = K[i * size + j];
+      entry = set.stiffness[axes[i]][axes[j]];
+      if (axes[j] / 3 == contact) {
+        entry += moved[contact].stiffness[3 * axis + axes[j] % 3];
+      } else if (couplings != nullptr) {
+        entry += couplings[axes[i] * 3 * set.num_contacts + axes[j]];
+      }
+    }
+  }
+  if (size == 0) return {true, 0};
+  uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
+  solve_given(K, size, step);
+  if (set.num_groups > 1 && set.num_fixed == 0) {
+    const uint32_t count = 3 * set.num_contacts;
+    double moves[kMostAxes] = {};
+    double forces[kMostAxes];
+    for (uint32_t i = 0; i < size; ++i) moves[axes[i]] = step[i];
+    multiply(set.stiffness, count, moves, forces);
+    multiply(set.others, count, forces, moves);
+    multiply(set.stiffness, count, moves, forces);
+    for (uint32_t i = 0; i < size; ++i) forces[i] = forces[axes[i]];
+    solve_given(K, size, forces);
+    // More of it is no first order.
+    const double most = std::max(largest_of(step, size), largest_of(forces, size));
+    const double less = most > 0 ? largest_of(step, size) / most : 0;
+    for (uint32_t i = 0; i < size; ++i) step[i] += less * forces[i];
+  }
+  const double longest = largest_of(step, size);
+  if (longest <= kControlled * push) return {true, flags};
+  const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;
+  const double limit = kMostGiven * pack.max_displacement;
+  for (uint32_t i = 0; i < size; ++i) {
+    const double wanted = set.followed[axes[i]] + part * step[i];
+    displacements[axes[i]] = std::min(limit, std::max(-limit, wanted));
+    if (!(fabs(wanted) <= limit)) flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+  }
+  return {false, flags};
+}
+
+}  // namespace palpate

@@ -1,0 +1,619 @@
+#include "runtime/src/response/response.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+
+#include "runtime/src/linear/linear_blend.hpp"
+#include "runtime/src/linear/linear_point.hpp"
+#include "runtime/src/pack/contact_place.hpp"
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/polynomial/polynomial_dd.hpp"
+#include "runtime/src/response/force_control.hpp"
+#include "runtime/src/response/patch_rotation.hpp"
+#include "runtime/src/response/response_at_point.hpp"
+#include "runtime/src/zone/zone_exterior.hpp"
+#include "runtime/src/zone/zone_making.hpp"
+
+namespace palpate {
+namespace {
+
+// In units of the scene's largest displacement: beyond it a float32 would overflow before anyone is told.
+constexpr double kAbsurdDisplacement = 1e6;
+// Of lengths that units were multiplied into and out of.
+constexpr double kRounding = 1e-9;
+// The estimate where nothing was measured: all of it may be wrong.
+constexpr double kUnknownError = 1.0;
+
+double largest_component(const double d[3]) {
+  const double x = fabs(d[0]);
+  const double y = fabs(d[1]);
+  const double z = fabs(d[2]);
+  const double larger = x > y ? x : y;
+  return larger > z ? larger : z;
+}
+
+// |d|, without overflow on the way.
+double length(const double d[3]) {
+  constexpr double kLeast = 1e-140;  // their squares are exact enough
+  constexpr double kMost = 1e140;
+  const double largest = largest_component(d);
+  if (largest > kLeast && largest < kMost) return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  if (largest == 0) return 0;
+  const double x = d[0] / largest;
+  const double y = d[1] / largest;
+  const double z = d[2] / largest;
+  return largest * sqrt(x * x + y * y + z * z);
+}
+
+// Turns a displacement that is given into model units, shortening an absurd one.
+uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
+  const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
+  double scale = 1.0;
+  const double largest = largest_component(displacement);
+  if (2.0 * largest > limit) {
+    // Near the largest double |d| itself overflows.
+    const double half[3] = {0.5 * displacement[0], 0.5 * displacement[1], 0.5 * displacement[2]};
+    const double half_size = length(half);
+    if (half_size > 0.5 * limit) scale = 0.5 * limit / half_size;
+  }
+  const double to_model = scale / pack.metres;
+  for (int i = 0; i < 3; ++i) out[i] = to_model * displacement[i];
+  return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
+}
+
+// What 95 % of errors at this |d| stay below, told with a confidence of 95 % where they grow within a bin of the
+// survey as from bin to bin, or kUnknownError: for a case that no survey has, or a flagged answer. The force's as
+// parts of `force`, its size in model units: of one that is small for its displacement they are larger parts.
+void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
+                     double force, pal_contact_result& result) {
+  result.displacement_error = kUnknownError;
+  result.force_error = kUnknownError;
+  if (!surveyed || result.flags != 0) return;
+  const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
+  const double size = length(displacement) / pack.max_displacement;
+  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
+    // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
+    const ErrorBinView& of = survey.bins[bin];
+    if (size <= of.to * (1.0 + 1e-9)) {
+      const double below = std::max(0.0, of.to - size);
+      result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
+      // As an absolute error, and of what it leaves of the force at least.
+      const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
+      const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
+      const double left = force - bound * scale;
+      result.force_error = !(force < scale)       ? bound
+                           : left > bound * scale ? bound * scale / left
+                                                  : std::max(kUnknownError, bound);
+      return;
+    }
+  }
+}
+
+// The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them:
+// what 95 % of errors of such sets stay below, over their loads and over their reach (ErrorSurvey in schemas/pack.fbs), or
+// what one contact of that size has, whatever is most. A flag of one is a doubt about all; so is a
+// load or a reach whose bound is all of the displacement.
+void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
+                         pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
+  const double* largest = tissue.displacements;
+  pal_contact_result of_set = {};
+  double largest_size = 0;
+  double reach = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = tissue.displacements + size_t{3} * c;
+    const double size = length(d) / pack.max_displacement;
+    reach += size * size;
+    if (!(size > largest_size)) continue;
+    largest_size = size;
+    largest = d;
+  }
+  const double displacement_error =
+      std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
+  const double force_error = std::max(survey.set_force_bound * load, survey.set_force_reach_bound * reach);
+  for (uint32_t c = 0; c < count; ++c) {
+    if (displacement_error >= kUnknownError) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
+    of_set.flags |= results[c].flags;
+  }
+  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
+                  static_cast<double>(INFINITY), of_set);
+  for (uint32_t c = 0; c < count; ++c) {
+    results[c].displacement_error =
+        std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
+    results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
+  }
+}
+
+// Whether displacements as this one were sampled at every corner of a place.
+bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
+  }
+  return true;
+}
+
+// The model that answers a contact alone at a site.
+pal_model model_alone(const pal_pack& pack, uint32_t site) {
+  if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
+  return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
+}
+
+// The largest of the estimates: where the models of these sites alone come in.
+void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
+                     const double displacement[3], double force, pal_contact_result& result) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    pal_contact_result of_corner = {};
+    of_corner.flags = result.flags;
+    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
+    result.displacement_error = std::max(result.displacement_error, of_corner.displacement_error);
+    result.force_error = std::max(result.force_error, of_corner.force_error);
+  }
+}
+
+// Turns given forces into model units, cutting those that would move their contact alone by an absurd
+// displacement.
+uint32_t take_forces(const TissueState& tissue, const pal_contact& contact, uint32_t index, double* out) {
+  const double* stiffness = tissue.linear.active.own_stiffness + size_t{9} * index;
+  uint32_t flags = 0;
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    if ((contact.force_axes >> axis & 1) == 0) continue;
+    const double limit = kAbsurdDisplacement * tissue.pack->max_displacement * stiffness[4 * axis];
+    const double force = contact.force[axis] / tissue.pack->newtons;
+    out[axis] = force > limit ? limit : force < -limit ? -limit : force;
+    if (fabs(force) > limit) flags = PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+  }
+  return flags;
+}
+
+// Displacements that given forces have made absurd: all of the answer is scaled with them.
+void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, LinearFrame& frame) {
+  const double limit = kAbsurdDisplacement * pack.max_displacement;
+  double largest = 0;
+  for (uint32_t i = 0; i < 3 * count; ++i) {
+    const double size = fabs(frame.displacements[i]);
+    if (size > largest || !isfinite(size)) largest = size;
+    if (!isfinite(largest)) break;
+  }
+  if (largest <= limit) return;
+  const double part = isfinite(largest) ? limit / largest : 0.0;
+  const auto shorten = [&](double& number) { number = part > 0 ? part * number : 0.0; };
+  for (uint32_t i = 0; i < 3 * count; ++i) {
+    shorten(frame.displacements[i]);
+    shorten(frame.forces[i]);
+  }
+  for (uint32_t i = 0; i < 3 * linear.active.num_held; ++i) shorten(linear.nodal_force[i]);
+  for (int of = 0; of < 2; ++of) shorten(frame.energy);  // of forces and displacements
+  frame.flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
+}
+
+LinearFrame evaluate_given(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
+  LinearFrame frame = {};
+  frame.given_forces = tissue.given_forces;
+  frame.gravity_turn = tissue.gravity.is_turned ? tissue.gravity.now : nullptr;
+  frame.turn_before = tissue.gravity.has_changed ? tissue.gravity.before : nullptr;
+  frame.displacements = tissue.displacements;
+  frame.forces = tissue.forces;
+  place_contacts(contacts, tissue.linear);
+  uint32_t any_axes = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    tissue.given_axes[c] = contacts[c].force_axes;
+    any_axes |= contacts[c].force_axes;
+    if (contacts[c].force_axes != 0)
+      tissue.input_flags[c] |= take_forces(tissue, contacts[c], c, tissue.given_forces + size_t{3} * c);
+  }
+  if (any_axes != 0) frame.given_axes = tissue.given_axes;
+  evaluate_linear(*tissue.pack, tissue.linear, frame);
+  if (any_axes != 0) shorten_answer(*tissue.pack, count, tissue.linear, frame);
+  return frame;
+}
+
+void answer_linear(TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                   pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  LinearState& linear = tissue.linear;
+  const LinearFrame frame = evaluate_given(tissue, contacts, count);
+  const double energy_unit = count == 0 ? 0.0 : pack.newtons * pack.metres;
+  tissue.stored_energy = frame.energy * energy_unit;
+  tissue.energy_brought = (frame.energy - frame.energy_before) * energy_unit;
+  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
+  field.num_held = linear.active.num_held;
+  memcpy(field.held, linear.active.held, field.num_held * sizeof *field.held);
+  for (uint32_t i = 0; i < 3 * field.num_held; ++i) {
+    field.weights[i] = static_cast<pal_real>(linear.nodal_force[i] * pack.metres);
+  }
+  if (results == nullptr) return;
+  const bool surveyed =
+      count == 1 && tissue.num_fixed == 0 && contacts[0].force_axes == 0 && !tissue.gravity.is_turned;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = tissue.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_LINEAR;
+    result.flags = frame.flags | tissue.input_flags[c];
+    if (tissue.config->model == PAL_MODEL_AUTO &&
+        (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
+      result.flags |= PAL_FLAG_LINEAR_FALLBACK;
+    if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
+    const bool sampled = acts_at_site(contacts[c], count) ? is_sampled(pack, nearest_site(contacts[c]), d)
+                                                          : is_sampled_about(pack, place_of(contacts[c]), d);
+    if (!sampled) result.flags |= PAL_FLAG_EXTRAPOLATED;
+    estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(tissue.forces + size_t{3} * c), result);
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = tissue.forces[3 * c + i] * pack.newtons;
+      result.displacement[i] = d[i] * pack.metres;
+      for (uint32_t j = 0; j < 3; ++j) {
+        result.stiffness[i][j] =
+            linear.active.own_stiffness[9 * c + 3 * i + j] * (pack.newtons / pack.metres);
+      }
+    }
+  }
+}
+
+// Of one contact that was answered alone, all of it in model units.
+void give_result(const TissueState& tissue, pal_model model, uint32_t flags, const double force[3],
+                 const double stiffness[9], pal_contact_result& result) {
+  const pal_pack& pack = *tissue.pack;
+  const double* d = tissue.displacements;
+  result = {};
+  result.model = model;
+  result.flags = flags | tissue.input_flags[0];
+  estimate_errors(pack, model, true, d, length(force), result);
+  for (int i = 0; i < 3; ++i) {
+    result.force[i] = force[i] * pack.newtons;
+    result.displacement[i] = d[i] * pack.metres;
+    for (int j = 0; j < 3; ++j) result.stiffness[i][j] = stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  }
+}
+
+void answer_polynomial(TissueState& tissue, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
+  const ContactPlace place = place_of(contact);
+  field.num_corners = 0;
+  const PointResponse blend = blend_polynomials(pack, place, tissue.displacements, field);
+  tissue.stored_energy = blend.energy * pack.newtons * pack.metres;
+  if (results == nullptr) return;
+  bool all_sampled = true;
+  for (uint32_t i = 0; i < place.count; ++i)
+    all_sampled = all_sampled && was_sampled(pack, place.corners[i].site);
+  pal_contact_result& result = results[0];
+  give_result(tissue, all_sampled ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE, blend.flags, blend.force,
+              blend.stiffness, result);
+  if (!all_sampled) worsen_estimate(pack, place, true, tissue.displacements, length(blend.force), result);
+  if (tissue.config->model == PAL_MODEL_AFFINE) result.model = PAL_MODEL_AFFINE;
+}
+
+void answer_linear_point(TissueState& tissue, const pal_contact& contact, pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  const ContactPlace place = place_of(contact);
+  LinearPointAnswer answer;
+  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
+  field.num_held =
+      evaluate_linear_point(pack, place, tissue.displacements, answer, field.held, field.weights);
+  tissue.stored_energy = answer.energy * pack.newtons * pack.metres;
+  if (results == nullptr) return;
+  const uint32_t flags =
+      is_sampled_about(pack, place, tissue.displacements) ? 0 : uint32_t{PAL_FLAG_EXTRAPOLATED};
+  give_result(tissue, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
+}
+
+// Whether one of the two blends is ready for these contacts; it then answers.
+bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
+                      uint32_t fixed_version) {
+  if (linear.active.ready && is_for(linear.active, contacts, count, fixed_version)) return true;
+  if (!linear.next.ready || !is_for(linear.next, contacts, count, fixed_version)) return false;
+  swap_blends(linear);
+  return true;
+}
+
+// Whether a zone takes linear_dd to move these contacts to their places (place_answer.hpp).
+bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
+  if (count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
+  return std::any_of(contacts, contacts + count,
+                     [](const pal_contact& contact) { return place_of(contact).count > 1; });
+}
+
+// Adds it to what moves each of them, once the difference is placed, and to the field. `couplings`: [3 count][3
+// count] of the stiffness, above the diagonal, where forces are given. Returns its energy.
+double move_together(TissueState& tissue, const pal_contact* contacts, uint32_t count, PointResponse* moved,
+                     double* couplings, FieldState& field) {
+  const pal_pack& pack = *tissue.pack;
+  const ZoneSet& set = tissue.zone.active;
+  LinearState& linear = tissue.linear;
+  LinearFrame frame = {};
+  frame.displacements = set.followed;
+  frame.forces = tissue.forces;
+  evaluate_linear(pack, linear, frame);
+  const bool are_forces_given = std::any_of(
+      contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
+  for (uint32_t c = 0; c < count; ++c) {
+    moved[c].flags |= frame.flags;
+    for (uint32_t i = 0; i < 3; ++i) moved[c].force[i] += frame.forces[3 * c + i];
+    for (uint32_t i = 0; i < 9; ++i) moved[c].stiffness[i] += linear.active.own_stiffness[9 * c + i];
+    for (uint32_t other = c + 1; other < count && are_forces_given; ++other) {
+      double block[9];
+      stiffness_between(pack, linear, c, other, block);
+      for (uint32_t i = 0; i < 9; ++i) couplings[(3 * c + i / 3) * 3 * count + 3 * other + i % 3] = block[i];
+    }
+  }
+  const uint32_t end = field.num_held + field.num_moved;
+  const LinearBlend& blend = linear.active;
+  memcpy(field.held + end, blend.held, blend.num_held * sizeof *field.held);
+  for (uint32_t i = 0; i < 3 * blend.num_held; ++i)
+    field.weights[3 * end + i] = static_cast<pal_real>(linear.nodal_force[i] * pack.metres);
+  field.num_moved += blend.num_held;
+  return frame.energy;
+}
+
+void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count, const double* turns,
+                 pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
+  const ZoneSet& set = tissue.zone.active;
+  const bool is_together = is_moved_together(contacts, count, set.num_fixed) &&
+                           find_ready_blend(tissue.linear, contacts, count, set.fixed_version);
+  tissue.moved_together = is_together;
+  if (is_together) place_difference(contacts, set.sites, tissue.linear);
+  for (uint32_t at = 0; at < 3 * count; ++at) {
+    if (is_force_given(contacts[at / 3], at % 3))
+      tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
+  }
+  const bool is_turned = take_turns(tissue, contacts, count, turns);
+  ZoneAnswer answer;
+  ForceControl control;
+  PointResponse moved[pack::kMostZoneContacts];
+  double couplings[9 * kMostBetween * kMostBetween] = {};
+  // A frame's iterations are for all that the given forces take.
+  for (uint32_t left = tissue.config->zone_iterations;;) {
+    answer = solve_zone(pack, tissue.displacements, left, tissue.zone);
+    left -= answer.iterations;
+    fill_zone_field(pack, tissue.zone, field);
+    for (uint32_t c = 0; c < count; ++c) {
+      moved[c] = {};
+      // Of contacts that share one, what moves one alone would drag the patches of the others from where they are
+      // held, and with it nodes that are fixed.
+      if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
+      moved[c] = (is_together ? move_beyond_linear : move_to_place)(pack, set.sites[c], place_of(contacts[c]),
+                                                                    set.followed + size_t{3} * c, field);
+      answer.energy += moved[c].energy;
+    }
+    if (is_together) answer.energy += move_together(tissue, contacts, count, moved, couplings, field);
+    control =
+        control_forces(pack, set, contacts, moved, is_together ? couplings : nullptr, tissue.displacements);
+    if (control.has_ended || answer.went_back || left == 0) break;
+  }
+  for (uint32_t at = 0; at < 3 * count; ++at) {
+    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
+    set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
+  }
+  if (!answer.went_back) answer.flags |= control.flags;
+  if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
+  tissue.stored_energy = answer.energy * pack.newtons * pack.metres;
+  if (results == nullptr) return;
+  // One that others press on from nearby may, and what the organ outside then adds is felt by all.
+  double largest = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
+    if (is_turned)
+      largest =
+          std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
+  }
+  double farthest = largest;  // on the way, too
+  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
+  bool is_beyond = false;
+  double load = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
+    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
+  }
+  bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
+                     set.num_fixed == 0 && !is_turned;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = tissue.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_ZONE;
+    result.flags = answer.flags | moved[c].flags | tissue.input_flags[c];
+    if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
+    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
+      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    // Surveyed were contacts at sites with all rings, once they had come to rest.
+    const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
+    if (difference.count > 0 && !is_together && (count > 1 || set.num_fixed > 0))
+      result.flags |= PAL_FLAG_NEAREST_SITE;
+    is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
+    double force[3];
+    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
+    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
+    worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = force[i] * pack.newtons;
+      result.displacement[i] = set.followed[3 * c + i] * pack.metres;
+      for (uint32_t j = 0; j < 3; ++j)
+        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + moved[c].stiffness[3 * i + j]) *
+                                 (pack.newtons / pack.metres);
+    }
+  }
+  if (count > 1) estimate_set_errors(tissue, is_surveyed, count, load, results);
+  for (uint32_t c = 0; c < count && largest > 0; ++c) {
+    for (double* error : {&results[c].displacement_error, &results[c].force_error})
+      *error = std::min(kUnknownError, *error + answer.left / largest);
+  }
+}
+
+// The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.
+bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uint32_t count) {
+  const ZoneSet& set = tissue.zone.active;
+  return tissue.config->model == PAL_MODEL_AUTO && set.ready && !set.sound &&
+         is_zone_for(set, contacts, count, tissue.fixed_version);
+}
+
+bool zone_answers(const TissueState& tissue, uint32_t num_contacts) {
+  return (tissue.config->model == PAL_MODEL_AUTO || tissue.config->model == PAL_MODEL_ZONE) &&
+         tissue.pack->zone_nodes != nullptr && !tissue.gravity.is_turned &&
+         tissue.num_fixed <= tissue.zone.max_fixed && num_contacts >= 1 &&
+         num_contacts <= tissue.zone.max_contacts;
+}
+
+bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool forces_given) {
+  const bool is_for_zone =
+      (tissue.zone.inclusion.is_present || has_turns(tissue)) && zone_answers(tissue, num_contacts);
+  return !forces_given && !tissue.gravity.is_turned && !is_for_zone &&
+         (tissue.config->model == PAL_MODEL_AUTO || tissue.config->model == PAL_MODEL_POLYNOMIAL ||
+          tissue.config->model == PAL_MODEL_AFFINE) &&
+         tissue.pack->polynomial_sites != nullptr && num_contacts == 1 && tissue.num_fixed == 0;
+}
+
+// Whether what moves a zone to the places of these contacts is still to be made.
+bool lacks_blend(TissueState& tissue, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
+                 uint32_t fixed_version) {
+  return is_moved_together(contacts, count, num_fixed) &&
+         !find_ready_blend(tissue.linear, contacts, count, fixed_version);
+}
+
+bool has_zone_for(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                  uint32_t fixed_version) {
+  const ZoneSet& set = tissue.zone.active;
+  return set.ready && is_zone_for(set, contacts, count, fixed_version);
+}
+
+struct Begun {
+  bool blend;
+  bool zone;
+};
+
+// Begins what these contacts are not ready for: a blend, a zone, or both.
+Begun begin(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
+  const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
+  const bool is_zone = kind == ResponseKind::zone;
+  const Begun begun = {!is_zone || lacks_blend(tissue, contacts, count, fixed.count, fixed.version),
+                       is_zone && !has_zone_for(tissue, contacts, count, fixed.version)};
+  if (begun.blend) begin_linear(contacts, count, fixed.nodes, fixed.count, fixed.version, tissue.linear);
+  if (begun.zone) begin_zone(*tissue.pack, contacts, count, fixed, tissue.zone);
+  return begun;
+}
+
+// Goes on with what is begun by a frame's share of work. Once all of it is ready it answers, and true is returned.
+bool advance(TissueState& tissue) {
+  const pal_pack& pack = *tissue.pack;
+  if (tissue.linear_begun) {
+    tissue.linear_begun = !advance_linear(pack, tissue.operations, tissue.linear);
+    return !tissue.linear_begun && !tissue.zone_begun;
+  }
+  tissue.zone_begun = !advance_zone(pack, tissue.operations, tissue.zone);
+  return !tissue.zone_begun;
+}
+
+}  // namespace
+
+bool can_answer(const TissueState& tissue, uint32_t num_contacts, bool forces_given) {
+  const bool may_be_linear =
+      tissue.config->model == PAL_MODEL_AUTO || tissue.config->model == PAL_MODEL_LINEAR;
+  return num_contacts == 0 || polynomial_answers(tissue, num_contacts, forces_given) ||
+         zone_answers(tissue, num_contacts) || (may_be_linear && tissue.pack->field_compliance != nullptr);
+}
+
+ResponseKind select_response(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                             bool forces_given) {
+  // Untouched, an organ rests; but nodes that are fixed hold it where gravity has turned.
+  if (count == 0)
+    return tissue.gravity.is_turned && tissue.num_fixed > 0 ? ResponseKind::linear : ResponseKind::nothing;
+  if (polynomial_answers(tissue, count, forces_given)) return ResponseKind::polynomial;
+  if (zone_answers(tissue, count) && !is_zone_refused(tissue, contacts, count)) return ResponseKind::zone;
+  const bool alone = count == 1 && tissue.num_fixed == 0 && !forces_given && !tissue.gravity.is_turned;
+  return alone && !is_at_site(contacts[0]) ? ResponseKind::linear_point : ResponseKind::linear;
+}
+
+void prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
+  if (is_ready(tissue, kind, contacts, count, tissue.fixed_version)) return;
+  const Begun begun = begin(tissue, kind, contacts, count);
+  if (begun.blend) advance_linear(*tissue.pack, UINT64_MAX, tissue.linear);
+  if (begun.zone) advance_zone(*tissue.pack, UINT64_MAX, tissue.zone);
+  // What tools had begun of the same kind is lost.
+  tissue.linear_begun = tissue.linear_begun && !begun.blend;
+  tissue.zone_begun = tissue.zone_begun && !begun.zone;
+}
+
+bool is_ready(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
+              uint32_t fixed_version) {
+  if (kind == ResponseKind::linear) return find_ready_blend(tissue.linear, contacts, count, fixed_version);
+  return kind != ResponseKind::zone ||
+         (has_zone_for(tissue, contacts, count, fixed_version) &&
+          !lacks_blend(tissue, contacts, count, tissue.zone.active.num_fixed, fixed_version));
+}
+
+bool prepare_within(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
+                    bool& began, bool& finished) {
+  began = false;
+  finished = false;
+  if (is_ready(tissue, kind, contacts, count, tissue.fixed_version)) return true;
+  if (!tissue.zone_begun && !tissue.linear_begun) {
+    const Begun begun = begin(tissue, kind, contacts, count);
+    tissue.linear_begun = begun.blend;
+    tissue.zone_begun = begun.zone;
+    began = true;
+  }
+  if (!advance(tissue)) return false;
+  finished = true;
+  return is_ready(tissue, kind, contacts, count, tissue.fixed_version);
+}
+
+void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
+                     const double* turns, pal_contact_result* results) {
+  for (uint32_t c = 0; c < count; ++c) {
+    double given[3];
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      given[axis] = (contacts[c].force_axes >> axis & 1) != 0 ? 0.0 : contacts[c].displacement[axis];
+    tissue.input_flags[c] = take_displacement(*tissue.pack, given, tissue.displacements + size_t{3} * c);
+  }
+  tissue.energy_brought = 0;
+  if (kind != ResponseKind::zone) rest_zone(*tissue.pack, tissue.zone);
+  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
+  field.model = model_of(kind);
+  field.gravity_turned = tissue.gravity.is_turned;
+  for (int i = 0; i < 3; ++i)
+    field.gravity_turn[i] = static_cast<pal_real>(tissue.gravity.now[i] * tissue.pack->metres);
+  switch (kind) {
+    case ResponseKind::nothing:
+      tissue.stored_energy = 0;
+      break;
+    case ResponseKind::polynomial:
+      answer_polynomial(tissue, contacts[0], results);
+      break;
+    case ResponseKind::linear_point:
+      answer_linear_point(tissue, contacts[0], results);
+      break;
+    case ResponseKind::zone:
+      answer_zone(tissue, contacts, count, turns, results);
+      break;
+    case ResponseKind::linear:
+      answer_linear(tissue, contacts, count, results);
+      break;
+  }
+  publish(tissue.snapshots);
+}
+
+void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_contact_result* results,
+                  uint32_t row, uint32_t column, double* sum) {
+  const pal_pack& pack = *tissue.pack;
+  const double scale = pack.newtons / pack.metres;
+  double block[9] = {};
+  if (row != column && answered == ResponseKind::linear)
+    stiffness_between(pack, tissue.linear, row, column, block);
+  if (row != column && answered == ResponseKind::zone) {
+    for (uint32_t i = 0; i < 9; ++i)
+      block[i] = tissue.zone.active.stiffness[3 * row + i / 3][3 * column + i % 3];
+    if (tissue.moved_together) {
+      double of_move[9];
+      stiffness_between(pack, tissue.linear, row, column, of_move);
+      for (uint32_t i = 0; i < 9; ++i) block[i] += of_move[i];
+    }
+  }
+  for (uint32_t i = 0; i < 9; ++i)
+    sum[i] += row == column ? results[row].stiffness[i / 3][i % 3] : scale * block[i];
+}
+
+}  // namespace palpate

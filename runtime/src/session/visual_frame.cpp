@@ -1,0 +1,201 @@
+// The visual frame: displacements of the packed nodes, or of the requested nodes, from the last haptic frame.
+#include <math.h>
+#include <string.h>
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/base/floating_point_mode.hpp"
+#include "runtime/src/linear/gravity.hpp"
+#include "runtime/src/numerics/binary_search.hpp"
+#include "runtime/src/pack/compliance.hpp"
+#include "runtime/src/pack/compressed_compliance.hpp"
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/polynomial/polynomial_field.hpp"
+#include "runtime/src/response/response_at_point.hpp"
+#include "runtime/src/session/session_state.hpp"
+#include "runtime/src/zone/zone_exterior.hpp"
+
+namespace palpate {
+namespace {
+
+// Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest caches.
+constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
+
+const pal_real* turn_of(const FieldState& field) {
+  return field.gravity_turned ? field.gravity_turn : nullptr;
+}
+
+bool has_corners(const FieldState& field) {
+  return field.model == PAL_MODEL_POLYNOMIAL || field.model == PAL_MODEL_ZONE;
+}
+
+// A field and what is made of it once for all its panels.
+struct ShownField {
+  const FieldState& state;
+  const BasisCombination* corners;  // [num_corners]
+};
+
+// The nodes in a nonlinear zone, over what the linear organ makes of them.
+void write_own_nodes(const FieldState& field, uint32_t first, uint32_t count, pal_real* sum) {
+  for (uint32_t i = 0; i < field.num_own; ++i) {
+    const uint32_t place = field.own_nodes[i] - first * pack::kPanelNodes;
+    if (place < count * pack::kPanelNodes)
+      memcpy(sum + size_t{3} * place, field.own + size_t{3} * i, 3 * sizeof *sum);
+  }
+}
+
+// sum = displacements of the nodes of `count` panels from `first` on.
+void fill_panels(const pal_session& session, const ShownField& shown, uint32_t first, uint32_t count,
+                 pal_real* sum) {
+  const FieldState& field = shown.state;
+  const pal_pack& pack = *session.tissue.pack;
+  bool onto = fill_rest(pack, session.tissue.kernel, turn_of(field), first, count, sum);
+  if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
+    fill_compliance_field(pack, field.forces(), first, count, session.tissue.kernel, onto, sum);
+    onto = true;
+  }
+  if (field.model == PAL_MODEL_ZONE) {
+    add_exterior_field(pack, field, first, count, session.tissue.kernel, sum);
+    write_own_nodes(field, first, count, sum);
+    fill_compliance_field(pack, field.moving_forces(), first, count, session.tissue.kernel, true, sum);
+  }
+  if (has_corners(field)) {
+    for (uint32_t i = 0; i < field.num_corners; ++i, onto = true)
+      fill_columns(shown.corners[i], first, count, session.tissue.kernel, onto, sum);
+  }
+  if (!onto) clear_panels(count, sum);
+}
+
+// Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
+bool writes_once(const pal_session& session, const FieldState& field) {
+  return !session.tissue.pack->has_gravity && field.model != PAL_MODEL_ZONE &&
+         (field.model != PAL_MODEL_LINEAR || field.num_held <= 1) &&
+         (field.model != PAL_MODEL_POLYNOMIAL || field.num_corners == 1);
+}
+
+constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
+
+// Writes the first nodes of `rows` to `out` and returns what is behind them.
+char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, char* out) {
+  if (stride_bytes == kNodeBytes) {
+    memcpy(out, rows, count * kNodeBytes);
+  } else {
+    for (uint32_t node = 0; node < count; ++node)
+      memcpy(out + node * stride_bytes, rows + size_t{3} * node, kNodeBytes);
+  }
+  return out + count * stride_bytes;
+}
+
+// The panels of most fields hold nodes that follow one another.
+void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
+                           char* out) {
+  BasisCombination corners[most_corners(kMostZoneContacts)];
+  for (uint32_t i = 0; has_corners(field) && i < field.num_corners; ++i)
+    combine_polynomial_basis(*session.tissue.pack, field.corners[i], corners[i]);
+  const ShownField shown = {field, corners};
+  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
+  if (session.num_requested == 0) {
+    // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
+    const bool direct = stride_bytes == kNodeBytes && writes_once(session, field) &&
+                        reinterpret_cast<uintptr_t>(out) % alignof(pal_real) == 0;
+    uint32_t left = session.tissue.pack->num_nodes;
+    for (uint32_t first = 0; left > 0;) {
+      const bool into_rows = !direct || left < pack::kPanelNodes;
+      const uint32_t panels = into_rows ? pack::num_panels(left) : left / pack::kPanelNodes;
+      const uint32_t count = panels < kPanelsAtOnce ? panels : kPanelsAtOnce;
+      const uint32_t nodes = count * pack::kPanelNodes < left ? count * pack::kPanelNodes : left;
+      fill_panels(session, shown, first, count, into_rows ? rows : reinterpret_cast<pal_real*>(out));
+      out = into_rows ? write_nodes(rows, nodes, stride_bytes, out) : out + nodes * kNodeBytes;
+      first += count;
+      left -= nodes;
+    }
+    return;
+  }
+  uint32_t filled = UINT32_MAX;
+  for (uint32_t i = 0; i < session.num_requested; ++i) {
+    const uint32_t node = session.requested[i];
+    const uint32_t wanted = node / pack::kPanelNodes;
+    if (wanted != filled) fill_panels(session, shown, wanted, 1, rows);
+    filled = wanted;
+    out = write_nodes(rows + size_t{3} * (node % pack::kPanelNodes), 1, stride_bytes, out);
+  }
+}
+
+// Those of a compressed compliance hold neighbours in space, whose places in `out` are anywhere.
+void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
+                           char* out) {
+  const pal_pack& pack = *session.tissue.pack;
+  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
+  if (session.num_requested == 0) {
+    for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
+      const uint32_t left = pack.num_panels - first;
+      const uint32_t count = left < kPanelsAtOnce ? left : kPanelsAtOnce;
+      fill_compressed_field(pack, field.forces(), first, count, session.tissue.kernel.add_columns, rows);
+      for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
+        const uint32_t node =
+            pack.compressed_panels[first + place / pack::kPanelNodes].nodes[place % pack::kPanelNodes];
+        if (node == pack::kNoNode) continue;
+        add_rest(pack, turn_of(field), node, rows + size_t{3} * place);
+        write_nodes(rows + size_t{3} * place, 1, stride_bytes, out + node * stride_bytes);
+      }
+    }
+    return;
+  }
+  uint32_t filled = UINT32_MAX;
+  for (uint32_t i = 0; i < session.num_requested; ++i) {
+    const uint32_t index = session.requested_by_panel[i];
+    const uint32_t place = pack.node_places[session.requested[index]];
+    const uint32_t wanted = place / pack::kPanelNodes;
+    if (wanted != filled)
+      fill_compressed_field(pack, field.forces(), wanted, 1, session.tissue.kernel.add_columns, rows);
+    filled = wanted;
+    pal_real* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
+    add_rest(pack, turn_of(field), session.requested[index], node_rows);
+    write_nodes(node_rows, 1, stride_bytes, out + index * stride_bytes);
+  }
+}
+
+// Looks every node of the panels up among those requested.
+void order_by_panel(pal_session& session) {
+  uint32_t found = 0;
+  for (uint32_t panel = 0; panel < session.tissue.pack->num_panels; ++panel) {
+    for (const uint32_t node : session.tissue.pack->compressed_panels[panel].nodes) {
+      const uint32_t place =
+          find_sorted(session.num_requested, node, [&](uint32_t i) { return session.requested[i]; });
+      if (place < session.num_requested && found < session.num_requested)
+        session.requested_by_panel[found++] = place;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate
+
+extern "C" pal_status pal_session_request_nodes(pal_session* session, const uint32_t* nodes,
+                                                uint32_t count) noexcept {
+  if (session == nullptr || (nodes == nullptr && count > 0)) return PAL_STATUS_NULL_ARGUMENT;
+  if (count > session->config.max_requested) return PAL_STATUS_CAPACITY_EXCEEDED;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (nodes[i] >= session->tissue.pack->num_nodes) return PAL_STATUS_NO_SUCH_NODE;
+    if (i > 0 && nodes[i] <= nodes[i - 1]) return PAL_STATUS_BAD_ARGUMENT;
+  }
+  for (uint32_t i = 0; i < count; ++i) session->requested[i] = nodes[i];
+  session->num_requested = count;
+  if (palpate::is_compressed(*session->tissue.pack)) palpate::order_by_panel(*session);
+  return PAL_STATUS_OK;
+}
+
+extern "C" pal_status pal_visual_frame(pal_session* session, pal_real* displacements,
+                                       size_t stride_bytes) noexcept {
+  if (session == nullptr || displacements == nullptr) return PAL_STATUS_NULL_ARGUMENT;
+  if (stride_bytes < 3 * sizeof(pal_real)) return PAL_STATUS_BAD_ARGUMENT;
+  const palpate::FieldState& field = palpate::acquire(session->tissue.snapshots);
+  const palpate::FloatingPointMode mode;
+  char* out = reinterpret_cast<char*>(displacements);
+  if (field.model == PAL_MODEL_LINEAR && palpate::is_compressed(*session->tissue.pack)) {
+    palpate::write_fields_by_panel(*session, field, stride_bytes, out);
+  } else {
+    palpate::write_fields_in_order(*session, field, stride_bytes, out);
+  }
+  return PAL_STATUS_OK;
+}

@@ -1,0 +1,115 @@
+#include "runtime/src/tools/fallback_contacts.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+
+#include "runtime/src/response/patch_rotation.hpp"
+#include "runtime/src/response/response.hpp"
+
+namespace palpate {
+namespace {
+
+// Which of the contacts that are answered each contact held is. Both rise by their ids.
+void match_answered(ToolStates& states) {
+  uint32_t i = 0;
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint64_t id = states.contacts[c].id;
+    while (i < states.num_answered && states.answered_ids[i] < id) ++i;
+    states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
+  }
+}
+
+// Whether a contact has not got to where it is held.
+bool is_behind(const double displacement[3], const double given[3]) {
+  constexpr double kAsGood = 0.01;
+  double largest = 0;
+  double missing = 0;
+  for (int i = 0; i < 3; ++i) {
+    largest = std::max(largest, fabs(given[i]));
+    missing = std::max(missing, fabs(given[i] - displacement[i]));
+  }
+  return missing > kAsGood * largest;
+}
+
+// What answers from now on: the contacts held, or those for which it was begun earlier.
+void set_answered(ResponseKind kind, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
+                  const double* turns, uint32_t fixed_version, TissueState& tissue, ToolStates& states) {
+  states.changed = states.changed || kind != states.answered || count != states.num_answered ||
+                   fixed_version != states.answered_fixed;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t site = kind == ResponseKind::zone ? tissue.zone.active.sites[i] : 0;
+    states.changed = states.changed || states.answered_ids[i] != ids[i] || states.answered_sites[i] != site;
+    states.answered_ids[i] = ids[i];
+    states.answered_sites[i] = site;
+    states.answered_inputs[i] = inputs[i];
+  }
+  if (has_turns(tissue) && count > 0) memcpy(states.answered_turns, turns, size_t{3} * count * sizeof *turns);
+  states.answered = kind;
+  states.num_answered = count;
+  states.answered_fixed = fixed_version;
+}
+
+}  // namespace
+
+void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
+  states.changed = states.held_changed;
+  states.held_changed = false;
+  uint64_t ids[pack::kMostContacts];
+  for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
+  const ResponseKind kind = select_response(tissue, states.inputs, states.num_contacts);
+  bool began = false;
+  bool finished = false;
+  const bool ready = prepare_within(tissue, kind, states.inputs, states.num_contacts, began, finished);
+  if (began) {
+    states.begun = kind;
+    states.num_begun = states.num_contacts;
+    states.begun_fixed = tissue.fixed_version;
+    memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
+    memcpy(static_cast<void*>(states.begun_inputs), states.inputs,
+           states.num_contacts * sizeof *states.inputs);
+    if (has_turns(tissue))
+      memcpy(states.begun_turns, states.turns, size_t{3} * states.num_contacts * sizeof *states.turns);
+  }
+  if (ready) {
+    set_answered(kind, states.num_contacts, ids, states.inputs, states.turns, tissue.fixed_version, tissue,
+                 states);
+  } else if (finished) {
+    set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_turns,
+                 states.begun_fixed, tissue, states);
+  } else if (!is_ready(tissue, states.answered, states.answered_inputs, states.num_answered,
+                       states.answered_fixed)) {
+    // pal_contact_frame has made it ready for contacts of its own.
+    set_answered(ResponseKind::nothing, 0, nullptr, nullptr, nullptr, tissue.fixed_version, tissue, states);
+  }
+  states.preparing = !ready;
+  match_answered(states);
+  for (uint32_t c = 0; !ready && c < states.num_contacts; ++c) {
+    const uint32_t answered = states.answered_of[c];
+    if (answered == kNotAnswered) continue;
+    states.answered_inputs[answered] = states.inputs[c];
+    if (has_turns(tissue))
+      memcpy(states.answered_turns + size_t{3} * answered, states.turns + size_t{3} * c, 3 * sizeof(double));
+  }
+  answer_contacts(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_turns,
+                  states.answered_results);
+  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
+  // tools it jumps, and on its way to balance it may answer several times what it comes to. So does, once, what has gone
+  // back for want of a way, in this frame or in contact frames since the last: from there it follows in short steps, or
+  // not at all.
+  bool is_any_behind = has_turns(tissue);  // it may be in its turn alone
+  bool is_any_moving = false;
+  for (uint32_t i = 0; i < states.num_answered; ++i) {
+    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
+                                               states.answered_inputs[i].displacement);
+    is_any_moving = is_any_moving || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
+  }
+  const bool caught_up = states.catches_up;
+  const bool begins = finished && (states.changed || is_any_behind);
+  states.catches_up = is_any_moving && (begins || states.catches_up);
+  states.changed = states.changed || states.catches_up || caught_up || tissue.zone.went_back;
+  tissue.zone.went_back = false;
+}
+
+}  // namespace palpate

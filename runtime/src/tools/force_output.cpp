@@ -1,0 +1,132 @@
+#include "runtime/src/tools/force_output.hpp"
+
+#include <math.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+double length_of(const double v[3]) {
+  return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+bool is_zero(const Wrench& wrench) {
+  for (const double component : wrench.v) {
+    if (component != 0) return false;
+  }
+  return true;
+}
+
+double fading(double left) {
+  return left * left * (3.0 - 2.0 * left);
+}
+
+// x - x is 0, or NaN where x is not finite.
+bool is_finite(const Wrench& wrench) {
+  double zero = 0;
+  for (const double component : wrench.v) zero += component - component;
+  return zero == 0;
+}
+
+bool has_limits(const pal_session_config& config) {
+  return config.max_force > 0 || config.max_torque > 0 || config.max_force_rate > 0 ||
+         config.max_torque_rate > 0;
+}
+
+// What of a wrench is within a limit of force and one of torque, 0: no limit; at most 1.
+double part_within(double most_force, double most_torque, const Wrench& wrench) {
+  double part = 1.0;
+  const double force = most_force > 0 ? length_of(wrench.v) : 0.0;
+  const double torque = most_torque > 0 ? length_of(wrench.v + 3) : 0.0;
+  if (force > most_force) part = most_force / force;
+  if (torque * part > most_torque) part = most_torque / torque;
+  return part;
+}
+
+// Cuts to the largest force and torque, and the step from the last one to the largest rates.
+bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& last) {
+  const double part = part_within(config.max_force, config.max_torque, wanted);
+  if (part < 1.0) {
+    for (double& component : wanted.v) component *= part;
+  }
+  double step_part = 1.0;
+  if (config.max_force_rate > 0 || config.max_torque_rate > 0) {
+    Wrench step;
+    for (int i = 0; i < 6; ++i) step.v[i] = wanted.v[i] - last.v[i];
+    // A frame without time takes no step: the smallest number that is no "no limit".
+    constexpr double kNoStep = 1e-300;
+    const auto most = [&](double rate) { return rate > 0 ? std::max(rate * dt, kNoStep) : 0.0; };
+    step_part = part_within(most(config.max_force_rate), most(config.max_torque_rate), step);
+    if (step_part < 1.0) {
+      for (int i = 0; i < 6; ++i) wanted.v[i] = last.v[i] + step_part * step.v[i];
+    }
+  }
+  last = wanted;
+  return part < 1.0 || step_part < 1.0;
+}
+
+}  // namespace
+
+void reset_output(ForceOutput& output) {
+  output = {};
+  output.gain = 1.0;
+  output.quiet = true;
+  output.is_model = true;
+  output.kept = 1.0;
+}
+
+uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool switched, bool stale,
+                      double dt, ForceOutput& output) {
+  uint32_t flags = 0;
+  const bool finite = is_finite(given);
+  if (!finite) flags |= PAL_FLAG_NOT_FINITE;
+  const bool as_it_is = !switched && !stale && output.blend_left == 0 && output.gain == 1.0;
+  if (finite && as_it_is && !has_limits(config)) {
+    output.blended = output.limited = output.out = given;
+    output.quiet = is_zero(given);
+    output.is_model = true;
+    output.kept = 1.0;
+    return 0;
+  }
+  const Wrench& model = finite ? given : output.blended;
+  if (switched) {
+    for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
+    output.blend_left = config.blend_seconds;
+  }
+  for (double& component : output.difference.v) component *= output.kept;
+  output.kept = 1.0;
+  output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
+  Wrench wanted = model;
+  if (output.blend_left > 0) {
+    const double weight = fading(output.blend_left / config.blend_seconds);
+    bool differs = false;
+    for (int i = 0; i < 6; ++i) {
+      wanted.v[i] += weight * output.difference.v[i];
+      differs = differs || output.difference.v[i] != 0;
+    }
+    if (differs) {
+      flags |= PAL_FLAG_BLENDING;
+    } else {
+      output.blend_left = 0;
+    }
+  }
+  output.blended = wanted;
+
+  const double ramp = config.ramp_seconds > 0 ? dt / config.ramp_seconds : 1.0;
+  if (stale) {
+    output.gain = output.gain > ramp ? output.gain - ramp : 0.0;
+  } else {
+    output.gain = output.gain + ramp < 1.0 ? output.gain + ramp : 1.0;
+  }
+  if (stale || output.gain < 1.0) flags |= PAL_FLAG_STALE;
+
+  if (limit(config, dt, wanted, output.limited)) flags |= PAL_FLAG_LIMITED;
+  for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wanted.v[i];
+  output.is_model = flags == 0;
+  output.quiet =
+      output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.limited);
+  return flags;
+}
+
+}  // namespace palpate

@@ -1,0 +1,186 @@
+#include "runtime/src/tools/passivity.hpp"
+
+#include <math.h>
+
+#include "runtime/src/numerics/pose.hpp"
+#include "runtime/src/response/patch_rotation.hpp"
+#include "runtime/src/response/response.hpp"
+#include "runtime/src/tools/tools.hpp"
+
+namespace palpate {
+namespace {
+
+// Of the peak: the energy that a cycle may create before forces are reduced.
+constexpr double kTolerance = 0.003;
+// `part` goes all its way while this part of W comes or goes, or half of E / W if that is more. The force
+// then changes no faster with the displacement than that of a tissue some times as stiff, which a device can
+// render.
+constexpr double kChange = 0.03;
+// Nearer to 1 it is 1.
+constexpr double kWhole = 1e-4;
+// Tissue with less than this part of the peak is at rest.
+constexpr double kRest = 1e-4;
+
+// On the tool's way from the frame before.
+double work_of(const ToolState& tool, const Wrench& wrench) {
+  double turn[3];
+  turn_between(tool.before.orientation, tool.pose.orientation, turn);
+  double work = 0;
+  for (int i = 0; i < 3; ++i)
+    work += wrench.v[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench.v[3 + i] * turn[i];
+  return work;
+}
+
+// Of the force that came out last.
+double work_of(const ToolState& tool) {
+  return tool.output.quiet ? 0.0 : work_of(tool, tool.output.out);
+}
+
+double work_of_all(const ToolStates& states) {
+  double work = 0;
+  for (uint32_t t = 0; t < states.num_used; ++t) work += work_of(states.tools[t]);
+  return work;
+}
+
+// Whether what comes out is what the models say.
+bool feels_the_models(const ToolStates& states) {
+  for (uint32_t t = 0; t < states.num_used; ++t) {
+    if (!states.tools[t].output.is_model) return false;
+  }
+  return true;
+}
+
+// Whether contacts are not in balance where their tools are.
+bool is_unsettled(const ToolStates& states) {
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint32_t row = states.answered_of[c];
+    if (row != kNotAnswered && (states.answered_results[row].flags & PAL_FLAG_UNCONVERGED) != 0) return true;
+  }
+  return false;
+}
+
+// What contacts that were taken hold of under strain bring with them, once: the energy that goes where they alone go
+// back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of
+// it, if there are no others.
+double take_strain_brought(const TissueState& tissue, ToolStates& states) {
+  const auto brings = [&](uint32_t c) {
+    return states.contacts[c].strain == Strain::brought && states.answered_of[c] != kNotAnswered;
+  };
+  double brought = 0;
+  uint32_t num_bringing = 0;
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (!brings(c)) continue;
+    ++num_bringing;
+    const uint32_t row = states.answered_of[c];
+    const double* d = states.inputs[c].displacement;
+    for (int i = 0; i < 3; ++i) brought += states.answered_results[row].force[i] * d[i];
+    for (uint32_t other = 0; other < states.num_contacts; ++other) {
+      if (!brings(other)) continue;
+      double stiffness[9] = {};
+      add_coupling(tissue, states.answered, states.answered_results, row, states.answered_of[other],
+                   stiffness);
+      const double* e = states.inputs[other].displacement;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) brought -= 0.5 * d[i] * stiffness[3 * i + j] * e[j];
+      }
+      if (has_turns(tissue) && states.answered == ResponseKind::zone)
+        brought += energy_of_turns(tissue, row, states.answered_of[other], states.inputs[c],
+                                   states.turns + size_t{3} * c, states.inputs[other],
+                                   states.turns + size_t{3} * other);
+    }
+  }
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (brings(c)) states.contacts[c].strain = Strain::none;
+  }
+  return num_bringing > 0 && num_bringing == states.num_answered ? tissue.stored_energy : brought;
+}
+
+// Moves `part` towards the part of W that E covers. `work` says which way tools go, and how far beside `larger`, the larger W
+// of this and the last frame.
+void follow_stored(double blend_seconds, double covered, double work, double larger, ToolStates& states) {
+  Passivity& passivity = states.passivity;
+  const double stored = passivity.stored;
+  if (covered >= stored && passivity.part == 1.0) return;
+  const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
+  const double target = work > 0 ? 1.0 : ratio;
+  const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
+  const double pace = fabs(work) < whole ? fabs(work) / whole : 1.0;
+  const double most = blend_seconds > 0 ? states.dt / blend_seconds : 1.0;
+  const double change = pace * (target - passivity.part);
+  passivity.part += change < most ? change : most;
+  if (target == 1.0 && passivity.part > 1.0 - kWhole) passivity.part = 1.0;
+}
+
+}  // namespace
+
+void reset_passivity(Passivity& passivity) {
+  passivity = {};
+  passivity.part = 1.0;
+  passivity.one_set = true;
+}
+
+void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models) {
+  Passivity& passivity = states.passivity;
+  const bool felt = feels_the_models(states);
+  if (states.num_contacts == 0 && !states.changed && felt) {
+    reset_passivity(passivity);
+    return;
+  }
+  const double stored = tissue.stored_energy;
+  const double larger = stored > passivity.stored ? stored : passivity.stored;
+  const bool unsettled = is_unsettled(states);
+  const bool is_or_was_unsettled = unsettled || passivity.was_unsettled;
+  passivity.was_unsettled = unsettled;
+  passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
+  // By the tools' motion alone: not by what answers it.
+  if (!states.changed) passivity.account += tissue.energy_brought;
+  if (passivity.one_set) passivity.stored += tissue.energy_brought;
+  const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
+  const double brought = passivity.one_set ? 0.0 : take_strain_brought(tissue, states);
+  double of_models = 0;
+  for (uint32_t t = 0; is_or_was_unsettled && t < states.num_used; ++t)
+    of_models += work_of(states.tools[t], models[t]);
+  // Of a damaged pack.
+  if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought) || !isfinite(of_models)) {
+    passivity.expected = passivity.work = 0;
+    return;
+  }
+  passivity.account += brought;
+  passivity.stored = stored;
+  passivity.work = gained;
+  passivity.expected = passivity.one_set         ? passivity.part * gained
+                       : states.changed || !felt ? gained
+                                                 : 0.5 * (gained + passivity.part * of_models);
+  const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
+  // A blend may go on as it is in the next frame, too, wherever contacts are by then.
+  const double ahead = is_or_was_unsettled && gained < 0 ? covered + 0.5 * gained : covered;
+  for (uint32_t t = 0; ahead < 0 && t < states.num_used; ++t) {
+    if (work_of(states.tools[t]) >= 0) continue;
+    const bool is_much = ahead < -kTolerance * passivity.peak;
+    states.tools[t].output.kept = is_much ? 0.0 : 0.5;
+    // Who comes out before half of the force has faded in would feel all of it for a frame.
+    if (is_much && states.tools[t].output.blend_left > 0.5 * tissue.config->blend_seconds) passivity.part = 0;
+  }
+  follow_stored(tissue.config->blend_seconds, covered, is_or_was_unsettled ? of_models : gained, larger,
+                states);
+  const double left = passivity.account + 0.5 * gained + kTolerance * passivity.peak;
+  if (of_models < 0 && -passivity.part * of_models > left) passivity.part = left > 0 ? -left / of_models : 0;
+}
+
+void end_account(ToolStates& states) {
+  Passivity& passivity = states.passivity;
+  double step = passivity.expected;
+  if (!passivity.one_set) step = 0.5 * (passivity.work + work_of_all(states));
+  if (!isfinite(step)) return;
+  passivity.account += step;
+  if (passivity.account > passivity.peak) passivity.peak = passivity.account;
+  // What was overdrawn all the same is forgotten: one bad pose must not silence what follows.
+  const double floor = -kTolerance * passivity.peak;
+  if (passivity.account < floor) passivity.account = floor;
+  if (passivity.one_set && passivity.stored <= kRest * passivity.peak) {
+    passivity.account = passivity.peak = passivity.stored;
+    passivity.part = 1.0;
+  }
+}
+
+}  // namespace palpate

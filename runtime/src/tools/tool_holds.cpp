@@ -1,0 +1,161 @@
+#include "runtime/src/tools/tool_holds.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/pack/surface_bvh.hpp"
+#include "runtime/src/response/response.hpp"
+
+namespace palpate {
+namespace {
+
+// PAL_LAW_TOUCH lets go where the place that it holds would be so far outside of where it was at rest, in
+// mean edges of the surface: less is the tremor of a hand.
+constexpr double kReleaseHeight = 0.01;
+
+// The place of a point between sites at rest, world.
+void place_at_rest(const TissueState& tissue, const ToolStates& states, const uint32_t sites[3],
+                   const double weights[3], double out[3]) {
+  const pal_pack& pack = *tissue.pack;
+  double in_metres[3] = {};
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(weights[corner] > 0)) continue;
+    const double* position = pack.rest_positions + size_t{3} * pack.site_nodes[sites[corner]];
+    for (int i = 0; i < 3; ++i) in_metres[i] += weights[corner] * (position[i] * pack.metres);
+  }
+  rotate(states.organ, in_metres, out);
+  for (int i = 0; i < 3; ++i) out[i] += tissue.config->organ.position[i];
+}
+
+// Out of the tissue at a point between sites, organ frame.
+void normal_at(const pal_pack& pack, const uint32_t sites[3], const double weights[3], double out[3]) {
+  double sum[3] = {};
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(weights[corner] > 0)) continue;
+    const float* normal = pack.site_normals + size_t{3} * sites[corner];
+    for (int i = 0; i < 3; ++i) sum[i] += weights[corner] * static_cast<double>(normal[i]);
+  }
+  const double length = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+  for (int i = 0; i < 3; ++i) out[i] = length > 0 ? sum[i] / length : 0.0;
+}
+
+// The contact there, without a displacement. Its site is the corner of the largest weight, so that rounding leaves no
+// weight to a corner that has none, whose site may be any number.
+pal_contact contact_between(const uint32_t sites[3], const double weights[3]) {
+  int largest = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (weights[i] > weights[largest]) largest = i;
+  }
+  pal_contact contact = {};
+  contact.site = sites[largest];
+  for (int i = 0; i < 2; ++i) {
+    const int corner = (largest + 1 + i) % 3;
+    contact.neighbours[i] = sites[corner];
+    contact.neighbour_weights[i] = weights[corner];
+  }
+  return contact;
+}
+
+bool has_room(const TissueState& tissue, const ToolStates& states) {
+  return states.num_contacts < tissue.config->max_contacts && can_answer(tissue, states.num_contacts + 1);
+}
+
+// There is room. `normal`: organ frame.
+void hold_place(const TissueState& tissue, uint32_t tool, const uint32_t sites[3], const double weights[3],
+                pal_contact_law law, const pal_pose& unstrained, const double normal[3], ToolStates& states) {
+  HeldContact& contact = states.contacts[states.num_contacts++];
+  contact.id = ++states.next_id;
+  states.held_changed = true;
+  contact.tool = tool;
+  contact.place = contact_between(sites, weights);
+  contact.law = law;
+  contact.strain = Strain::unknown;
+  memcpy(contact.unstrained, unstrained.position, sizeof contact.unstrained);
+  memcpy(contact.unstrained_orientation, unstrained.orientation, sizeof contact.unstrained_orientation);
+  place_at_rest(tissue, states, sites, weights, contact.unstrained_arm);
+  for (int i = 0; i < 3; ++i) contact.unstrained_arm[i] -= unstrained.position[i];
+  rotate_back(rotation_of(unstrained.orientation), contact.unstrained_arm, contact.arm);
+  rotate(states.organ, normal, contact.normal);
+}
+
+// Keeps the order of those that stay: linear_dd then need not factor anew where the last ones go.
+template <typename Goes>
+void let_go(ToolStates& states, Goes&& goes) {
+  uint32_t kept = 0;
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (goes(states.contacts[c])) continue;
+    if (kept != c) states.contacts[kept] = states.contacts[c];
+    ++kept;
+  }
+  states.held_changed = states.held_changed || kept != states.num_contacts;
+  states.num_contacts = kept;
+}
+
+// The point of the surface nearest to the tool's tip. False where there is none.
+bool find_near_tip(const TissueState& tissue, const Rotation& organ, ToolState& state, SurfaceHit& hit) {
+  double tip[3];
+  rotate(rotation_of(state.pose.orientation), state.touch.tip, tip);
+  for (int i = 0; i < 3; ++i) tip[i] += state.pose.position[i] - tissue.config->organ.position[i];
+  double place[3];
+  rotate_back(organ, tip, place);
+  for (double& component : place) component /= tissue.pack->metres;
+  if (!find_nearest_surface_point(*tissue.pack, place, state.near, hit)) return false;
+  state.near = hit.primitive;
+  return true;
+}
+
+}  // namespace
+
+void take_hold(const TissueState& tissue, uint32_t tool, const pal_hold& hold, ToolStates& states) {
+  double normal[3] = {};
+  if (tissue.pack->site_normals != nullptr) normal_at(*tissue.pack, hold.sites, hold.weights, normal);
+  hold_place(tissue, tool, hold.sites, hold.weights, hold.law, hold.unstrained, normal, states);
+}
+
+void let_go_of_all(uint32_t tool, ToolStates& states) {
+  let_go(states, [&](const HeldContact& contact) { return contact.tool == tool; });
+  states.tools[tool].must_leave = true;
+}
+
+bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states) {
+  ToolState& state = states.tools[tool];
+  SurfaceHit hit;
+  if (!find_near_tip(tissue, states.organ, state, hit)) return true;
+  if (!(hit.distance * tissue.pack->metres <= state.touch.distance)) {
+    state.must_leave = false;
+    return true;
+  }
+  // Deeper it has not just come in, but is beyond a part of the organ that cannot be touched.
+  if (state.must_leave || hit.distance < -tissue.pack->max_displacement) return true;
+  if (!has_room(tissue, states)) return false;
+  hold_place(tissue, tool, hit.sites, hit.weights, state.touch.law, state.pose, hit.normal, states);
+  return true;
+}
+
+void let_go_of_what_came_out(const TissueState& tissue, ToolRotation& last, ToolStates& states) {
+  const double height = kReleaseHeight * tissue.pack->mean_surface_edge * tissue.pack->metres;
+  uint32_t is_outside = 0;  // a bit for each tool
+  uint32_t is_known = 0;
+  let_go(states, [&](const HeldContact& contact) {
+    if (contact.law != PAL_LAW_TOUCH) return false;
+    ToolState& tool = states.tools[contact.tool];
+    const uint32_t bit = 1u << contact.tool;
+    if (tool.touches && (is_known & bit) == 0) {
+      SurfaceHit hit;
+      is_known |= bit;
+      if (find_near_tip(tissue, states.organ, tool, hit) &&
+          hit.distance * tissue.pack->metres > tool.touch.distance + height)
+        is_outside |= bit;
+    }
+    double d[3];
+    movement_of(states, contact, last, d);
+    const bool is_out =
+        (is_outside & bit) != 0 ||
+        d[0] * contact.normal[0] + d[1] * contact.normal[1] + d[2] * contact.normal[2] > height;
+    if (is_out) tool.must_leave = true;
+    return is_out;
+  });
+}
+
+}  // namespace palpate

@@ -1,0 +1,48 @@
+// How far what tools hold has moved with them.
+#pragma once
+
+#include "runtime/src/response/patch_rotation.hpp"
+#include "runtime/src/tools/tools.hpp"
+
+namespace palpate {
+
+// The rotation of the tool that was asked for last: contacts of one tool mostly follow one another.
+struct ToolRotation {
+  Rotation rotation;
+  uint32_t tool;  // kMostTools: of none
+};
+
+inline const Rotation& rotation_for(const ToolStates& states, uint32_t tool, ToolRotation& last) {
+  if (last.tool != tool) last = {rotation_of(states.tools[tool].pose.orientation), tool};
+  return last.rotation;
+}
+
+// How far a contact has moved from where its tool took hold, world; not at all for a tool that was never
+// seen.
+inline void movement_of(const ToolStates& states, const HeldContact& contact, ToolRotation& last,
+                        double out[3]) {
+  const ToolState& tool = states.tools[contact.tool];
+  double arm[3];
+  rotate(rotation_for(states, contact.tool, last), contact.arm, arm);
+  for (int i = 0; i < 3; ++i) {
+    out[i] = tool.has_pose
+                 ? (tool.pose.position[i] - contact.unstrained[i]) + (arm[i] - contact.unstrained_arm[i])
+                 : 0.0;
+  }
+}
+
+// The turn in the organ frame of a contact held by a tool of this orientation. Beyond a quarter turn the contact slips:
+// its unstrained orientation turns along, so that the torque does not jump.
+inline void find_turn(const ToolStates& states, const double orientation[4], HeldContact& contact,
+                      double turn[3]) {
+  double in_world[3];
+  turn_between(contact.unstrained_orientation, orientation, in_world);
+  if (shorten_turn(in_world)) {
+    double turned[4];
+    quaternion_of(in_world, turned);
+    divide_quaternions(turned, orientation, contact.unstrained_orientation);
+  }
+  rotate_back(states.organ, in_world, turn);
+}
+
+}  // namespace palpate

@@ -1,0 +1,199 @@
+#include "runtime/src/tools/tools.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/response/patch_rotation.hpp"
+#include "runtime/src/response/response.hpp"
+#include "runtime/src/tools/fallback_contacts.hpp"
+#include "runtime/src/tools/tool_holds.hpp"
+#include "runtime/src/tools/tool_motion.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kLongestFrame = 1.0;  // s
+// In units of the scene's largest displacement: less is rounding of poses.
+constexpr double kLeastStrain = 1e-6;
+
+bool holds_anything(const ToolStates& states, uint32_t tool) {
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (states.contacts[c].tool == tool) return true;
+  }
+  return false;
+}
+
+// Takes in a tool's pose and its age. False where they make no sense, or are not there: the last pose then
+// ages.
+bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolState& state) {
+  const double age = input.ages != nullptr && tool < input.num_tools ? input.ages[tool] : 0.0;
+  state.before = state.pose;
+  if (tool < input.num_tools && age >= 0 && isfinite(age) && read_pose(input.poses[tool], state.pose)) {
+    if (!state.has_pose) state.before = state.pose;
+    state.has_pose = true;
+    state.age = age;
+    return true;
+  }
+  state.age += dt;
+  return tool >= input.num_tools;
+}
+
+// The displacement of every contact held, and how it is turned, organ frame.
+void fill_inputs(TissueState& tissue, ToolStates& states, ToolRotation& last) {
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    HeldContact& contact = states.contacts[c];
+    const ToolState& tool = states.tools[contact.tool];
+    double d[3];
+    movement_of(states, contact, last, d);
+    bool is_turned = false;
+    if (has_turns(tissue)) {
+      double* turn = states.turns + size_t{3} * c;
+      memset(turn, 0, 3 * sizeof *turn);
+      if (tool.has_pose) find_turn(states, tool.pose.orientation, contact, turn);
+      for (int i = 0; i < 3; ++i) is_turned = is_turned || fabs(turn[i]) > kLeastStrain;
+    }
+    if (contact.strain == Strain::unknown && tool.has_pose) {
+      const double least = kLeastStrain * tissue.pack->max_displacement * tissue.pack->metres;
+      // Where gravity has turned, tissue is not where it rests under the scene's.
+      const bool is_strained =
+          tissue.gravity.is_turned || is_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
+      contact.strain = is_strained ? Strain::brought : Strain::none;
+      if (is_strained) states.held_changed = true;  // as where the tool was seen late
+    }
+    states.inputs[c] = contact.place;
+    rotate_back(states.organ, d, states.inputs[c].displacement);
+  }
+}
+
+// Adds what the model says of one contact to the force of its tool and to all but that of its result, world.
+void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t index, const Rotation& own,
+                 Wrench& wrench, pal_tool_result& result) {
+  const HeldContact& contact = states.contacts[index];
+  const uint32_t answered = states.answered_of[index];
+  if (result.num_contacts++ == 0) result.site = contact.place.site;
+  if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
+  if (answered == kNotAnswered) {
+    result.displacement_error = result.force_error = 1.0;
+    return;
+  }
+  const pal_contact_result& answer = states.answered_results[answered];
+  double force[3];
+  double arm[3];
+  rotate(states.organ, answer.force, force);
+  rotate(own, contact.arm, arm);
+  for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
+  add_cross(arm, force, wrench.v + 3);
+  if (has_turns(tissue) && states.answered == ResponseKind::zone) {
+    const ZoneSet& set = tissue.zone.active;
+    double torque[3];
+    rotate(states.organ, set.force + size_t{3} * (set.num_contacts + answered), torque);
+    for (int i = 0; i < 3; ++i) wrench.v[3 + i] += torque[i] * (tissue.pack->newtons * tissue.pack->metres);
+  }
+
+  double stiffness[9];
+  memcpy(stiffness, answer.stiffness, sizeof stiffness);
+  for (uint32_t other = 0; other < states.num_contacts; ++other) {
+    if (other == index || states.contacts[other].tool != contact.tool) continue;
+    const uint32_t column = states.answered_of[other];
+    if (column != kNotAnswered)
+      add_coupling(tissue, states.answered, states.answered_results, answered, column, stiffness);
+  }
+  double turned[9];
+  rotate_matrix(states.organ, stiffness, turned);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result.stiffness[i][j] += turned[3 * i + j];
+  }
+  result.flags |= answer.flags;
+  result.model = answer.model;
+  if (answer.displacement_error > result.displacement_error)
+    result.displacement_error = answer.displacement_error;
+  if (answer.force_error > result.force_error) result.force_error = answer.force_error;
+}
+
+void reduce(double part, Wrench& wrench, pal_tool_result& result) {
+  if (result.num_contacts == 0) return;
+  for (double& component : wrench.v) component *= part;
+  for (auto& row : result.stiffness) {
+    for (double& component : row) component *= part;
+  }
+  result.flags |= PAL_FLAG_REDUCED;
+}
+
+}  // namespace
+
+void reset_tool(ToolState& state) {
+  state = {};
+  state.pose.orientation[0] = 1;
+  reset_output(state.output);
+}
+
+// Once a session: small.
+[[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
+  states.contacts = arena.take<HeldContact>(config.max_contacts);
+  states.tools = arena.take<ToolState>(config.max_tools);
+  states.inputs = arena.take<pal_contact>(config.max_contacts);
+  const size_t turns = config.patches_turn != 0 ? size_t{3} * config.max_contacts : 0;
+  states.turns = arena.take<double>(turns);
+  states.answered_turns = arena.take<double>(turns);
+  states.begun_turns = arena.take<double>(turns);
+  states.results = arena.take<pal_contact_result>(config.max_contacts);
+  states.answered_of = arena.take<uint32_t>(config.max_contacts);
+  states.begun_ids = arena.take<uint64_t>(config.max_contacts);
+  states.begun_inputs = arena.take<pal_contact>(config.max_contacts);
+  states.answered_ids = arena.take<uint64_t>(config.max_contacts);
+  states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
+  states.answered_sites = arena.take<uint32_t>(config.max_contacts);
+  states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
+  states.organ = rotation_of(config.organ.orientation);
+}
+
+void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates& states,
+                  pal_tool_result* results) {
+  const pal_session_config& config = *tissue.config;
+  const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
+  if (input.dt >= 0) states.dt = input.dt <= kLongestFrame ? input.dt : kLongestFrame;
+
+  if (input.num_tools > 0) use_tool(states, input.num_tools - 1);
+  uint32_t own_flags[kMostTools] = {};
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    const bool read = read_input(input, tool, states.dt, states.tools[tool]);
+    own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
+  }
+  ToolRotation last = {{}, kMostTools};
+  let_go_of_what_came_out(tissue, last, states);
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    ToolState& state = states.tools[tool];
+    if (!state.touches || !state.has_pose || holds_anything(states, tool)) continue;
+    if (!try_to_touch(tissue, tool, states)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
+  }
+  fill_inputs(tissue, states, last);
+  answer_or_fall_back(tissue, states);
+  tissue.energy_brought += tissue.zone.inclusion_energy * tissue.pack->newtons * tissue.pack->metres;
+  tissue.zone.inclusion_energy = 0;
+  memcpy(tissue.gravity.before, tissue.gravity.now, sizeof tissue.gravity.before);
+  tissue.gravity.has_changed = false;
+
+  Wrench wrenches[kMostTools];
+  memset(static_cast<void*>(results), 0, config.max_tools * sizeof *results);
+  memset(static_cast<void*>(wrenches), 0, states.num_used * sizeof *wrenches);
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    const uint32_t tool = states.contacts[c].tool;
+    add_contact(tissue, states, c, rotation_for(states, tool, last), wrenches[tool], results[tool]);
+  }
+  begin_account(tissue, states, wrenches);
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    ToolState& state = states.tools[tool];
+    pal_tool_result& result = results[tool];
+    result.flags |= own_flags[tool];
+    if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
+    const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
+    if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
+    result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
+    memcpy(result.force, state.output.out.v, sizeof result.force);
+    memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
+  }
+  end_account(states);
+}
+
+}  // namespace palpate

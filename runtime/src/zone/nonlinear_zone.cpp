@@ -1,0 +1,316 @@
+#include "runtime/src/zone/nonlinear_zone.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_exterior.hpp"
+#include "runtime/src/zone/zone_inclusion.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
+#include "runtime/src/zone/zone_rim.hpp"
+#include "runtime/src/zone/zone_setback.hpp"
+#include "runtime/src/zone/zone_tangent.hpp"
+
+namespace palpate {
+namespace {
+
+// What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
+constexpr double kConverged = 1e-4;
+// As kConverged, of what other groups have moved the boundary by in this frame; felt there is of a move, where no
+// node is shared, some part.
+constexpr double kMostUncoupled = 5e-4;
+constexpr double kOfOthers = 0.1;
+// Of what a round of all groups has changed, the next one changes some part.
+constexpr double kOfChange = 0.3;
+constexpr double kMostLeft =
+    0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
+constexpr double kLargest = 1e60;  // displacement, model units
+
+// A Newton step, or as much of it as leaves all elements upright. Its length, of the largest component; negative where
+// there was no way: nothing has moved then.
+double take_step(ZoneFrame& frame, ZoneGroup& group) {
+  const double* step = find_step(frame, group);
+  double longest = 0;
+  for (uint32_t i = 0; i < group.unknowns; ++i) {
+    const double size = fabs(step[i]);
+    if (!(size <= kLargest)) return -1;
+    longest = std::max(longest, size);
+  }
+  save_group(frame, group);
+  double part = 1;
+  for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
+    add_to_unknowns(frame, group, step, -part);
+    if (evaluate_group(frame, group)) {
+      if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
+      follow_pressures(group.batches, frame.state.saved, frame.set.displacement, part);
+      count_move(frame, group, part * longest);
+      return longest;
+    }
+    restore_group(frame, group);
+  }
+  evaluate_group(frame, group);
+  return -1;
+}
+
+// One iteration, after find_residual(). The length of its step; negative where there was no way on.
+double iterate(ZoneFrame& frame, ZoneGroup& group, bool& is_renewed) {
+  const auto renew = [&] {
+    if (is_renewed && frame.state.is_bounded) return false;
+    is_renewed = true;
+    return make_tangent(frame, group);
+  };
+  const bool is_bad = !group.has_tangent || contraction(frame, group) > kMostLeft;
+  if (is_bad && !renew() && !group.has_tangent) return -1;
+  double step = take_step(frame, group);
+  if (step < 0) {
+    find_residual(frame, group);
+    step = renew() ? take_step(frame, group) : -1;
+  }
+  group.has_tangent = step >= 0;
+  if (group.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
+  return step;
+}
+
+// Of the unknowns, squared.
+double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
+  double sum = 0;
+  for (uint32_t i = 0; i < group.unknowns; ++i) sum += frame.state.residual[i] * frame.state.residual[i];
+  return sum;
+}
+
+// Tractions, forces and loads of where the group has got to, and what it stores, after find_pull(). Before the step the
+// residual was so large; 0: too small for what is left of it to tell of the tangent.
+void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
+  find_residual(frame, group);
+  if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
+  find_traction(frame, group);
+  if (group.has_tangent) find_forces(frame, group);
+  weigh_exterior(frame.pack, frame.state, frame.set);
+  group.stored = stored_energy(frame, group);
+}
+
+// On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
+// to. Where forces are much larger than those of the last balance, at d0, and what its stiffness adds to them,
+//
+//   F' = F0 + K0 (d - d0),    |F|^2 > kMost^2 (|F0|^2 + |F' - F0|^2) >= kMost^2 / 2 |F'|^2,
+//
+// F' and K0 are answered, and the energy that goes with them, E0 + (F0 + F') / 2 . (d - d0). In fast motions of one contact
+// |F| was never as large; where three crush tissue it was up to several hundred times.
+void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
+  constexpr double kMost = 2;
+  const ZoneSet& set = frame.set;
+  if (!group.has_balance) return;
+  double change[kMostZoneAxes];
+  double forces[kMostZoneAxes];
+  find_change(set, group, set.balanced.followed, set.followed, change);
+  double work = 0;
+  double excess = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    const double before = set.balanced.force[at];
+    double gained = 0;
+    for (uint32_t j = 0; j < group.num_axes; ++j)
+      gained += set.balanced.stiffness[at][contact_axis(set, group, j)] * change[j];
+    forces[i] = before + gained;
+    work += (before + 0.5 * gained) * change[i];
+    const double unit = length_of(frame, at, 1);
+    excess +=
+        (set.force[at] * set.force[at] - kMost * kMost * (before * before + gained * gained)) / (unit * unit);
+  }
+  if (!(excess > 0)) return;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    set.force[at] = forces[i];
+    memcpy(set.stiffness[at], set.balanced.stiffness[at], sizeof *set.stiffness);
+  }
+  group.stored = group.stored_in_balance + work;
+}
+
+// What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
+void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
+  weigh_exterior(frame.pack, frame.state, frame.set);
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    ZoneGroup& group = frame.set.groups[g];
+    const bool went_back = setbacks[g] != Setback::none;
+    find_coupling(frame, group);
+    if (went_back && !group.has_balance) {
+      make_tangent(frame, group);
+      find_pull(frame, group);
+      conclude(frame, 0, group);
+    } else {
+      find_pull(frame, group);
+      find_residual(frame, group);
+      find_traction(frame, group);
+    }
+    if (went_back) find_rim(frame, group);
+  }
+}
+
+}  // namespace
+
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      ZoneState& state) {
+  ZoneSet& set = state.active;
+  take_inclusion(pack, state);
+  ZoneFrame frame = {pack, state, set, set.flags};
+  state.strained = true;
+  double size = 1e-6 * pack.max_displacement;
+  for (uint32_t i = 0; i < set.num_axes; ++i) {
+    size = std::max(size, length_of(frame, i, displacements[i]));
+    size = std::max(size, length_of(frame, i, displacements[i] - set.followed[i]));
+  }
+  bool is_renewed[kMostZoneContacts] = {};
+  weigh_exterior(pack, state, set);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (!group.has_tangent || !group.has_balance) {
+      // A patch that was turned otherwise may not fit.
+      place_held(frame, group);
+      if (!evaluate_group(frame, group)) {
+        rest_group(pack, set, group);
+        weigh_exterior(pack, state, set);
+        place_held(frame, group);
+        evaluate_group(frame, group);
+        state.went_back = true;
+      }
+      is_renewed[g] = !group.has_tangent;
+      // What it was taken back with was the stiffness of another place.
+      if (!group.has_tangent && make_tangent(frame, group) && group.is_back && group.has_balance)
+        keep_balance(set, group);
+    }
+    group.is_back = false;
+    move_contacts(frame, group, displacements);
+  }
+  weigh_exterior(pack, state, set);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (set.num_groups == 1 && group.rim.num_nodes == 0) continue;
+    if (set.num_groups > 1) expect_coupling(frame, group);
+    find_pull(frame, group);
+    find_residual(frame, group);
+    find_traction(frame, group);
+  }
+  bool converged = false;
+  bool failed[kMostZoneContacts] = {};
+  bool done[kMostZoneContacts] = {};
+  double left[kMostZoneContacts] = {};
+  const auto left_uncoupled = [](const ZoneGroup& group) {
+    return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
+  };
+  const auto left_in_rim = [&](const ZoneGroup& group) {  // of second order
+    return std::max(2 * group.rim.largest * group.rim.since / size, kOfChange * group.rim.change);
+  };
+  const auto is_settled = [&](const ZoneGroup& group) {
+    return std::max(left_uncoupled(group), left_in_rim(group)) <= kMostUncoupled * size;
+  };
+  uint32_t taken = 0;
+  for (; taken < iterations && !converged; ++taken) {
+    for (uint32_t g = 0; g < set.num_groups; ++g) {
+      ZoneGroup& group = set.groups[g];
+      if (failed[g] || (done[g] && is_settled(group))) continue;
+      if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > kMostUncoupled * size))
+        find_coupling(frame, group);
+      if (taken == 0 || left_in_rim(group) > kMostUncoupled * size) find_rim(frame, group);
+      find_pull(frame, group);
+      find_residual(frame, group);
+      const double before = size_of_residual(frame, group);
+      const double step = iterate(frame, group, is_renewed[g]);
+      failed[g] = step < 0;
+      conclude(frame, step > kConverged * size ? before : 0, group);
+      left[g] = step * contraction(frame, group);
+      done[g] = !failed[g] && left[g] <= kConverged * size;
+    }
+    converged = set.num_groups > 0;
+    for (uint32_t g = 0; g < set.num_groups; ++g)
+      converged = converged && done[g] && is_settled(set.groups[g]);
+  }
+  if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
+  Setback setbacks[kMostZoneContacts];
+  bool goes_any_back = false;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
+    setbacks[g] = find_setback(frame, displacements, size, failed[g], done[g], group);
+    goes_any_back = goes_any_back || setbacks[g] != Setback::none;
+  }
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (setbacks[g] != Setback::none) {
+      go_back(frame, setbacks[g], group);
+      continue;
+    }
+    keep_trend(frame, group);
+    if (!done[g]) answer_on_the_way(frame, group);
+    if (!done[g] || !is_settled(group)) continue;
+    group.failures = 0;
+    if (goes_any_back) continue;  // it is one with what is lost
+    group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+    keep_balance(set, group);
+  }
+  if (goes_any_back) {
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+    settle_groups(frame, setbacks);
+  }
+  ZoneAnswer answer = {0, taken, goes_any_back, 0, 0};
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
+    if (group.rim.is_limited || gives_way) frame.flags |= PAL_FLAG_EXTRAPOLATED;
+    answer.energy += group.stored;
+    answer.left = std::max({answer.left, left[g], left_uncoupled(group), left_in_rim(group)});
+    advance_tangent(frame, group);
+  }
+  state.went_back = state.went_back || goes_any_back;
+  if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
+  answer.flags = frame.flags;
+  return answer;
+}
+
+void rest_zone(const pal_pack& pack, ZoneState& state) {
+  if (!state.strained) return;
+  state.strained = false;
+  ZoneSet& set = state.active;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    rest_group(pack, set, set.groups[g]);
+    set.groups[g].elsewhere = 0;
+  }
+}
+
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
+  const ZoneSet& set = state.active;
+  field.num_held = 0;
+  field.num_moved = 0;
+  field.num_corners = 0;
+  field.num_own = 0;
+  fill_exterior_state(pack, state, field);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    for (uint32_t b = 0; b < group.num_boundary; ++b) {
+      const uint32_t place = first_boundary(group) + b;
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        const double of_rim = group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis] : 0;
+        field.weights[3 * field.num_held + axis] =
+            static_cast<pal_real>((set.traction[3 * place + axis] - of_rim) * pack.metres);
+      }
+      field.held[field.num_held++] = set.nodes[place];
+    }
+    for (uint32_t i = 0; i < group.rim.num_nodes; ++i) {
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        field.weights[3 * field.num_held + axis] =
+            static_cast<pal_real>(group.rim.force[3 * i + axis] * pack.metres);
+      field.held[field.num_held++] = set.rim_nodes[group.rim.first_node + i];
+    }
+    for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
+      const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
+      if (packed == pack::kNoNode) continue;
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        field.own[3 * field.num_own + axis] =
+            static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
+      field.own_nodes[field.num_own++] = packed;
+    }
+  }
+}
+
+}  // namespace palpate

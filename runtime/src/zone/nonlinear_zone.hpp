@@ -1,0 +1,53 @@
+// nonlinear_zone: full nonlinear elements in a small zone around the contacts, the linear rest of the organ condensed
+// exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
+//
+// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in
+// zone_set.hpp, t the forces on the linear organ at B, b how far the other groups' t move B:
+//
+//   P(w) - P(0) + [S w_B - T b - g]_B = f_c      f_c zero but at contacted nodes
+//   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(x)
+//   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x), and what rims add (zone_rim.hpp)
+//
+// q(x): what the organ outside adds to its linear answer, of second and higher orders in a contact's load x
+// (zone_exterior.hpp). g: what of that is counted twice (zone_overlap.hpp), and what rims add. Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and
+// where the zone is the whole organ.
+//
+// It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
+#pragma once
+
+#include <palpate/palpate.h>
+
+#include "runtime/src/zone/field_state.hpp"
+#include "runtime/src/zone/zone_set.hpp"
+
+namespace palpate {
+
+struct ZoneAnswer {
+  uint32_t flags;
+  uint32_t iterations;  // that it took
+  bool went_back;       // a group found no way on, and is where it was in balance last, or at rest
+  double energy;
+  double left;  // of the error of displacements, as far as steps and rounds tell: length unit
+};
+
+// Moves the contacts of the set that answers to these displacements from rest and, where patches turn,
+// rotations, as ZoneSet::followed, and solves, model units; at most so many Newton iterations. No element is
+// ever accepted inverted, but of small strains, which know no inversion: where the way there would do so, the contacts
+// follow as far as they can, and go on in the next frame. Where there is no way on, or one that leads astray, they are back
+// where the zone was in balance last, and follow from there in shorter steps; where that fails for long and rest is nearer,
+// or no part of a step is left to take, at rest. Cost of an iteration, for each group: m^2 multiply-adds and twice the
+// forces of its elements, m = 3 x its nodes, three times where they share volumes; a tenth of a tangent (make_tangent()) a
+// frame that moves, for the next one; where that cannot wait all of one, or up to three times as much where it has to be
+// made positive definite.
+// Leaves displacements, forces and stiffness of the contacts in the set; on the way to a balance perhaps the forces that the
+// last one and its stiffness tell of.
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      ZoneState& state);
+
+// Something else answers: the set that did is at rest when it next does.
+void rest_zone(const pal_pack& pack, ZoneState& state);
+
+// Leaves the field of the frame just solved.
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// Tissue whose stiffness is changed while running: an inclusion, in the nonlinear zones that it reaches.
+//
+// With W_e what an element stores,
+//
+//   W_e -> s(X_e) W_e,   s(X) = 1 + (stiffness - 1) w(|X - centre|),
+//
+// X_e the centre of its corners where the organ rests; w is 1 inside of the ball and 0 outside, a cubic over a mean
+// edge of the surface about the ball's own, so that force and field stay continuous as it moves. All of an element's
+// forces and stiffness scale with it: the volumes that its integration points stand for are what is scaled, and those
+// of volumes that elements share are their sums. Where it rests tissue stays at rest, whatever its weight: what the
+// elements of the changed tissue pull with there is taken out, as that of the others is.
+//
+// The rest of the organ is as the pack has it. So the answer is that of the organ with the inclusion where the zone
+// holds all of it, and where a part lies outside that part is not felt; its error is that, and is measured in
+// tests/property/inclusion_test.cpp.
+#pragma once
+
+#include "runtime/src/zone/zone_set.hpp"
+
+namespace palpate {
+
+// Gives the elements of the set that answers the stiffness that they are to have, where that has changed, and counts
+// what this adds to the energy that they store where they are. Cost where it has: three evaluations of the elements.
+void take_inclusion(const pal_pack& pack, ZoneState& state);
+
+}  // namespace palpate

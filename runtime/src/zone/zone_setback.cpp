@@ -1,0 +1,157 @@
+#include "runtime/src/zone/zone_setback.hpp"
+
+#include <math.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_exterior.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostAstray = 4;    // solves in a row
+constexpr uint32_t kMostJammed = 4;    // solves in a row: the next ones do the same
+constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
+constexpr uint32_t kMostLate = 50;     // solves in a row; at half an edge each the way to rest takes some ten
+
+// Whether a node is much farther from rest than any contact has a right to move it, where the linear organ outside says
+// nothing any more.
+bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
+  constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
+  const double farthest = kFarthest * (size + frame.pack.mean_surface_edge);
+  for (uint32_t i = 0; i < num_moving(group); ++i) {
+    const uint32_t at = 3 * group.first_node + i;
+    const double* rest = frame.pack.zone_nodes[frame.set.nodes[at / 3]].displacement;
+    if (!(fabs(frame.set.displacement[at] - rest[at % 3]) <= farthest)) return true;
+  }
+  return false;
+}
+
+// Whether a group, in balance, is in one that its contacts did not lead to. In tissue that several contacts crush other
+// equilibria are near, and Newton may find one at the end of a long step. From one balance to the next contacts do the work
+//
+//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E
+//
+// but for the third order of d' - d and for what other groups do. On crushed blocks |E' - E - W| was up to 5 % of W in
+// most steps that led right, up to 30 % where forces rose several times, and 8 to 150 % in those that did not. Where
+//
+//   (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + kOfTerms^2 (sum of the squares of the terms of W))
+//
+// the step is taken back and gone in shorter ones. What is so in short steps, too, is how the tissue moves. A group
+// that begins has no balance yet to tell by.
+bool is_unexplained(const ZoneFrame& frame, const ZoneGroup& group) {
+  constexpr double kMost = 0.05;
+  constexpr double kOfTerms = 0.1;     // which may cancel
+  constexpr double kShort = 1.0 / 32;  // mean edges of the surface
+  const ZoneSet& set = frame.set;
+  if (group.num_contacts == 1 || !group.has_balance) return false;
+  double change[kMostZoneAxes];
+  find_change(set, group, set.balanced.followed, set.followed, change);
+  const double gained = group.stored - group.stored_in_balance;
+  double work = 0;
+  double terms = 0;  // squared
+  double way = 0;    // squared
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    const double length = length_of(frame, at, change[i]);
+    const double term = 0.5 * (set.force[at] + set.balanced.force[at]) * change[i];
+    work += term;
+    terms += term * term;
+    way += length * length;
+  }
+  const double shortest = kShort * frame.pack.mean_surface_edge;
+  return way > shortest * shortest &&
+         (gained - work) * (gained - work) >
+             kMost * kMost * (gained * gained + work * work + kOfTerms * kOfTerms * terms);
+}
+
+// How far the straight way from rest to where contacts are to be passes by where they were to be when it gave up last.
+double distance_from_given_up(const ZoneFrame& frame, const double* wanted, const ZoneGroup& group) {
+  double along = 0;
+  double square = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    const double unit = length_of(frame, at, 1);
+    along += unit * wanted[at] * unit * group.given_up[i];
+    square += unit * wanted[at] * unit * wanted[at];
+  }
+  const double nearest = square > 0 ? std::max(0.0, std::min(1.0, along / square)) : 0;
+  double distance = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.given_up[i]));
+  }
+  return distance;
+}
+
+// Counts this solve among those that led to another root of the exterior's series; whether it is one of too many. Each time
+// that makes it begin anew it takes twice as many, so that given forces which lead there from rest, too, do not swing.
+bool stays_at_other_root(const ZoneFrame& frame, ZoneGroup& group) {
+  constexpr uint32_t kLeastPatience = 4;
+  constexpr uint32_t kCalm = 4096;  // solves, of which given forces take four a frame
+  const double* d = frame.set.followed;
+  const double reach = frame.pack.max_displacement;
+  group.was_beyond = group.was_beyond || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach * reach;
+  // With an inclusion, which the series does not know of, loads may be any.
+  const bool is_there =
+      !frame.state.inclusion.is_present && is_at_other_root(frame.pack, frame.set, group.was_beyond);
+  group.at_other_root = is_there ? group.at_other_root + 1 : 0;
+  group.at_own_root = is_there ? 0 : std::min(kCalm, group.at_own_root + 1);
+  if (group.patience == 0 || group.at_own_root == kCalm) group.patience = kLeastPatience;
+  return group.at_other_root > group.patience;
+}
+
+// Whether it is to begin anew at rest: its contacts are jammed, or at a root that the organ has not; or it has looked for
+// longer than any way takes for one to where they are nearer to rest than to where it is, as from beyond a fold there may be
+// none that Newton finds. What jams on the way from rest, too, or leads to such a root, stays so until that way is another,
+// each time by twice as much.
+bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
+  constexpr double kElsewhere = 0.125;  // mean edges of the surface
+  const double edge = frame.pack.mean_surface_edge;
+  double from_here = 0;
+  double from_rest = 0;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(frame.set, group, i);
+    from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
+    from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
+  }
+  const bool is_at_root = stays_at_other_root(frame, group);
+  if (is_done && from_here <= kStill * edge && group.at_other_root == 0) group.elsewhere = 0;
+  group.late = from_here > from_rest ? group.late + 1 : 0;
+  const bool is_stuck = group.jammed > kMostJammed || is_at_root;
+  if (!is_stuck || distance_from_given_up(frame, wanted, group) < group.elsewhere)
+    return group.late > kMostLate;
+  for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
+  group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
+  if (is_at_root) group.patience *= 2;
+  return true;
+}
+
+}  // namespace
+
+Setback find_setback(const ZoneFrame& frame, const double* wanted, double size, bool failed, bool done,
+                     ZoneGroup& group) {
+  if (begins_anew(frame, wanted, done, group)) return Setback::to_rest;
+  const bool is_stuck = failed || (done && is_unexplained(frame, group)) || group.astray > kMostAstray ||
+                        (frame.flags != frame.set.flags && is_lost(frame, group, size));
+  if (!is_stuck) return Setback::none;
+  return ++group.failures > kMostFailures ? Setback::to_rest : Setback::to_balance;
+}
+
+void go_back(ZoneFrame& frame, Setback setback, ZoneGroup& group) {
+  constexpr double kShorter = 0.25;
+  constexpr double kShortestStep = 1e-3;
+  if (setback == Setback::to_rest) {
+    rest_group(frame.pack, frame.set, group);
+  } else {
+    group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
+    group.astray = 0;
+    go_back_to_balance(frame.set, group);
+  }
+  place_held(frame, group);
+  evaluate_group(frame, group);
+}
+
+}  // namespace palpate
