@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The tables that README quotes of a report of the shipped organs, from its CSVs.
+"""The tables that docs/accuracy.md quotes of a report of the shipped organs, from its CSVs.
 
-    bench/speed_error/readme_tables.py DIR LINKED     writes DIR/speed_error.md
+    bench/speed_error/accuracy_tables.py DIR LINKED     writes DIR/speed_error.md
 
-DIR: what `palpate report -o DIR` wrote; LINKED: where README finds the copy of it that is kept.
+DIR: what `palpate report -o DIR` wrote; LINKED: the kept copy of it, as seen from docs/.
 """
 import csv
 import pathlib
