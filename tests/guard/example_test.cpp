@@ -86,8 +86,7 @@ TEST(Example, ReadmeQuotesItVerbatim) {
 
 TEST(Example, QuoteCheckSeesADifference) {
   const std::string example = "#include <a>\n\nint main() {}\n";
-  EXPECT_EQ(quoted_block("Text\n```c\nint x;\n```\n\n```c\n" + example + "```\nmore\n", example),
-            example);
+  EXPECT_EQ(quoted_block("Text\n```c\nint x;\n```\n\n```c\n" + example + "```\nmore\n", example), example);
   EXPECT_EQ(quoted_block("Text\n```c\nint x;\n```\n", example), "");
   EXPECT_NE(quoted_block("```c\n#include <a>\n\nint main() { }\n```\n", example), example);
   EXPECT_NE(quoted_block("```c\n#include <a>\n\nint main() {}\n\n```\n", example), example);
