@@ -13,7 +13,7 @@
 namespace palpate {
 
 // With about eight linear tetrahedra to a patch there is one volume to keep for every two to four nodes, as in
-// bricks of eight nodes with one pressure; from six on the answer hardly depends on the number (VALIDATION.md).
+// bricks of eight nodes with one pressure; from six on the answer hardly depends on the number (docs/solver_validation.md).
 inline constexpr int kElementsPerVolumePatch = 8;
 
 // Sets Tetrahedron::volume_patch: to a number of its own for each element of ten nodes whose group is not -1; for

@@ -24,9 +24,9 @@ long count_lines(const std::string& text) {
   return std::count(text.begin(), text.end(), '\n');
 }
 
-// The first ```cpp block that starts with the first line of `example`, or "".
+// The first ```c block that starts with the first line of `example`, or "".
 std::string quoted_block(const std::string& readme, const std::string& example) {
-  const std::string fence = "```cpp\n";
+  const std::string fence = "```c\n";
   const std::size_t at = readme.find(fence + example.substr(0, example.find('\n') + 1));
   if (at == std::string::npos) return "";
   const std::size_t begin = at + fence.size();
@@ -79,19 +79,18 @@ TEST(Example, TouchSaysWhyItCannotOpen) {
 
 TEST(Example, ReadmeQuotesItVerbatim) {
   if (!std::filesystem::exists(kSource / "README.md")) GTEST_SKIP() << "no README.md";
-  const std::string example = text_of(kSource / "examples/01_touch.cpp");
+  const std::string example = text_of(kSource / "examples/01_touch.c");
   ASSERT_GT(example.size(), 100U);
   EXPECT_EQ(quoted_block(text_of(kSource / "README.md"), example), example);
 }
 
 TEST(Example, QuoteCheckSeesADifference) {
   const std::string example = "#include <a>\n\nint main() {}\n";
-  EXPECT_EQ(quoted_block("Text\n```cpp\nint x;\n```\n\n```cpp\n" + example + "```\nmore\n", example),
-            example);
-  EXPECT_EQ(quoted_block("Text\n```cpp\nint x;\n```\n", example), "");
-  EXPECT_NE(quoted_block("```cpp\n#include <a>\n\nint main() { }\n```\n", example), example);
-  EXPECT_NE(quoted_block("```cpp\n#include <a>\n\nint main() {}\n\n```\n", example), example);
-  EXPECT_NE(quoted_block("```cpp\n" + example, example), example);
+  EXPECT_EQ(quoted_block("Text\n```c\nint x;\n```\n\n```c\n" + example + "```\nmore\n", example), example);
+  EXPECT_EQ(quoted_block("Text\n```c\nint x;\n```\n", example), "");
+  EXPECT_NE(quoted_block("```c\n#include <a>\n\nint main() { }\n```\n", example), example);
+  EXPECT_NE(quoted_block("```c\n#include <a>\n\nint main() {}\n\n```\n", example), example);
+  EXPECT_NE(quoted_block("```c\n" + example, example), example);
 }
 
 }  // namespace

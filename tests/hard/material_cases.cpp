@@ -78,7 +78,7 @@ Answer beside(const std::string& what, double found, double known, const test::S
 }
 
 // Cook's membrane at nu = 0.499, 32 cells of four nodes or 16 of ten a side: 6.9489 is the limit of finer meshes
-// (offline/fem/VALIDATION.md).
+// (docs/solver_validation.md).
 std::vector<Answer> membrane(test::Elements elements) {
   const int cells = elements == test::Elements::c3d10h ? 16 : 32;
   const test::SolverScene scene =

@@ -104,7 +104,8 @@ TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
   }
 }
 
-// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt. README states these
+// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt.
+// docs/response_models.md states these
 // errors.
 TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);

@@ -123,7 +123,8 @@ TEST(PatchRotation, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   expect_exact(errors_of(shares, kPress, {kTwist}));
 }
 
-// Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order. README states these
+// Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order.
+// docs/response_models.md states these
 // errors.
 TEST(PatchRotation, AreNearTheFullSolve) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);

@@ -84,7 +84,8 @@ TEST(ZoneFixedNodes, IsLinearForSmallDisplacements) {
   }
 }
 
-// Two rings, a push of half an edge; the organ outside answers to first order. README states these errors.
+// Two rings, a push of half an edge; the organ outside answers to first order.
+// docs/response_models.md states these errors.
 TEST(ZoneFixedNodes, IsNearTheFullSolve) {
   const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}};

@@ -1,4 +1,4 @@
-// The models that ship, as a user builds them: what README says of them, on a few of the brain's sites.
+// The models that ship, as a user builds them: docs/accuracy.md's promises of them, on a few of the brain's sites.
 #include <gtest/gtest.h>
 
 #include <filesystem>

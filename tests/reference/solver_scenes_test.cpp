@@ -275,7 +275,7 @@ TEST(SolverScenes, TenNodesDoNotLockWhereFourDo) {
               0.06 * force(8, Elements::c3d10, 0.499));
 }
 
-// The middle meshes of VALIDATION.md's locking tables, against the limits of C3D10H's three.
+// The middle meshes of docs/solver_validation.md's locking tables, against the limits of C3D10H's three.
 TEST(SolverScenes, SharedVolumesDoNotLock) {
   constexpr double kPoisson = 0.499;
   constexpr double kRise = 6.92;

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The tables that README quotes of a report of the shipped organs, from its CSVs.
+"""The tables that docs/accuracy.md quotes of a report of the shipped organs, from its CSVs.
 
-    bench/speed_error/readme_tables.py DIR LINKED     writes DIR/speed_error.md
+    bench/speed_error/accuracy_tables.py DIR LINKED     writes DIR/speed_error.md
 
-DIR: what `palpate report -o DIR` wrote; LINKED: where README finds the copy of it that is kept.
+DIR: what `palpate report -o DIR` wrote; LINKED: the kept copy of it, as seen from docs/.
 """
 import csv
 import pathlib
@@ -100,7 +100,7 @@ def main():
             f"seed {about['seed']}. Frames in µs: median (p99.9), at the largest |d|; errors in percent: max (p95), against "
             "full nonlinear solves of the pushes of each |d|, displacements as part of |d|, anywhere shown. Zones when they "
             "have come to rest; linear methods share their errors but where LCG stops early. The whole page, for a browser: "
-            f"[{linked}/index.html]({linked}/index.html).\n")
+            f"[{linked.removeprefix('../')}/index.html]({linked}/index.html).\n")
     for organ, title, by_strain in (("brain", "The brain, nu = 0.4, patches of 1.2 h", False),
                                     ("cylinder", "The paper's cylinder, pushed at one node", True)):
         path = folder / f"{organ}_methods.csv"
