@@ -4,7 +4,7 @@
 #include "offline/fem/blas_kernels.hpp"
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();
 }
