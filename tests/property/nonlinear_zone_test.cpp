@@ -40,7 +40,6 @@ const std::vector<pal_contact> kAdjacent = {{3, {0.02, 0, -0.08}, 0, {}, {}, {}}
                                             {4, {0, 0.02, -0.05}, 0, {}, {}, {}}};
 const std::vector<pal_contact> kApart = {{0, {0.03, 0, -0.08}, 0, {}, {}, {}},
                                          {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 const InvariantLaw kYeoh = {0.5, 0, 0.1, 0.05, {{0.6, 0.2, 0}}};
 const InvariantLaw kStiffYeoh = {2, 0, 0.4, 0.2, {{2.4, 0.8, 0}}};
 
@@ -174,7 +173,7 @@ TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
 
 // Neighbours that crush what is between them to a hundredth of its volume and less.
 TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
-  const ZoneBlock organ(8, kTissue);
+  const ZoneBlock& organ = tissue_block(8);
   const std::vector<pal_contact> contacts = {{0, {0.124, 0.124, 0}, 0, {}, {}, {}},
                                              {8, {-0.124, -0.124, 0}, 0, {}, {}, {}}};
   ASSERT_LT(organ.solve(contacts).min_jacobian, 0.01);
@@ -240,7 +239,7 @@ TEST(NonlinearZone, GoesBackWhole) {
 
 // To first order any zone is linear_dd, whatever is in it: the exterior is exact.
 TEST(NonlinearZone, IsLinearForSmallDisplacements) {
-  const ZoneBlock organ(1, kTissue, false, {0.02, 0.01, -0.06});
+  const ZoneBlock& organ = tissue_block(1, false, {0.02, 0.01, -0.06});
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
   for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
     std::vector<pal_contact> small = *contacts;
@@ -262,7 +261,7 @@ TEST(NonlinearZone, IsLinearForSmallDisplacements) {
 
 // So is the field.
 TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
-  const ZoneBlock organ(1, kTissue);
+  const ZoneBlock& organ = tissue_block(1);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
   for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
     std::vector<pal_contact> small = *contacts;
@@ -281,7 +280,7 @@ TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
 
 // Columns of int16 leave the forces and, but for their rounding, the field as they are, of neighbours with a rim, too.
 TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ZoneTables rounded = organ.zone;
   ASSERT_FALSE(rounded.rounded);
   rounded.rounded = true;
@@ -345,7 +344,7 @@ TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
 
 // Beside a neighbour, too, whose loads the boundary gives; but for what the rim adds to it.
 TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
   const std::vector<pal_contact> neighbour = {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}};
   const AlignedBytes bytes = without_rims(organ);
@@ -355,7 +354,7 @@ TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
 
 // What a pack carries of pairs is nothing to a session of one contact.
 TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
-  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   OwnedSession alone(organ.pack->get(), organ.config(1));
   OwnedSession of_several(organ.pack->get(), organ.config(2));
   const auto found = settle(alone, kOne).front();
@@ -411,7 +410,7 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
 // with the path, and what the columns of pairs do, which does not.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const std::vector<uint32_t>& sites : {std::vector<uint32_t>{0, 4}, {6, 7}, {0, 4, 22}, {6, 7, 12}}) {
     const double size = 0.1 * organ.block.sites.mean_surface_edge;
     EXPECT_GE(work_around(organ, sites, size), 1e-6) << "rounding halves nothing";
@@ -424,7 +423,7 @@ TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
 
 // With more rings it is nearer to the full solve.
 TEST(NonlinearZone, RingsBringItNearer) {
-  const ZoneBlock organ(4, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const ZoneBlock& organ = tissue_block(4, false, Eigen::Vector3d::Zero(), 6, 0.1);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.1}, 0, {}, {}, {}}};
   const ContactAnswer truth = organ.solve(contacts);
   double before = 1;
@@ -524,7 +523,7 @@ TEST(NonlinearZone, WhatMayBeBoundaryHasRows) {
 }
 
 TEST(NonlinearZone, ReturnsToRest) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(2));
   settle(session, kApart);
   session.touch({});
@@ -541,7 +540,7 @@ TEST(NonlinearZone, ReturnsToRest) {
 // A set of contacts that changes goes on from where the organ is.
 TEST(NonlinearZone, GoesOnWhereItWas) {
   constexpr double kNodeAlone = 0.1;
-  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, kNodeAlone);
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, kNodeAlone);
   OwnedSession session(organ.pack->get(), organ.config(2));
   settle(session, {{4, {0.01, 0, -0.04}, 0, {}, {}, {}}});
   const Eigen::VectorXd before = as_vector(session.field());
@@ -555,7 +554,7 @@ TEST(NonlinearZone, GoesOnWhereItWas) {
 
 // At a hundredth of an edge a frame, with the tangent of some frames before.
 TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   for (const std::vector<pal_contact>& contacts : {kOne, kAdjacent, kApart}) {
     SCOPED_TRACE(contacts.size());
     OwnedSession moving(organ.pack->get(), organ.config(4));
@@ -584,7 +583,7 @@ TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
 // Of one, two and three contacts, to four times what the scene asks for and beyond. On the way back what has no flag is
 // right.
 TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   const double edge = organ.block.sites.mean_surface_edge;
   TestRandom random(11);
   for (const auto& sites : {std::vector<uint32_t>{4}, {4, 0}, {4, 0, 5}}) {
@@ -634,7 +633,7 @@ TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
 
 // A pack that says less of its zones than they take: their contacts are left to linear_dd, or answered with a flag.
 TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
   const std::vector<pal_contact> apart = {{0, {0.01, 0, -0.02}, 0, {}, {}, {}},
                                           {24, {0, 0.01, -0.02}, 0, {}, {}, {}}};
   const auto lie = [&](int ZoneTables::*most, int value) {
@@ -677,7 +676,7 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
 
 // What another model answered in between is not where the zone had been.
 TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 9, 0));
   settle(session, {{4, {0, 0, 0.3}, 0, {}, {}, {}}});  // further than a frame brings it back
   const std::vector<pal_contact> more_than_zones_answer(9, kOne[0]);
@@ -694,8 +693,8 @@ TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
 // Made ready in slices it is as at once, of one contact, and of three with what their fields count twice; until then
 // what was before answers.
 TEST(NonlinearZone, IsMadeReadyWithinABudget) {
-  const ZoneBlock one(2, kTissue);
-  const ZoneBlock three(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& one = tissue_block(2);
+  const ZoneBlock& three = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const auto& [organ, sites] :
        {std::pair<const ZoneBlock&, std::vector<uint32_t>>{one, {4}}, {three, {0, 4, 22}}}) {
     SCOPED_TRACE(sites.size());

@@ -19,7 +19,6 @@ using Eigen::Vector3d;
 using Wrench = Eigen::Matrix<double, 6, 1>;
 using Stiffness = Eigen::Matrix<double, 6, 6>;
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 const Vector3d kTwist(0.1, -0.15, 0.3);  // 20 degrees
 
 pal_session_config turning(const ZoneBlock& organ, uint32_t max_contacts = 3) {
@@ -111,22 +110,22 @@ void expect_exact(const Errors& errors) {
 }
 
 TEST(PatchTurns, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
-  const ZoneBlock organ(8, kTissue);
+  const ZoneBlock& organ = tissue_block(8);
   expect_exact(errors_of(organ, kPress, {kTwist}));
   expect_exact(errors_of(organ, kTwoThatShareNodes, {kTwist, -0.5 * kTwist}));
   expect_exact(errors_of(organ, kTwoThatShareNodes, {Vector3d::Zero(), kTwist}));
-  const ZoneBlock heavy(8, kTissue, false, {0, 0, -0.2});
+  const ZoneBlock& heavy = tissue_block(8, false, {0, 0, -0.2});
   expect_exact(errors_of(heavy, kPress, {kTwist}));
-  const ZoneBlock quadratic(8, kTissue, true, Vector3d::Zero(), 2, 0.3);
+  const ZoneBlock& quadratic = tissue_block(8, true, Vector3d::Zero(), 2, 0.3);
   expect_exact(errors_of(quadratic, {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}, {0.5 * kTwist}));
-  const ZoneBlock shares(8, kTissue, false, Vector3d::Zero(), 4, 0.26, false, true);
+  const ZoneBlock& shares = tissue_block(8, false, Vector3d::Zero(), 4, 0.26, false, true);
   expect_exact(errors_of(shares, kPress, {kTwist}));
 }
 
 // Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order. README states these
 // errors.
 TEST(PatchTurns, AreNearTheFullSolve) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const Errors errors = errors_of(organ, {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}}, {kTwist});
   RecordProperty("field", std::to_string(errors.field));
   RecordProperty("force", std::to_string(errors.force));
@@ -159,7 +158,7 @@ pal_hold at_site(const ZoneBlock& organ, uint32_t site) {
 // Central differences of forces and torques that have come to rest, rotations on top of what there is.
 TEST(PatchTurns, StiffnessIsTheDerivative) {
   for (const int rings : {8, 2}) {
-    const ZoneBlock organ(rings, kTissue);
+    const ZoneBlock& organ = tissue_block(rings);
     OwnedSession session(organ.pack->get(), turning(organ));
     const pal_contact_result result = settle_turned(session, kPress, {kTwist})[0];
     const Vector3d d(kPress[0].displacement);
@@ -195,7 +194,7 @@ TEST(PatchTurns, StiffnessIsTheDerivative) {
 // A tool that moves and turns on a closed path: no work, and forces and torques are those of a contact that goes as
 // it does.
 TEST(PatchTurns, ToolsFeelTheTorqueAndGiveItBack) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = turning(organ);
   config.blend_seconds = 0;
   ToolSession tools(organ.pack->get(), config);
@@ -244,7 +243,7 @@ TEST(PatchTurns, ToolsFeelTheTorqueAndGiveItBack) {
 }
 
 TEST(PatchTurns, LeaveAloneWhatDoesNotTurn) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession still(organ.pack->get(), organ.config(3));
   OwnedSession turns(organ.pack->get(), turning(organ));
   const auto expected = settle(still, kTwoThatShareNodes);
@@ -258,7 +257,7 @@ TEST(PatchTurns, LeaveAloneWhatDoesNotTurn) {
 }
 
 TEST(PatchTurns, StopAtAQuarterTurn) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), turning(organ));
   const pal_contact press = {4, {0, 0, -0.01}, 0, {}, {}, {}};
   orient(session, {rotation_vector({0, 0, 1.5})});
@@ -280,7 +279,7 @@ TEST(PatchTurns, StopAtAQuarterTurn) {
 // A tool that goes round and round slips: its torque stays that of a quarter turn, does not jump, and falls as it
 // turns back.
 TEST(PatchTurns, ToolsSlipBeyondAQuarterTurn) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = turning(organ);
   config.blend_seconds = 0;
   ToolSession tools(organ.pack->get(), config);
@@ -312,7 +311,7 @@ TEST(PatchTurns, ToolsSlipBeyondAQuarterTurn) {
 // Contacts that go, come and slide while others are turned: each stays turned as it was, and no frame answers with
 // less than a number.
 TEST(PatchTurns, StayWithTheirContacts) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> both = {{0, {0, 0, -0.03}, 0, {}, {}, {}},
                                          {24, {0, 0, -0.03}, 0, {}, {}, {}}};
   const std::vector<Vector3d> turns = {{0, 0, 1}, {0, 0, -1}};
@@ -346,7 +345,7 @@ TEST(PatchTurns, StayWithTheirContacts) {
 
 // Tools that hold and let go while they are turned get no more out than they have put in.
 TEST(PatchTurns, ArePassive) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
   config.max_tools = 2;
   config.budget_seconds = 40e-6;
@@ -393,7 +392,7 @@ TEST(PatchTurns, ArePassive) {
 
 // What is taken hold of under a twist brings its energy with it, and gives it back without being held back.
 TEST(PatchTurns, BringTheirEnergy) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
   config.max_tools = 2;
   ToolSession tools(organ.pack->get(), config);
@@ -414,7 +413,7 @@ TEST(PatchTurns, BringTheirEnergy) {
 }
 
 TEST(PatchTurns, AreRecorded) {
-  const ZoneBlock organ(1, kTissue);
+  const ZoneBlock& organ = tissue_block(1);
   alignas(8) static std::array<unsigned char, 1 << 16> buffer;
   OwnedSession session(organ.pack->get(), turning(organ));
   require(pal_session_record(session.get(), buffer.data(), buffer.size()), "record");
@@ -438,7 +437,7 @@ TEST(PatchTurns, AreRecorded) {
 }
 
 TEST(PatchTurns, RefusesWhatMakesNoSense) {
-  const ZoneBlock organ(1, kTissue);
+  const ZoneBlock& organ = tissue_block(1);
   const double upright[8] = {1, 0, 0, 0, 1, 0, 0, 0};
   OwnedSession still(organ.pack->get(), organ.config(1));
   pal_contact_torque torque = {};
