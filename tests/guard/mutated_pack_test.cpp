@@ -11,6 +11,7 @@
 #include "schemas/monomials.hpp"
 #include "schemas/pack_generated.h"
 #include "tests/support/changed_pack.hpp"
+#include "tests/support/nightly.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/small_pack.hpp"
@@ -163,8 +164,7 @@ void check_mutations(std::span<const unsigned char> original, size_t begin, size
 
 // PALPATE_MUTATED_PACKS=100000 makes as many in each test.
 int num_rounds() {
-  const char* asked = std::getenv("PALPATE_MUTATED_PACKS");
-  return asked != nullptr ? std::atoi(asked) : kSanitized ? 200 : 1000;
+  return static_cast<int>(rounds_by("PALPATE_MUTATED_PACKS", kSanitized ? 200 : 1000, 20000));
 }
 
 TEST(MutatedPack, Tables) {

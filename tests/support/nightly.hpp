@@ -9,4 +9,10 @@ inline bool is_nightly() {
   return std::getenv("PALPATE_NIGHTLY") != nullptr;
 }
 
+// The rounds of a test: the number in an environment variable, else more in a night than usual.
+inline long rounds_by(const char* variable, long usual, long nightly) {
+  const char* asked = std::getenv(variable);
+  return asked != nullptr ? std::atol(asked) : is_nightly() ? nightly : usual;
+}
+
 }  // namespace palpate::test
