@@ -15,7 +15,6 @@
 namespace palpate::test {
 namespace {
 
-constexpr double kFrame = 0.001;
 // What a cycle may create, as part of the largest energy stored in it.
 constexpr double kAllowed = 0.01;
 
