@@ -9,9 +9,12 @@ function(palpate_target name)
     target_compile_definitions(${name} PRIVATE PALPATE_SCALAR_ONLY)
   endif()
   if(PALPATE_SANITIZE)
-    # GCC's documentation warns that instrumented code gives false positives of -Wmaybe-uninitialized.
     target_compile_options(${name} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
-                           -fno-omit-frame-pointer -Wno-maybe-uninitialized)
+                           -fno-omit-frame-pointer)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      # GCC's documentation warns that instrumented code gives false positives of this warning.
+      target_compile_options(${name} PRIVATE -Wno-maybe-uninitialized)
+    endif()
     target_link_options(${name} PRIVATE -fsanitize=address,undefined)
   endif()
 endfunction()

@@ -41,7 +41,7 @@ void write_study(const std::filesystem::path& directory, const std::filesystem::
 }  // namespace
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   const bool patient = argc == 4 && std::strcmp(argv[3], "--patient") == 0;
   if (argc != 3 && !patient) {
     std::fputs("usage: palpate_study_peers DIR PICTURES [--patient]\n", stderr);

@@ -260,7 +260,7 @@ void study(const std::filesystem::path& folder) {
 }  // namespace palpate::test
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   try {
     if (argc != 2) throw std::invalid_argument("usage: palpate_study_polynomials DIR");
     std::filesystem::create_directories(argv[1]);

@@ -344,7 +344,7 @@ void study(const std::filesystem::path& folder, bool quick) {
 }  // namespace palpate::scaling
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   try {
     const bool quick = argc == 3 && std::strcmp(argv[2], "--quick") == 0;
     if (argc != 2 && !quick) throw std::invalid_argument("usage: palpate_study_scaling DIR [--quick]");

@@ -381,7 +381,7 @@ void run_study(const std::filesystem::path& scene, const std::filesystem::path& 
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   try {
     if (argc != 3) throw std::invalid_argument("usage: palpate_study_sites SCENE DIR");
     std::filesystem::create_directories(argv[2]);

@@ -128,7 +128,7 @@ BENCHMARK(dense_product)->Unit(benchmark::kMillisecond)->Apply(median_and_max);
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

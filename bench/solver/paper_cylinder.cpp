@@ -402,7 +402,7 @@ class Study {
 }  // namespace palpate::test
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   if (argc != 2) {
     std::cerr << "usage: palpate_study_paper DIR\n";
     return 1;

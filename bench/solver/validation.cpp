@@ -12,7 +12,7 @@
 #include "offline/fem/blas_kernels.hpp"
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   if (argc < 2) {
     std::fputs("usage: palpate_study_validation DIR [convergence|hard_cases|limit_points|locking ...]\n",
                stderr);

@@ -262,7 +262,7 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
 }  // namespace palpate::study
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   try {
     if (argc != 3 && argc != 4)
       throw std::invalid_argument("usage: palpate_study_bullet SCENE.toml OUT.csv [SEED]");

@@ -270,7 +270,7 @@ void study_swipe(const std::filesystem::path& scene, const std::filesystem::path
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   try {
     if (argc != 3) throw std::invalid_argument("usage: palpate_study_nodule SCENE.toml DIR");
     palpate::study_swipe(argv[1], argv[2]);

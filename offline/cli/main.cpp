@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "palpate: %s\n", shortage.c_str());
       std::_Exit(1);
     }
-    palpate::begin_again_with_fast_blas(argv);
+    palpate::choose_blas_kernels();
     exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");

@@ -1,13 +1,11 @@
-// Code of BLAS for the processor at hand.
+// The code of BLAS for the processor at hand.
 #pragma once
 
 namespace palpate {
 
-// OpenBLAS before 0.3.25 takes code for SSE3 on Intel processors that it does not know, and a factorisation then takes
-// twice as long (https://github.com/OpenMathLib/OpenBLAS/pull/4268). It looks at OPENBLAS_CORETYPE only while it is
-// loaded: where it took that code, the processor has AVX2 and the user has not set the variable, the program is begun
-// again with it set, for itself and its children. Does not return then: call it before anything is printed, opened or
-// begun (threads, MPI).
-void begin_again_with_fast_blas(char** argv);
+// OpenBLAS before 0.3.25 takes its SSE3 code on Intel processors that it does not know: a factorisation then takes
+// twice as long (https://github.com/OpenMathLib/OpenBLAS/pull/4268). This function lets OpenBLAS choose again, unless
+// the user has set OPENBLAS_CORETYPE. Each program calls it first in main().
+void choose_blas_kernels();
 
 }  // namespace palpate

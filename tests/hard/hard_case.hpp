@@ -73,7 +73,7 @@ struct Case {
   Expected expected = Expected::answer;
   std::string reason;  // of a limit
   std::function<std::vector<Answer>()> run;
-  bool slow = false;  // for the table only
+  bool slow = false;  // for `./dev hard` and a night
 };
 
 // Of `answer` beside a bar.

@@ -157,7 +157,7 @@ int run(const std::filesystem::path& folder, const std::vector<std::string>& wor
 }  // namespace palpate::hard
 
 int main(int argc, char** argv) {
-  palpate::begin_again_with_fast_blas(argv);
+  palpate::choose_blas_kernels();
   if (argc < 2) {
     fmt::print(stderr, "usage: palpate_hard_cases DIR [CASE ...]\n");
     return 1;

@@ -126,6 +126,7 @@ Group material_cases() {
       return pack_of(
           fmt::format("lambda {}", ratio), [&] { return unit_block(5, law); }, pack);
     });
+    group.cases.back().slow = ratio > 1e3;
   }
   const auto zone_only = [=](const std::string& name, const std::string& hard,
                              const std::function<Model()>& model) {
@@ -164,10 +165,12 @@ Group material_cases() {
     const std::string pack_name = fmt::format("{}_pack", name);
     add(pack_name, fmt::format("{}, nu = 0.499: pack", hard), pack,
         [=] { return pack_of(pack_name, block_of(tissue), pack); });
+    group.cases.back().slow = elements == test::Elements::c3d4_mean_dilatation;
     const std::string stiff_name = fmt::format("{}_1e4_pack", name);
     add(stiff_name, fmt::format("{}, lambda / mu = 1e4: pack", hard), pack, [=] {
       return pack_of(stiff_name, block_of(CompressibleNeoHookean{1, 1e4}), pack);
     });
+    group.cases.back().slow = true;
   }
   const auto shared = [](int cells, test::Elements elements, double poisson) {
     return [=] { return nearly_incompressible_block(cells, elements, test::neo_hooke_of(1, poisson)); };

@@ -1,7 +1,6 @@
 // A haptic frame that may not make a model ready at once: what answers meanwhile, and that nothing is lost.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -250,11 +249,6 @@ TEST_F(Budget, ReplaysToTheSameBits) {
   EXPECT_EQ(replay.frames, 200U);
 }
 
-uint64_t steady_clock(void*) {
-  return static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                   std::chrono::steady_clock::now().time_since_epoch())
-                                   .count());
-}
 uint64_t stopped_clock(void*) {
   return 5;
 }
@@ -285,8 +279,6 @@ TEST_F(Budget, InitFindsOutWhatAnOperationTakes) {
     EXPECT_EQ(made.clock, nullptr) << "frames read no clock";
     return made.seconds_per_operation;
   };
-  EXPECT_GT(measured(steady_clock, nullptr), 1e-11);
-  EXPECT_LT(measured(steady_clock, nullptr), 1e-6);
   EXPECT_EQ(measured(stopped_clock, nullptr), 1e-12);
   FakeClock slow = {1000000};
   FakeClock slower = {2000000};

@@ -19,19 +19,6 @@ namespace {
 
 constexpr double kEpsilon = static_cast<double>(std::numeric_limits<pal_real>::epsilon());
 
-TEST(FieldKernel, TheFastestIsChosen) {
-  FieldKernel kernels[kMostFieldKernels];
-  const uint32_t count = list_field_kernels(kernels);
-  ASSERT_GE(count, 1U);
-  ASSERT_LE(count, kMostFieldKernels);
-  EXPECT_STREQ(kernels[0].name, "scalar");
-  const FieldKernel chosen = choose_field_kernel();
-  EXPECT_STREQ(chosen.name, kernels[count - 1].name);
-  EXPECT_EQ(chosen.add_columns, kernels[count - 1].add_columns);
-  EXPECT_EQ(chosen.add_rounded, kernels[count - 1].add_rounded);
-  EXPECT_EQ(chosen.add_bytes, kernels[count - 1].add_bytes);
-}
-
 TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<pal_real> value(-1, 1);

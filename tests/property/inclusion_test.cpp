@@ -16,7 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 const std::vector<pal_contact> kPress = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
 
 pal_inclusion ball(const Vector3d& centre, double radius, double stiffness) {
@@ -61,7 +60,7 @@ double force_error(const pal_contact_result& found, const ContactAnswer& truth) 
 
 TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   for (const bool quadratic : {false, true}) {
-    const ZoneBlock organ(8, kTissue, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
+    const ZoneBlock& organ = tissue_block(8, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
     const std::vector<pal_contact> contacts = {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}};
     OwnedSession session(organ.pack->get(), organ.config(1));
     for (const double stiffness : {0.1, 10.0}) {
@@ -80,7 +79,7 @@ TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
 // While it moves and hardens, and the tool moves, too: nearly, and exactly once both hold still.
 TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
   for (const bool quadratic : {false, true}) {
-    const ZoneBlock organ(8, kTissue, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
+    const ZoneBlock& organ = tissue_block(8, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
     OwnedSession session(organ.pack->get(), organ.config(1));
     for (int frame = 0; frame <= 120; ++frame) {
       const double t = 0.05 * frame;
@@ -108,7 +107,7 @@ TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
 // docs/response_models.md states these
 // errors.
 TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
   const Vector3d touched = organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[12].node)];
   OwnedSession session(organ.pack->get(), organ.config(1));
@@ -136,7 +135,7 @@ TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
 
 // The answer does not depend on the way that it has come, and when it is gone all is as before.
 TEST(Inclusion, LeavesNothingBehind) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 4, 0.26, false, true);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 4, 0.26, false, true);
   OwnedSession moved(organ.pack->get(), organ.config(1));
   const Vector3d before(settle(moved, kPress)[0].force);
   for (int frame = 0; frame <= 200; ++frame) {
@@ -157,7 +156,7 @@ TEST(Inclusion, LeavesNothingBehind) {
 
 // A quarter of a millimetre of an organ of ten centimetres a frame.
 TEST(Inclusion, MovesSmoothly) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(1));
   settle(session, kPress);
   Vector3d last = Vector3d::Zero();
@@ -177,7 +176,7 @@ TEST(Inclusion, MovesSmoothly) {
 
 // Hardened under a weight of its own it stays where it rests.
 TEST(Inclusion, RestsWhereTheTissueDoes) {
-  const ZoneBlock organ(2, kTissue, false, {0.02, 0.01, -0.06});
+  const ZoneBlock& organ = tissue_block(2, false, {0.02, 0.01, -0.06});
   OwnedSession session(organ.pack->get(), organ.config(1));
   include(session, ball({0.5, 0.5, 0.9}, 0.3, 20));
   const auto result = settle(session, {{4, {0, 0, 0}, 0, {}, {}, {}}});
@@ -187,7 +186,7 @@ TEST(Inclusion, RestsWhereTheTissueDoes) {
 // What hardens under a tool that holds still pushes back, and what this brings is not taken from the tool: on the way
 // out it is given back in full, limited meanwhile or not.
 TEST(Inclusion, BringsEnergyOfItsOwn) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = pal_default_session_config(organ.pack->get());
   config.model = PAL_MODEL_ZONE;
   constexpr int kDeep = 100;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/sanitizer.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
@@ -21,8 +22,7 @@ constexpr unsigned char kCanary = 0xa5;
 constexpr size_t kRecordingBytes = 1 << 16;
 
 long num_calls() {
-  const char* asked = std::getenv("PALPATE_RANDOM_CALLS");
-  return asked != nullptr ? std::atol(asked) : kSanitized ? 8000 : 40000;
+  return rounds_by("PALPATE_RANDOM_CALLS", kSanitized ? 8000 : 40000, 1000000);
 }
 
 // A struct in memory that goes on as far as any struct_size says.

@@ -8,18 +8,15 @@
 #include <random>
 #include <string>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
 namespace {
 
-// Of the suite; PALPATE_RECORDED_SECONDS=60 is the whole minute.
-constexpr int kSeconds = 4;
-
 int num_frames() {
-  const char* seconds = std::getenv("PALPATE_RECORDED_SECONDS");
-  return 1000 * (seconds != nullptr ? std::max(1, std::atoi(seconds)) : kSeconds);
+  return 1000 * static_cast<int>(rounds_by("PALPATE_RECORDED_SECONDS", 4, 60));
 }
 
 pal_session_config minute_config(const OpenPack& pack) {

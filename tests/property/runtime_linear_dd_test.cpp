@@ -2,94 +2,17 @@
 // elasticity.
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cstring>
-#include <numeric>
-#include <random>
+#include "tests/support/runtime_linear_dd_fixture.hpp"
 
-#include "tests/support/dense_reference.hpp"
-#include "tests/support/runtime_session.hpp"
-#include "tests/support/small_pack.hpp"
-#include "tests/support/touched_block.hpp"
-
-namespace palpate::test {
+namespace palpate::test::runtime_linear_dd_fixture {
 namespace {
 
-// Two float64 factorisations of matrices with condition numbers of a few thousand.
-constexpr double kForceTolerance = 1e-10;
-// Sums of up to about 50 products, relative to the largest displacement.
-constexpr double kFieldTolerance = field_tolerance(1e-5);
 // Sums of the same float64 numbers in another order.
 constexpr double kRounding = 1e-12;
-
-using Contacts = std::vector<std::pair<size_t, Eigen::Vector3d>>;
-
-std::vector<pal_contact> as_runtime(const Contacts& contacts) {
-  std::vector<pal_contact> list;
-  for (const auto& [site, d] : contacts)
-    list.push_back({static_cast<uint32_t>(site), {d[0], d[1], d[2]}, 0, {}, {}, {}});
-  return list;
-}
-
-Eigen::Vector3d force_of(const pal_contact_result& result) {
-  return Eigen::Vector3d(result.force);
-}
 
 Eigen::Matrix3d stiffness_of(const pal_contact_result& result) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
 }
-
-class RuntimeLinearDd : public ::testing::Test {
- protected:
-  RuntimeLinearDd() : pack_(small_pack_bytes()), session_(pack_.get(), PAL_MODEL_LINEAR, 4, 8) {}
-
-  // Any displacement of the size the scene allows.
-  Eigen::Vector3d any_displacement() {
-    std::uniform_real_distribution<double> component(-kMaxDisplacement, kMaxDisplacement);
-    Eigen::Vector3d d;
-    for (double& value : d) value = component(random_);
-    return d * 0.5;
-  }
-
-  uint32_t contact_node_at(int label) const {
-    uint32_t node = 0;
-    require(pal_pack_find_contact_node(pack_.get(), label, &node), "contact node");
-    return node;
-  }
-
-  // Forces and field of the runtime against the dense solve; `fixed` are labels.
-  void expect_exact(const Contacts& contacts, const std::vector<int>& fixed_labels) {
-    std::vector<uint32_t> fixed;
-    std::vector<int> fixed_nodes;
-    for (const int label : fixed_labels) {
-      fixed.push_back(contact_node_at(label));
-      fixed_nodes.push_back(small_.model.find_node(label));
-    }
-    session_.fix(fixed);
-    const auto results = session_.touch(as_runtime(contacts));
-    const DenseReference::Answer truth = dense_.solve(dense_.hold(contacts, fixed_nodes));
-    double largest_force = 0;
-    for (size_t c = 0; c < contacts.size(); ++c)
-      largest_force = std::max(largest_force, dense_.tool_force(contacts, c, fixed_nodes, truth).norm());
-    ASSERT_GT(largest_force, 0);
-    for (size_t c = 0; c < contacts.size(); ++c) {
-      const Eigen::Vector3d expected = dense_.tool_force(contacts, c, fixed_nodes, truth);
-      EXPECT_LE((force_of(results[c]) - expected).norm(), kForceTolerance * largest_force) << "contact " << c;
-    }
-    const Eigen::VectorXd expected = dense_.packed(truth.field);
-    EXPECT_LE((as_vector(session_.field()) - expected).lpNorm<Eigen::Infinity>(),
-              kFieldTolerance * expected.lpNorm<Eigen::Infinity>());
-  }
-
-  const SmallPack& small_ = small_pack();
-  Assembly assembly_{small_.model, small_.model.fixed_dofs()};
-  DenseReference dense_{assembly_, small_.sites};
-  OpenPack pack_;
-  OwnedSession session_;
-  std::mt19937_64 random_{7};
-};
 
 TEST_F(RuntimeLinearDd, PatchesHaveSeveralNodes) {  // else half of what follows would show nothing
   EXPECT_EQ(small_.sites.sites.size(), 12U);
@@ -343,54 +266,6 @@ TEST_F(RuntimeLinearDd, ContactWhollyOnFixedNodes) {
   EXPECT_TRUE(all_finite(session_.touch(as_runtime({{4, any_displacement()}}))[0]));
 }
 
-// Two contact nodes that move as one whatever pushes them: no forces at both can be told from displacements.
-TEST_F(RuntimeLinearDd, SingularComplianceIsFlaggedAndFinite) {
-  LinearDd singular = small_.linear;
-  const std::vector<int>& patch = small_.sites.sites[4].patch;
-  const Eigen::Index from = 3 * patch[0];
-  const Eigen::Index to = 3 * patch[1];
-  singular.contact_compliance.middleRows<3>(to) = singular.contact_compliance.middleRows<3>(from).eval();
-  singular.contact_compliance.middleCols<3>(to) = singular.contact_compliance.middleCols<3>(from).eval();
-  singular.field_compliance.middleCols<3>(to) = singular.field_compliance.middleCols<3>(from).eval();
-  PackContent content = small_.content();
-  content.linear = &singular;
-  content.polynomials = nullptr;
-  const AlignedBytes bytes = write_pack(content);
-  const OpenPack pack(bytes);
-  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2, 0);
-  const Eigen::Vector3d d = any_displacement();
-  const auto result = session.touch(as_runtime({{4, d}})).front();
-  EXPECT_TRUE(result.flags & PAL_FLAG_ILL_CONDITIONED);
-  EXPECT_TRUE(all_finite(result));
-  EXPECT_TRUE(all_finite(session.field()));
-  EXPECT_GT(force_of(result).dot(d), 0);
-  // The regularisation is a billionth of the compliance: the patch still goes where the tool goes.
-  const Eigen::VectorXd field = as_vector(session.field());
-  const Eigen::Index centre = 3 * small_.sites.sites[4].packed_node;
-  EXPECT_LE((field.segment<3>(centre) - d).norm(), 1e-4 * d.norm());
-  EXPECT_FALSE(session_.touch(as_runtime({{4, d}})).front().flags & PAL_FLAG_ILL_CONDITIONED);
-}
-
-TEST_F(RuntimeLinearDd, ErrorEstimateIsTheSurveysBin) {
-  const SurveyTable& table = small_.surveys[0].table;
-  for (int bin = 0; bin < kSurveyBins; ++bin) {
-    const double size = kMaxDisplacement * (bin + 0.9) / kSurveyBins;
-    const auto result = session_.touch(as_runtime({{4, {0, 0, -size}}})).front();
-    const auto estimate = [](const ErrorFigures& figures) {
-      return figures.bound * (1 - 0.1 * figures.growth);
-    };
-    const SurveyBin& of = table.bins[static_cast<size_t>(bin)];
-    EXPECT_NEAR(result.displacement_error, estimate(of.displacement), 1e-12);
-    EXPECT_NEAR(result.force_error, estimate(of.force), 1e-12);
-    EXPECT_EQ(result.flags, 0U);
-  }
-  const auto beyond = session_.touch(as_runtime({{4, {0, 0, -1.1 * kMaxDisplacement}}})).front();
-  EXPECT_EQ(beyond.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
-  EXPECT_EQ(beyond.displacement_error, 1);
-  const auto two = session_.touch(as_runtime({{0, {0, 0, -0.01}}, {11, {0, 0, -0.01}}}));
-  EXPECT_EQ(two[0].displacement_error, 1);  // nothing was measured with two
-}
-
 TEST_F(RuntimeLinearDd, FixingANodeChangesNothingBeforeTheNextFrame) {
   const auto contacts = as_runtime({{4, {0.01, 0, -0.03}}});
   OwnedSession session(pack_.get(), PAL_MODEL_LINEAR, 1, 2);
@@ -402,44 +277,5 @@ TEST_F(RuntimeLinearDd, FixingANodeChangesNothingBeforeTheNextFrame) {
   EXPECT_NE(session.field(), before);
 }
 
-TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
-  PackContent content = small_.content();
-  content.surveys[0].table = survey_errors({}, kMaxDisplacement, {});
-  const AlignedBytes bytes = write_pack(content);
-  const OpenPack pack(bytes);
-  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 1, 0);
-  const auto result = session.touch(as_runtime({{4, {0, 0, -0.01}}})).front();
-  EXPECT_EQ(result.displacement_error, 1);
-  EXPECT_EQ(result.force_error, 1);
-}
-
-// What was measured to be wrong by three times the force is not estimated at all of it.
-TEST_F(RuntimeLinearDd, AnEstimateMayExceedTheForce) {
-  const auto contacts = as_runtime({{4, {0, 0, -0.9 * kMaxDisplacement}}});
-  PackContent content = small_.content();
-  SurveyTable& table = content.surveys[0].table;
-  // A force that is small for its displacement.
-  table.force_scale = 2 * force_of(session_.touch(contacts).front()).norm();
-  for (SurveyBin& bin : table.bins) bin.force.bound = 3;
-  const AlignedBytes bytes = write_pack(content);
-  const OpenPack pack(bytes);
-  OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 1, 0);
-  EXPECT_EQ(session.touch(contacts).front().force_error, 3);
-}
-
-TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {
-  OwnedSession automatic(pack_.get(), PAL_MODEL_AUTO, 2, 2);
-  const auto contacts = as_runtime({{0, any_displacement()}, {11, any_displacement()}});
-  const auto results = automatic.touch(contacts);
-  EXPECT_EQ(results[0].model, PAL_MODEL_LINEAR);
-  EXPECT_TRUE(results[0].flags & PAL_FLAG_LINEAR_FALLBACK);
-  EXPECT_EQ(force_of(results[0]), force_of(session_.touch(contacts)[0]));
-  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
-  automatic.fix({0});
-  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_LINEAR);
-  automatic.fix({});
-  EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
-}
-
 }  // namespace
-}  // namespace palpate::test
+}  // namespace palpate::test::runtime_linear_dd_fixture

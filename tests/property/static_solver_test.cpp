@@ -1,76 +1,10 @@
 // Newton on whole models: what must hold whatever the numbers are.
-#include "offline/fem/static_solver.hpp"
-
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <vector>
+#include "tests/support/static_solver_fixture.hpp"
 
-#include "tests/support/tetrahedral_block.hpp"
-
-namespace palpate {
+namespace palpate::static_solver_fixture {
 namespace {
-
-using test::BlockShape;
-using test::nodes_on_plane;
-using test::rotation_about;
-using test::tetrahedral_block;
-using test::with_fixed_base;
-
-// Of displacements and forces, where two solves stop at different points below the default tolerance of
-// 1e-10.
-constexpr double kSameAnswer = 1e-9;
-
-// A unit block on a fixed base.
-Model organ() {
-  return with_fixed_base(tetrahedral_block(BlockShape()));
-}
-
-std::vector<int> top_of(const Model& model) {
-  double highest = 0;
-  for (const Eigen::Vector3d& position : model.positions) highest = std::max(highest, position.z());
-  return nodes_on_plane(model, 2, highest);
-}
-
-// The top moves as one.
-LoadCase moved_top(const Model& model, const Eigen::Vector3d& motion) {
-  LoadCase load = LoadCase::rest(model);
-  for (const int node : top_of(model)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      load.held[static_cast<size_t>(3 * node + axis)] = 1;
-      load.displacement[3 * node + axis] = motion[axis];
-    }
-  }
-  return load;
-}
-
-// A force shared by the nodes of the top.
-LoadCase pulled_top(const Model& model, const Eigen::Vector3d& total) {
-  LoadCase load = LoadCase::rest(model);
-  const std::vector<int> top = top_of(model);
-  for (const int node : top) load.force.segment<3>(3 * node) = total / static_cast<double>(top.size());
-  return load;
-}
-
-// |f_ext - P| over the free dofs over |P| at the held ones plus |f_ext|.
-double imbalance(const Assembly& assembly, const LoadCase& load, const Eigen::VectorXd& displacement) {
-  Eigen::VectorXd force;
-  assembly.internal_force(displacement, force);
-  double free = 0;
-  double held = 0;
-  double applied = 0;
-  for (int dof = 0; dof < assembly.num_dofs(); ++dof) {
-    if (load.held[static_cast<size_t>(dof)]) {
-      held += force[dof] * force[dof];
-    } else {
-      free += std::pow(load.force[dof] - force[dof], 2);
-      applied += load.force[dof] * load.force[dof];
-    }
-  }
-  return std::sqrt(free) / (std::sqrt(held) + std::sqrt(applied));
-}
 
 // The state between `from` and `to` where a ramp over held displacements stands.
 LoadCase part_of(const LoadCase& to, double factor) {
@@ -79,9 +13,6 @@ LoadCase part_of(const LoadCase& to, double factor) {
   load.force *= factor;
   return load;
 }
-
-const Eigen::Vector3d kPush(0.15, 0.05, -0.3);
-const Eigen::Vector3d kPull(0.03, 0.0, 0.12);
 
 TEST(StaticSolverProperty, RampsHeldDisplacements) {
   const Model model = organ();
@@ -369,226 +300,6 @@ TEST(StaticSolverProperty, IncrementsKeepTheirBounds) {
   EXPECT_NEAR(report.load_factor, 0.3, 1e-15);
 }
 
-TEST(StaticSolverProperty, UnitsDoNotMatter) {
-  const Model metres = organ();
-  const auto solve = [](const Model& model, double length, double force) {
-    const Assembly assembly(model, model.fixed_dofs());
-    StaticSolver solver(assembly);
-    LoadCase load = moved_top(model, length * kPush);
-    load.force = force * Eigen::VectorXd::Constant(model.num_dofs(), 1e-3);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    const SolveReport report = solver.ramp(LoadCase::rest(model), load, u, SolverSettings());
-    EXPECT_TRUE(report.converged);
-    EXPECT_LE(imbalance(assembly, load, u), SolverSettings().residual_tolerance);
-    return (u / length).eval();
-  };
-  const Eigen::VectorXd expected = solve(metres, 1, 1);
-  struct Units {
-    double length;
-    double modulus;
-  };
-  for (const Units units : {Units{1e6, 1.0}, Units{1e-3, 1.0}, Units{1e6, 1e-9}, Units{1e-3, 1e12}}) {
-    Model model = metres;
-    for (Eigen::Vector3d& position : model.positions) position *= units.length;
-    auto& law = std::get<CompressibleNeoHookean>(model.materials[0].law);
-    law.mu *= units.modulus;
-    law.lambda *= units.modulus;
-    const Eigen::VectorXd u = solve(model, units.length, units.modulus * units.length * units.length);
-    EXPECT_LE((u - expected).norm(), kSameAnswer * expected.norm())
-        << "length unit " << units.length << ", modulus unit " << units.modulus;
-  }
-}
-
-TEST(StaticSolverProperty, OriginDoesNotMatter) {
-  const Model near = organ();
-  Model far = near;
-  for (Eigen::Vector3d& position : far.positions) position += Eigen::Vector3d(1.1e4, -0.7e4, 0.9e4);
-  const auto solve = [&](const Model& model) {
-    const Assembly assembly(model, model.fixed_dofs());
-    StaticSolver solver(assembly);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    EXPECT_TRUE(solver.ramp(LoadCase::rest(model), moved_top(near, kPush), u, SolverSettings()).converged);
-    return u;
-  };
-  const Eigen::VectorXd expected = solve(near);
-  // Coordinates of 1e4 are rounded at 2e-12; edges are a third.
-  EXPECT_LE((solve(far) - expected).norm(), kSameAnswer * expected.norm());
-}
-
-TEST(StaticSolverProperty, TurnsWithTheObserver) {
-  const Model upright = organ();
-  const Eigen::Matrix3d Q = rotation_about({3, -1, 2}, 1.9);
-  Model turned = upright;
-  for (Eigen::Vector3d& position : turned.positions) position = Q * position;
-  LoadCase load = moved_top(upright, kPush);
-  const auto solve = [&](const Model& model) {
-    const Assembly assembly(model, model.fixed_dofs());
-    StaticSolver solver(assembly);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    EXPECT_TRUE(solver.ramp(LoadCase::rest(model), load, u, SolverSettings()).converged);
-    return u;
-  };
-  const Eigen::VectorXd expected = (Q * solve(upright).reshaped(3, upright.num_nodes())).reshaped();
-  load.displacement = (Q * load.displacement.reshaped(3, upright.num_nodes())).reshaped().eval();
-  EXPECT_LE((solve(turned) - expected).norm(), kSameAnswer * expected.norm());
-}
-
-TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
-  const Model model = organ();
-  const Assembly assembly(model, model.fixed_dofs());
-  StaticSolver solver(assembly);
-  SolverSettings settings;
-  settings.residual_tolerance = 1e-13;
-  const auto solve = [&](const Eigen::Vector3d& motion) {
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    EXPECT_TRUE(solver.ramp(LoadCase::rest(model), moved_top(model, motion), u, settings).converged);
-    return u;
-  };
-  const Eigen::VectorXd u = solve(kPush);
-  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
-  for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
-  const LoadCase load = moved_top(model, kPush);
-
-  // With the factor of a neighbouring state, and with its own: the same.
-  Eigen::MatrixXd refined;
-  ASSERT_TRUE(solver.tangent_response(load, u, directions, refined));
-  solver.forget_factor();
-  Eigen::MatrixXd response;
-  ASSERT_TRUE(solver.tangent_response(load, u, directions, response));
-  EXPECT_LE((refined - response).norm(), kSameAnswer * response.norm());
-  for (const int node : top_of(model))
-    EXPECT_EQ(response.middleRows<3>(3 * node), directions.middleRows<3>(3 * node));
-
-  // Central differences: halving the step quarters the error.
-  std::array<double, 2> errors{};
-  for (size_t i = 0; i < 2; ++i) {
-    const double step = i == 0 ? 2e-2 : 1e-2;
-    Eigen::MatrixXd difference(model.num_dofs(), 3);
-    for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d change = step * Eigen::Vector3d::Unit(axis);
-      difference.col(axis) = (solve(kPush + change) - solve(kPush - change)) / (2 * step);
-    }
-    errors[i] = (difference - response).norm() / response.norm();
-  }
-  EXPECT_LE(errors[1], 1e-3) << "steps of a hundredth of the block";
-  EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
-}
-
-// Of outer forces too, and of both together it is the sum.
-TEST(StaticSolverProperty, TangentResponseToForcesIsTheDerivativeOfTheSolution) {
-  const Model model = organ();
-  const Assembly assembly(model, model.fixed_dofs());
-  StaticSolver solver(assembly);
-  SolverSettings settings;
-  settings.residual_tolerance = 1e-13;
-  const LoadCase load = moved_top(model, kPush);
-  Eigen::MatrixXd forces = 1e-2 * test::TestRandom(61).matrix(model.num_dofs(), 2);
-  const auto solve = [&](const Eigen::VectorXd& force) {
-    LoadCase loaded = load;
-    loaded.force += force;
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    EXPECT_TRUE(solver.ramp(LoadCase::rest(model), loaded, u, settings).converged);
-    return u;
-  };
-  const Eigen::VectorXd u = solve(Eigen::VectorXd::Zero(model.num_dofs()));
-  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(model.num_dofs(), 2);
-  Eigen::MatrixXd response;
-  ASSERT_TRUE(solver.tangent_response(load, u, none, response, forces));
-  ASSERT_GT(response.norm(), 0);
-  for (int dof = 0; dof < model.num_dofs(); ++dof) {
-    if (load.held[static_cast<size_t>(dof)]) {
-      EXPECT_EQ(response.row(dof).norm(), 0) << "forces on held dofs move nothing";
-    }
-  }
-  // Central differences: halving the step quarters the error.
-  std::array<double, 2> errors{};
-  for (size_t i = 0; i < 2; ++i) {
-    const double step = i == 0 ? 1 : 0.5;
-    Eigen::MatrixXd difference(model.num_dofs(), 2);
-    for (Eigen::Index column = 0; column < 2; ++column) {
-      const Eigen::VectorXd change = step * forces.col(column);
-      difference.col(column) = (solve(change) - solve(-change)) / (2 * step);
-    }
-    errors[i] = (difference - response).norm() / response.norm();
-  }
-  EXPECT_LE(errors[1], 1e-2);
-  EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
-
-  Eigen::MatrixXd directions = none;
-  for (const int node : top_of(model))
-    directions.middleRows<3>(3 * node) = Eigen::Matrix<double, 3, 2>::Identity();
-  Eigen::MatrixXd moved;
-  Eigen::MatrixXd both;
-  ASSERT_TRUE(solver.tangent_response(load, u, directions, moved));
-  ASSERT_TRUE(solver.tangent_response(load, u, directions, both, forces));
-  EXPECT_LE((both - moved - response).norm(), kSameAnswer * both.norm());
-}
-
-// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a
-// refusal.
-TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
-  BlockShape shape;
-  shape.law = CompressibleNeoHookean{0.48, 0.48e8};
-  const Model model = with_fixed_base(tetrahedral_block(shape));
-  const Assembly assembly(model, model.fixed_dofs());
-  StaticSolver solver(assembly);
-  const LoadCase load = moved_top(model, Eigen::Vector3d::Zero());
-  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
-  for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
-  Eigen::MatrixXd response;
-  ASSERT_TRUE(solver.tangent_response(load, Eigen::VectorXd::Zero(model.num_dofs()), directions, response));
-  const Eigen::MatrixXd force = assembly.tangent_times(Eigen::VectorXd::Zero(model.num_dofs()), response);
-  double unbalanced = 0;
-  for (int dof = 0; dof < model.num_dofs(); ++dof) {
-    if (!load.held[static_cast<size_t>(dof)]) unbalanced = std::max(unbalanced, force.row(dof).norm());
-  }
-  EXPECT_LE(unbalanced, 1e-12 * force.norm());
-}
-
-// What is let go comes back to rest, where no force is left to measure the residual by.
-TEST(StaticSolverProperty, UnloadedToRestConvergesToRest) {
-  const Model model = organ();
-  const Assembly assembly(model, model.fixed_dofs());
-  StaticSolver solver(assembly);
-  const LoadCase rest = LoadCase::rest(model);
-  for (const LoadCase& load : {moved_top(model, kPush), pulled_top(model, kPull)}) {
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    ASSERT_TRUE(solver.ramp(rest, load, u, SolverSettings()).converged);
-    const double pushed = u.norm();
-    const SolveReport report = solver.ramp(load, rest, u, SolverSettings());
-    EXPECT_TRUE(report.converged);
-    EXPECT_LE(report.residual, SolverSettings().residual_tolerance);
-    EXPECT_LE(u.norm(), kSameAnswer * pushed);
-    EXPECT_LE(report.iterations, 12);
-  }
-}
-
-// The residual of a tiny push drowns in the rounding of P: near enough is all there is, and no failure.
-TEST(StaticSolverProperty, TinyPushesConverge) {
-  for (const double lambda : {0.2, 2e2, 2e4}) {
-    BlockShape shape;
-    shape.law = CompressibleNeoHookean{0.48, lambda};
-    const Model model = with_fixed_base(tetrahedral_block(shape));
-    const Assembly assembly(model, model.fixed_dofs());
-    StaticSolver solver(assembly);
-    Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
-    for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
-    Eigen::MatrixXd linear;
-    ASSERT_TRUE(solver.tangent_response(moved_top(model, Eigen::Vector3d::Zero()),
-                                        Eigen::VectorXd::Zero(model.num_dofs()), directions, linear));
-    for (const double size : {1e-4, 1e-6, 1e-8, 1e-10}) {
-      Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-      const SolveReport report =
-          solver.ramp(LoadCase::rest(model), moved_top(model, size * kPush), u, SolverSettings());
-      EXPECT_TRUE(report.converged) << lambda << " " << size;
-      EXPECT_EQ(report.cutbacks, 0);
-      const Eigen::VectorXd expected = size * linear * kPush;
-      // Second order in the strain, stiffened by lambda, and the rounding of F over the strain.
-      EXPECT_LE((u - expected).norm(), (10 * size + 1e-13 / size) * expected.norm()) << lambda << " " << size;
-    }
-  }
-}
-
 TEST(StaticSolverProperty, CutbacksAreNotIncrements) {
   const Model model = organ();
   const Assembly assembly(model, model.fixed_dofs());
@@ -608,42 +319,6 @@ TEST(StaticSolverProperty, CutbacksAreNotIncrements) {
   EXPECT_TRUE(again.converged);
   EXPECT_EQ(again.increments, first.increments);
   EXPECT_EQ(again.cutbacks, first.cutbacks);
-}
-
-// Conjugate gradients come to the same equilibria, also where the tangent is indefinite on the way.
-TEST(StaticSolverProperty, ConjugateGradientsAgree) {
-  const Model model = organ();
-  const Assembly assembly(model, model.fixed_dofs());
-  StaticSolver direct(assembly);
-  StaticSolver iterative(assembly, LinearSolver::conjugate_gradient);
-  for (const LoadCase& load :
-       {moved_top(model, kPush), pulled_top(model, kPull), moved_top(model, {0.1, 0, -0.45})}) {
-    Eigen::VectorXd expected = Eigen::VectorXd::Zero(model.num_dofs());
-    ASSERT_TRUE(direct.ramp(LoadCase::rest(model), load, expected, SolverSettings()).converged);
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
-    const SolveReport report = iterative.ramp(LoadCase::rest(model), load, u, SolverSettings());
-    ASSERT_TRUE(report.converged);
-    EXPECT_LE(report.residual, SolverSettings().residual_tolerance);
-    EXPECT_LE((u - expected).norm(), 1e-8 * expected.norm());
-  }
-}
-
-TEST(ConjugateGradientProperty, SolvesWhatIsPositiveDefiniteAndRefusesTheRest) {
-  const Model model = organ();
-  const Assembly assembly(model, model.fixed_dofs());
-  Assembly::SparseLower stiffness;
-  assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, stiffness);
-  const Eigen::VectorXd x = test::TestRandom(31).vector(stiffness.rows());
-  Eigen::VectorXd b = stiffness.selfadjointView<Eigen::Lower>() * x;
-  ConjugateGradient solver;
-  solver.prepare(stiffness);
-  ASSERT_TRUE(solver.solve(b));
-  EXPECT_LE((b - x).norm(), 1e-6 * x.norm()) << "1e-9 times the condition";
-  for (Eigen::Index i = 0; i < stiffness.rows(); ++i) stiffness.coeffRef(i, i) -= 0.5;  // no longer definite
-  solver.prepare(stiffness);
-  b = x;
-  EXPECT_FALSE(solver.solve(b));
-  EXPECT_EQ(b, x) << "a refused right-hand side stays";
 }
 
 TEST(StaticSolverProperty, AfterForgettingNothingIsRemembered) {
@@ -678,4 +353,4 @@ TEST(StaticSolverProperty, AfterForgettingNothingIsRemembered) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::static_solver_fixture

@@ -1,36 +1,11 @@
 // The surface point nearest to a tool, against all primitives one by one in long double; its sign, against
 // solid angles.
-#include "runtime/src/pack/surface_bvh.hpp"
-
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <numbers>
+#include "tests/support/surface_bvh_fixture.hpp"
 
-#include "offline/mesh/inp_reader.hpp"
-#include "tests/support/sanitizer.hpp"
-#include "tests/support/tetrahedral_block.hpp"
-#include "tests/support/touchable_surface.hpp"
-
-namespace palpate::test {
+namespace palpate::test::surface_bvh_fixture {
 namespace {
-
-using Eigen::Vector3d;
-using Precise = Eigen::Matrix<long double, 3, 1>;
-
-// Roundings of float64, of the distance plus the size of the surface.
-constexpr double kTolerance = 1e-12;
-
-// ---- Surfaces
-
-const TouchableSurface& block() {
-  static const TouchableSurface surface(tetrahedral_block({}));
-  return surface;
-}
 
 // The top of a block, with a rim.
 const TouchableSurface& block_top() {
@@ -39,109 +14,10 @@ const TouchableSurface& block_top() {
   return surface;
 }
 
-// Sites too far apart to make a triangle.
-const TouchableSurface& single_sites() {
-  static const TouchableSurface surface(tetrahedral_block({}), {0, 3, 10, 51, 63});
-  return surface;
-}
-
 // Ten-node elements with curved edges: small, oblique triangles.
 const TouchableSurface& curved_block() {
   static const TouchableSurface surface(with_middle_nodes(tetrahedral_block({}), 0.02));
   return surface;
-}
-
-const TouchableSurface& brain() {
-  static const TouchableSurface surface(
-      read_inp(std::filesystem::path(PALPATE_SOURCE_DIR) / "models/brain/brain.inp"));
-  return surface;
-}
-
-Eigen::AlignedBox3d box_of(const TouchableSurface& surface) {
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < surface.positions.size(); i += 3) box.extend(Vector3d(&surface.positions[i]));
-  return box;
-}
-
-double size_of(const TouchableSurface& surface) {
-  return box_of(surface).diagonal().norm();
-}
-
-// ---- Answers
-
-SurfaceHit nearest(const pal_pack& pack, const Vector3d& position, uint32_t start = 0) {
-  SurfaceHit hit = {};
-  EXPECT_TRUE(find_nearest_surface_point(pack, position.data(), start, hit));
-  return hit;
-}
-
-// The nearest point of an edge, and of a triangle by its plane and edges, each on its own.
-Precise nearest_on_edge(const Precise& p, const Precise& a, const Precise& b) {
-  const Precise edge = b - a;
-  const long double square = edge.squaredNorm();
-  const long double t = square > 0 ? std::clamp((p - a).dot(edge) / square, 0.0L, 1.0L) : 0.0L;
-  return a + t * edge;
-}
-
-long double distance_to(const Precise& p, const std::array<Precise, 3>& corners) {
-  Precise offset = p - corners[0];  // from the nearest point of the edges
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Precise other = p - nearest_on_edge(p, corners[k], corners[(k + 1) % 3]);
-    if (other.norm() < offset.norm()) offset = other;
-  }
-  const Precise normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  const bool over = normal.norm() > 0 && (corners[1] - corners[0]).cross(p - corners[0]).dot(normal) >= 0 &&
-                    (corners[2] - corners[1]).cross(p - corners[1]).dot(normal) >= 0 &&
-                    (corners[0] - corners[2]).cross(p - corners[2]).dot(normal) >= 0;
-  return over ? std::abs(offset.dot(normal.normalized())) : offset.norm();
-}
-
-std::array<Precise, 3> corners_of(const pal_pack& pack, uint32_t primitive) {
-  std::array<Precise, 3> corners;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const uint32_t node = pack.site_nodes[pack.primitives[3 * primitive + k]];
-    corners[k] = Vector3d(pack.positions + 3 * node).cast<long double>();
-  }
-  return corners;
-}
-
-double brute_force(const pal_pack& pack, const Vector3d& position) {
-  long double distance = std::numeric_limits<long double>::infinity();
-  for (uint32_t primitive = 0; primitive < pack.num_primitives; ++primitive) {
-    distance = std::min(distance, distance_to(position.cast<long double>(), corners_of(pack, primitive)));
-  }
-  return static_cast<double>(distance);
-}
-
-// What a hit says of itself.
-void expect_consistent(const pal_pack& pack, const Vector3d& position, const SurfaceHit& hit, double size) {
-  ASSERT_LT(hit.primitive, pack.num_primitives);
-  const std::array<Precise, 3> corners = corners_of(pack, hit.primitive);
-  Precise point = Precise::Zero();
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_EQ(hit.sites[k], pack.primitives[3 * hit.primitive + k]);
-    EXPECT_GE(hit.weights[k], 0);
-    sum += hit.weights[k];
-    point += static_cast<long double>(hit.weights[k]) * corners[k];
-  }
-  EXPECT_NEAR(sum, 1, 1e-15);
-  EXPECT_LE((point.cast<double>() - Vector3d(hit.point)).norm(),
-            1e-15 * (size + point.cast<double>().norm()));
-  const double distance = (Vector3d(hit.point) - position).norm();
-  EXPECT_NEAR(distance, std::abs(hit.distance), kTolerance * (size + distance));
-  EXPECT_NEAR(Vector3d(hit.normal).norm(), 1, 1e-15);
-}
-
-void expect_same(const SurfaceHit& a, const SurfaceHit& b) {
-  EXPECT_EQ(a.primitive, b.primitive);
-  for (int k = 0; k < 3; ++k) {
-    EXPECT_EQ(a.sites[k], b.sites[k]);
-    EXPECT_EQ(a.weights[k], b.weights[k]);
-    EXPECT_EQ(a.point[k], b.point[k]);
-    EXPECT_EQ(a.normal[k], b.normal[k]);
-  }
-  EXPECT_EQ(a.distance, b.distance);
 }
 
 // ---- Positions
@@ -319,183 +195,6 @@ TEST(SurfaceBvh, NormalsOfABlockAreThoseOfACube) {
   EXPECT_LE((normal_at(single_sites(), {-1, -1, -1}) - Vector3d(-third, -third, -third)).norm(), kFloat);
 }
 
-TEST(SurfaceBvh, ASiteAloneIsAPrimitive) {
-  const TouchableSurface& surface = single_sites();
-  ASSERT_EQ(surface.size(), 5U);
-  const SurfaceHit hit = nearest(surface.pack, {1.25, 1, 1});
-  EXPECT_EQ(hit.sites[0], 4U);
-  EXPECT_EQ(hit.sites[1], 4U);
-  EXPECT_EQ(hit.sites[2], 4U);
-  EXPECT_EQ(hit.distance, 0.25);
-  EXPECT_LT(nearest(surface.pack, {0.9, 0.9, 0.9}).distance, 0);
-  const TouchableSurface one(tetrahedral_block({}), {63});
-  EXPECT_EQ(nearest(one.pack, {1, 1, 4}).distance, 3);
-}
-
-// ---- Hard cases
-
-// Primitives of any shape, in one leaf.
-struct LooseTriangles {
-  explicit LooseTriangles(const std::vector<Vector3d>& corners) {
-    for (const Vector3d& corner : corners) {
-      sites.push_back(static_cast<uint32_t>(sites.size()));
-      positions.insert(positions.end(), corner.begin(), corner.end());
-      box.extend(corner.cast<float>());
-    }
-    const auto count = static_cast<uint32_t>(sites.size());
-    site_normals.assign(3 * sites.size(), 0);
-    primitive_normals.assign(4 * sites.size(), 0);
-    for (std::size_t i = 2; i < site_normals.size(); i += 3) site_normals[i] = 1;
-    for (std::size_t i = 2; i < primitive_normals.size(); i += 3) primitive_normals[i] = 1;
-    for (int i = 0; i < 3; ++i) {
-      node.min[i] = box.min()[i] - 1e-6f * std::abs(box.min()[i]);
-      node.max[i] = box.max()[i] + 1e-6f * std::abs(box.max()[i]);
-    }
-    node.count = count / 3;
-    pack.num_sites = count;
-    pack.positions = pack.rest_positions = positions.data();
-    pack.site_nodes = sites.data();
-    pack.num_primitives = count / 3;
-    pack.num_bvh_nodes = 1;
-    pack.primitives = sites.data();
-    pack.bvh_nodes = &node;
-    pack.primitive_normals = primitive_normals.data();
-    pack.site_normals = site_normals.data();
-  }
-
-  std::vector<uint32_t> sites;
-  std::vector<double> positions;
-  std::vector<float> site_normals;
-  std::vector<float> primitive_normals;
-  Eigen::AlignedBox3f box;
-  pack::BvhNode node = {};
-  pal_pack pack = {};
-};
-
-TEST(SurfaceBvh, DegenerateTrianglesAreAnsweredByWhatIsLeftOfThem) {
-  const Vector3d o(0.3, -0.2, 0.1);
-  const Vector3d e(0.6, 0.7, -0.4);
-  const Vector3d f(-0.1, 0.9, 0.8);
-  std::vector<std::array<Vector3d, 3>> triangles = {
-      {o, o, o},         {o, o, e},         {o, e, o},         {e, o, o},
-      {o, e, 2 * e - o}, {o, 2 * e - o, e}, {e, o, 2 * e - o}, {o, e, o + 0.3 * (e - o)}};
-  for (const double height : {1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 1e-13, 1e-15, 1e-18, 1e-300}) {
-    triangles.push_back({o, e, o + 0.3 * (e - o) + height * f});  // a cap
-    triangles.push_back({o, e, o - 0.3 * (e - o) + height * f});
-    triangles.push_back({o, e, o + height * f});  // a needle
-    triangles.push_back({o, o + height * f, e});
-    triangles.push_back({o, o + height * e, o + height * f});  // all of it small
-  }
-  TestRandom random(11);
-  for (const auto& [a, b, c] : triangles) {
-    const LooseTriangles loose({a, b, c});
-    for (int i = 0; i < 600; ++i) {
-      Vector3d position = o + std::pow(10.0, 6 * random()) * random.vector();
-      if (i % 3 == 0) position = o + random() * (e - o) + std::pow(10.0, 7 * random() - 7) * random.vector();
-      if (i < 6) position = i % 2 == 0 ? a : o + 0.2 * i * (e - o);
-      const SurfaceHit hit = nearest(loose.pack, position);
-      const double expected = brute_force(loose.pack, position);
-      ASSERT_NEAR(std::abs(hit.distance), expected, kTolerance * (1 + expected))
-          << (b - a).transpose() << " and " << (c - a).transpose() << " at " << position.transpose();
-      expect_consistent(loose.pack, position, hit, 1);
-    }
-  }
-}
-
-// Small integers: lengths and heights are zero to the bit.
-TEST(SurfaceBvh, TrianglesWithoutAreaAreAnsweredExactly) {
-  const Vector3d x = Vector3d::UnitX();
-  for (const auto& [a, b, c] : std::vector<std::array<double, 3>>{{0, 4, 8},
-                                                                  {0, 8, 4},
-                                                                  {4, 0, 8},
-                                                                  {4, 8, 0},
-                                                                  {8, 0, 4},
-                                                                  {0, 0, 8},
-                                                                  {0, 8, 0},
-                                                                  {8, 0, 0},
-                                                                  {0, 8, 8}}) {
-    const LooseTriangles loose({a * x, b * x, c * x});
-    for (double along = -2; along <= 10; ++along) {
-      const SurfaceHit hit = nearest(loose.pack, {along, 3, 4});
-      EXPECT_EQ(hit.point[0], std::clamp(along, 0.0, 8.0)) << a << ' ' << b << ' ' << c;
-      const double beyond = along - hit.point[0];
-      EXPECT_DOUBLE_EQ(hit.distance, std::sqrt(25 + beyond * beyond));
-    }
-  }
-}
-
-TEST(SurfaceBvh, AnyPositionIsAnsweredFinitelyOrRefused) {
-  TestRandom random(12);
-  for (const TouchableSurface* surface : {&block(), &single_sites(), &brain()}) {
-    for (const double far : {1e3, 1e6, 1e9, 1e12, 1e15}) {
-      for (int i = 0; i < 20; ++i) {
-        const Vector3d position = far * random.vector();
-        const SurfaceHit hit = nearest(surface->pack, position);
-        EXPECT_NEAR(hit.distance, brute_force(surface->pack, position), kTolerance * far);
-        expect_consistent(surface->pack, position, hit, size_of(*surface));
-      }
-    }
-    const SurfaceHit untouched = {1, {2, 3, 4}, {5, 6, 7}, {8, 9, 10}, {11, 12, 13}, 14};
-    SurfaceHit hit = untouched;
-    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1.1e15, -1e300}) {
-      for (int axis = 0; axis < 3; ++axis) {
-        Vector3d position = Vector3d::Zero();
-        position[axis] = bad;
-        EXPECT_FALSE(find_nearest_surface_point(surface->pack, position.data(), 0, hit)) << bad;
-        expect_same(hit, untouched);
-      }
-    }
-  }
-}
-
-// Tiny and huge organs at once: the extremes of what a pack may say.
-TEST(SurfaceBvh, ExtremeTrianglesAreAnsweredFinitely) {
-  TestRandom random(13);
-  for (const double size : {1e-300, 1e-160, 1e-80, 1e-15, 1.0, 1e15}) {
-    for (const double other : {1e-300, 1e-15, 1e15}) {
-      const LooseTriangles loose({size * random.vector(), other * random.vector(), size * random.vector()});
-      for (const double away : {0.0, 1e-300, 1e-15, 1.0, 1e15}) {
-        const SurfaceHit hit = nearest(loose.pack, away * random.vector());
-        EXPECT_TRUE(std::isfinite(hit.distance));
-        for (int i = 0; i < 3; ++i) {
-          EXPECT_TRUE(std::isfinite(hit.point[i]) && std::isfinite(hit.normal[i])) << size << ' ' << other;
-          EXPECT_TRUE(hit.weights[i] >= 0 && hit.weights[i] <= 1) << size << ' ' << other << ' ' << away;
-        }
-      }
-    }
-  }
-}
-
-TEST(SurfaceBvh, WithoutATreeNothingIsFound) {
-  const pal_pack none = {};
-  const double position[3] = {0, 0, 0};
-  SurfaceHit hit;
-  EXPECT_FALSE(find_nearest_surface_point(none, position, 0, hit));
-}
-
-// Sites ever farther apart: the cheapest split takes off one at a time, and would go 56 deep.
-TEST(SurfaceBvh, TreeIsNeverTooDeep) {
-  for (const int axes : {1, 3}) {
-    Model model;
-    ContactSites sites;
-    for (int i = 0; i < 60; ++i) {
-      const double x = std::pow(16.0, i - 30);
-      model.positions.emplace_back(x, axes > 1 ? x : 0, axes > 1 ? x : 0);
-      ContactSite site;
-      site.node = site.packed_node = i;
-      sites.sites.push_back(site);
-    }
-    const SurfaceBvh bvh = build_surface_bvh(model, {}, sites);
-    std::vector<uint32_t> depth(bvh.nodes.size(), 0);
-    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
-      if (bvh.nodes[i].count > 0) continue;
-      depth[i + 1] = depth[bvh.nodes[i].first] = depth[i] + 1;
-    }
-    EXPECT_LE(*std::max_element(depth.begin(), depth.end()), pack::kMostBvhDepth);
-    EXPECT_TRUE(axes == 1 || *std::max_element(depth.begin(), depth.end()) >= pack::kMostBvhDepth - 2);
-  }
-}
-
 TEST(SurfaceBvh, ASearchVisitsFewPrimitives) {
   TestRandom random(14);
   const TouchableSurface& surface = brain();
@@ -528,4 +227,4 @@ TEST(SurfaceBvh, SameSurfaceSameBytes) {
 }
 
 }  // namespace
-}  // namespace palpate::test
+}  // namespace palpate::test::surface_bvh_fixture

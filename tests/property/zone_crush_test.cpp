@@ -13,7 +13,6 @@
 namespace palpate::test {
 namespace {
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 constexpr CompressibleNeoHookean kStiffInVolume = {1.0, 9.0};
 
 using Goal = std::vector<Eigen::Vector3d>;  // of each contact
@@ -175,7 +174,7 @@ TEST(ZoneCrush, WhatJamsFromRestWaitsUntilItIsToBeElsewhere) {
 // While three neighbours look for a way, Newton passes elements that are all but inverted and bear hundreds of times what
 // there is in any balance. It is not felt.
 TEST(ZoneCrush, WhatIsPassedOnTheWayIsNotFelt) {
-  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   Walk walk(organ, {5, 7, 8});
   const Goal goal = {{-0.196, 0.228, 0.004}, {-0.19, 0.02, 0.025}, {0.289, -0.097, 0.025}};
   double in_balance = 0;
@@ -236,7 +235,7 @@ TEST(ZoneCrush, WhatIsShownIsUpright) {
 // Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
 // begins anew from rest after a while.
 TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
-  const ZoneBlock organ(1, kTissue);
+  const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(1));
   const auto pressed_by = [](double depth) {
     return std::vector<pal_contact>{{4, {0, 0, -depth}, 0, {}, {}, {}}};

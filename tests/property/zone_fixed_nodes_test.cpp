@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 constexpr uint32_t kMostFixed = 40;
 
 int centre_of(const ZoneBlock& organ, uint32_t site) {
@@ -40,7 +39,7 @@ const std::vector<pal_contact> kApart = {{0, {0.03, 0, -0.08}, 0, {}, {}, {}},
 
 // The centre of the patch itself, and its neighbours' centres; of ten nodes, and under gravity.
 TEST(ZoneFixedNodes, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
-  const ZoneBlock organ(8, kTissue);
+  const ZoneBlock& organ = tissue_block(8);
   for (const auto& sites : {std::vector<uint32_t>{5}, {4}, {0, 2, 4}}) {
     std::vector<int> fixed;
     for (const uint32_t site : sites) fixed.push_back(centre_of(organ, site));
@@ -48,16 +47,16 @@ TEST(ZoneFixedNodes, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
     EXPECT_LE(errors.field, field_tolerance(2e-6));
     EXPECT_LE(errors.force, 1e-6);
   }
-  const ZoneBlock heavy(8, kTissue, false, {0, 0, -0.2});
+  const ZoneBlock& heavy = tissue_block(8, false, {0, 0, -0.2});
   EXPECT_LE(errors_of(heavy, kPress, {centre_of(heavy, 1)}).force, 1e-6);
-  const ZoneBlock quadratic(8, kTissue, true, Vector3d::Zero(), 2, 0.3);
+  const ZoneBlock& quadratic = tissue_block(8, true, Vector3d::Zero(), 2, 0.3);
   const std::vector<int>& patch = quadratic.block.sites.sites[0].patch_nodes;
   EXPECT_LE(errors_of(quadratic, {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}, {patch.back()}).force, 1e-6);
 }
 
 // As linear_dd for a push of a hundred-thousandth of an edge, with nodes in zones, between and outside of them.
 TEST(ZoneFixedNodes, IsLinearForSmallDisplacements) {
-  const ZoneBlock organ(1, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(1, false, Vector3d::Zero(), 6, 0.18);
   const uint32_t last = static_cast<uint32_t>(organ.block.sites.sites.size()) - 1;
   const std::vector<pal_contact> contacts = {{0, {1e-6, 0, -2e-6}, 0, {}, {}, {}},
                                              {last, {0, 2e-6, 1e-6}, 0, {}, {}, {}}};
@@ -87,7 +86,7 @@ TEST(ZoneFixedNodes, IsLinearForSmallDisplacements) {
 // Two rings, a push of half an edge; the organ outside answers to first order.
 // docs/response_models.md states these errors.
 TEST(ZoneFixedNodes, IsNearTheFullSolve) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}};
   for (const uint32_t site : {12U, 13U, 14U, 0U}) {
     const ZoneErrors errors = errors_of(organ, contacts, {centre_of(organ, site)});
@@ -99,7 +98,7 @@ TEST(ZoneFixedNodes, IsNearTheFullSolve) {
 }
 
 TEST(ZoneFixedNodes, DoNotMoveAndLeaveNothingBehind) {
-  const ZoneBlock organ(2, kTissue, false, Vector3d::Zero(), 4, 0.26, false, true);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 4, 0.26, false, true);
   const int node = centre_of(organ, 5);
   OwnedSession session(organ.pack->get(), config_of(organ));
   for (const auto* contacts : {&kPress, &kApart}) {
@@ -121,7 +120,7 @@ TEST(ZoneFixedNodes, DoNotMoveAndLeaveNothingBehind) {
 
 // All of a patch: nothing is left that the tool could move.
 TEST(ZoneFixedNodes, HoldAWholePatch) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), config_of(organ));
   session.fix(contact_nodes_at(organ, organ.block.sites.sites[4].patch_nodes));
   const auto results = settle(session, kPress);
@@ -131,7 +130,7 @@ TEST(ZoneFixedNodes, HoldAWholePatch) {
 
 // The work on a closed path with nodes fixed is none.
 TEST(ZoneFixedNodes, GivesBackWhatItTakes) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), config_of(organ));
   session.fix(contact_nodes_at(organ, {centre_of(organ, 1), centre_of(organ, 5)}));
   double work = 0;
@@ -155,7 +154,7 @@ TEST(ZoneFixedNodes, GivesBackWhatItTakes) {
 
 // More than a zone answers with: linear_dd does, and says so.
 TEST(ZoneFixedNodes, AreLinearWhereTheyAreMany) {
-  const ZoneBlock organ(1, kTissue, false, Vector3d::Zero(), 8, 0.2);
+  const ZoneBlock& organ = tissue_block(1, false, Vector3d::Zero(), 8, 0.2);
   pal_session_config config = config_of(organ);
   config.model = PAL_MODEL_AUTO;
   OwnedSession session(organ.pack->get(), config);

@@ -19,7 +19,6 @@
 namespace palpate::test {
 namespace {
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 constexpr double kReach = 0.1;
 constexpr double kTurn = 0.01;  // radians a frame
 
@@ -49,8 +48,8 @@ void orient(OwnedSession& session, size_t count, double angle) {
 TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
   for (const bool turns : {false, true}) {
     for (const bool quadratic : {false, true}) {
-      const ZoneBlock organ(quadratic ? 1 : 2, kTissue, quadratic, Eigen::Vector3d::Zero(),
-                            quadratic ? 3 : 4);
+      const ZoneBlock& organ =
+          tissue_block(quadratic ? 1 : 2, quadratic, Eigen::Vector3d::Zero(), quadratic ? 3 : 4);
       for (const std::vector<uint32_t>& sites : kSets) {
         if (quadratic && sites.size() > 2) continue;  // whose patches there are most of the top
         SCOPED_TRACE(testing::Message() << sites.size() << " contacts, " << turns << quadratic);
@@ -83,7 +82,7 @@ TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
 
 // What moves nodes for another reason than their contacts is not taken for what these have done.
 TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> tremble(-1e-5, 1e-5);
   pal_session_config config = organ.config(2);
@@ -144,7 +143,7 @@ Tangents tangents_of(OwnedSession& session, int frames, const std::function<void
 TEST(ZoneMotion, TangentsAreMadeInTime) {
   for (const int cells : {4, 5, 6}) {
     for (const uint32_t rings : {1u, 2u, 3u}) {
-      const ZoneBlock organ(3, kTissue, false, Eigen::Vector3d::Zero(), cells, 1.05 / cells);
+      const ZoneBlock& organ = tissue_block(3, false, Eigen::Vector3d::Zero(), cells, 1.05 / cells);
       for (const std::vector<uint32_t>& sites : kSets) {
         SCOPED_TRACE(testing::Message() << cells << " cells, " << rings << " rings, " << sites.size());
         OwnedSession session(organ.pack->get(), organ.config(4, rings));
@@ -159,7 +158,7 @@ TEST(ZoneMotion, TangentsAreMadeInTime) {
 
 // Of a residual that is rounding a step leaves all, which says nothing of its tangent.
 TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   for (const std::vector<uint32_t>& sites : kSets) {
     SCOPED_TRACE(sites.size());
     OwnedSession session(organ.pack->get(), organ.config(4));
@@ -171,7 +170,7 @@ TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
 
 // Made in slices, too, so that the frame in which they answer need not.
 TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
   ZoneState& zone = session.get()->tissue.zone;
@@ -198,7 +197,7 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
 
 // A frame's share may be as small as it likes: each slice does a step, and no step is most of the work.
 TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
   ZoneState& zone = session.get()->tissue.zone;
@@ -224,7 +223,7 @@ TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
 
 // Another set is begun in the middle of any step of one: it is made as if that had never been.
 TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
-  const ZoneBlock organ(2, kTissue);
+  const ZoneBlock& organ = tissue_block(2);
   const std::vector<pal_contact> contacts = on_circle(kSets.back(), 0);
   const auto made = [&](int slices_before, bool* whole) {
     OwnedSession session(organ.pack->get(), organ.config(4));
@@ -257,7 +256,7 @@ TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
 
 // Nodes that come are placed over several frames, where they were as the first of them was: contacts move on meanwhile.
 TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
   const std::vector<pal_contact> next = on_circle({24}, 0);
   const auto placed = [&](bool is_moving) {
     OwnedSession session(organ.pack->get(), organ.config(1));
@@ -281,7 +280,7 @@ TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
 TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   for (const int rings : {1, 2}) {
     SCOPED_TRACE(rings);
-    const ZoneBlock organ(rings, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
+    const ZoneBlock& organ = tissue_block(rings, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
     const double edge = organ.block.sites.mean_surface_edge;
     std::mt19937 random(3);
     std::uniform_real_distribution<double> component(-1, 1);

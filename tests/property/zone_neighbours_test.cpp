@@ -11,11 +11,9 @@
 namespace palpate::test {
 namespace {
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
-
 // A contact that comes finds the organ as the one before it in the list, and the deep one behind it, have left it.
 TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
-  const ZoneBlock organ(1, kTissue);
+  const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(4));
   const std::vector<pal_contact> both = {{0, {0, 0, -0.001}, 0, {}, {}, {}},
                                          {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
@@ -33,7 +31,7 @@ TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
 // Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to
 // second order in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
 TEST(ZoneNeighbours, NeighboursThatPullAgainstEachOther) {
-  const ZoneBlock organ(2, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
   const std::vector<pal_contact> contacts = {{6, {-size, 0, 0}, 0, {}, {}, {}},
                                              {7, {size, 0, 0}, 0, {}, {}, {}}};
@@ -55,7 +53,7 @@ TEST(ZoneNeighbours, PairsAddToEachOther) {
   for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
     const auto error_of = [&](bool pairs) {
-      const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
+      const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
       const double size = 0.3 * organ.block.sites.mean_surface_edge;
       const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
                                                  {second, {0, 0.3 * size, -size}, 0, {}, {}, {}}};
@@ -70,7 +68,7 @@ TEST(ZoneNeighbours, PairsAddToEachOther) {
 // The same to third order, of contacts whose patches are beyond each other's zones; of near ones nothing changes. Of packs
 // whose zones hold nothing between them, which would leave near ones little to tell by.
 TEST(ZoneNeighbours, PairsAddToThirdOrder) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_EQ(organ.zone.pair_degree, 3);
   ZoneTables higher = organ.zone;
   higher.between = false;
@@ -98,7 +96,7 @@ TEST(ZoneNeighbours, PairsAddToThirdOrder) {
 // Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the
 // answer worse by a half to three quarters.
 TEST(ZoneNeighbours, NearContactsAddToOthersToSecondOrder) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
   for (const auto& [third, most] : {std::pair{3u, 2.9e-3}, {16u, 1.8e-3}, {18u, 1.4e-3}}) {
     SCOPED_TRACE(third);
@@ -136,7 +134,7 @@ TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
 // Any two fit with what is between them, which may have more boundary than two zones alone: a session of two contacts
 // answers as one of four does, which has room for more.
 TEST(ZoneNeighbours, AnyTwoFit) {
-  const ZoneBlock organ(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
+  const ZoneBlock& organ = tissue_block(1, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
   ASSERT_TRUE(organ.zone.between);
   OwnedSession of_two(organ.pack->get(), organ.config(2));
   OwnedSession of_four(organ.pack->get(), organ.config(4));
@@ -162,7 +160,7 @@ TEST(ZoneNeighbours, AnyTwoFit) {
 // order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
 // quarter, but for what the columns of pairs leave of neighbours in a row.
 TEST(ZoneNeighbours, ThreeContactsCountNothingTwice) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {
       {{0, 4, 22}, 4.5e-4, 13}, {{6, 7, 8}, 4.8e-3, 7}, {{6, 7, 23}, 3.6e-3, 14}};
   for (const auto& [sites, most, falls] : cases) {

@@ -12,8 +12,6 @@
 namespace palpate::test {
 namespace {
 
-constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
-
 const std::vector<Law>& laws() {
   static const std::vector<Law> kLaws = {CompressibleNeoHookean{1.0, 4.0},
                                          StVenantKirchhoff{1.0, 4.0},
@@ -92,7 +90,8 @@ TEST(ZoneRim, ElementsHaveTheSecondOrderOfTheirForces) {
 TEST(ZoneRim, NeighboursThatCrushEachOther) {
   for (const bool quadratic : {false, true}) {
     SCOPED_TRACE(quadratic);
-    const ZoneBlock organ(1, kTissue, quadratic, Eigen::Vector3d::Zero(), quadratic ? 4 : 6, 0.1, true);
+    const ZoneBlock& organ =
+        tissue_block(1, quadratic, Eigen::Vector3d::Zero(), quadratic ? 4 : 6, 0.1, true);
     ZoneTables zone = organ.zone;
     zone.between = false;
     const AlignedBytes bytes = pack_of(organ, zone);
@@ -130,7 +129,7 @@ uint32_t num_rim_nodes(OwnedSession& session) {
 }
 
 TEST(ZoneRim, IsThereForNeighboursAlone) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const auto rim_of = [&](const ZoneBlock& of, const std::vector<uint32_t>& sites, uint32_t fixed) {
     OwnedSession session(of.pack->get(), session_config(of.pack->get(), PAL_MODEL_ZONE,
                                                         static_cast<uint32_t>(sites.size()), fixed));
@@ -151,7 +150,7 @@ TEST(ZoneRim, IsThereForNeighboursAlone) {
 
 // Steps of a steady tool take one iteration, and what they leave is little: the rim is not a round behind.
 TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.3 * organ.block.sites.mean_surface_edge;
   const auto at = [&](double part) {
     return std::vector<pal_contact>{{6, {part * size, 0, -0.3 * part * size}, 0, {}, {}, {}},
@@ -172,7 +171,7 @@ TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
 
 // Rims of groups may share nodes and elements, which those of zones do not: as many contacts as a small block takes.
 TEST(ZoneRim, OfSeveralGroupsThereIsRoom) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const std::vector<uint32_t>& sites :
        {std::vector<uint32_t>{3, 5, 9, 10, 20, 23, 24}, {0, 1, 3, 4, 20, 21, 23, 24}, {0, 1, 23, 24}}) {
     OwnedSession session(organ.pack->get(), organ.config(static_cast<uint32_t>(sites.size())));
@@ -184,7 +183,7 @@ TEST(ZoneRim, OfSeveralGroupsThereIsRoom) {
 
 // Of a pack that says less of rims than they take, zones do not answer as if nothing was.
 TEST(ZoneRim, LargerThanThePackSaysItIsNone) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (int ZoneTables::*most : {&ZoneTables::most_rim_nodes, &ZoneTables::most_rim_elements}) {
     ZoneTables lying = organ.zone;
     lying.*most = 2;
@@ -202,7 +201,7 @@ TEST(ZoneRim, LargerThanThePackSaysItIsNone) {
 
 // Far beyond what second order tells of it is shortened.
 TEST(ZoneRim, TornBeyondAllBoundsIsLimited) {
-  const ZoneBlock organ(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double edge = organ.block.sites.mean_surface_edge;
   OwnedSession session(organ.pack->get(), organ.config(2));
   bool is_limited = false;

@@ -3,6 +3,7 @@
 
 #include <sys/wait.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <sstream>
@@ -41,41 +42,6 @@ TEST(Build, BytesDependOnTheInputsAlone) {
   }
   EXPECT_TRUE(bytes[0] == bytes[1]) << "one thread and two";
   EXPECT_TRUE(bytes[1] == bytes[2]) << "two runs";
-}
-
-// Killed at any moment, it goes on where it was and makes the same bytes.
-TEST(Build, GoesOnAfterItWasKilled) {
-  const SceneFiles files("[contact]\nsites = \"surface\"\nmax_displacement = 0.05\ntip_radius = 0.13\n",
-                         block_inp(3));
-  ASSERT_EQ(files.build().exit_code, 0);
-  const std::string whole = file_text(files.pack);
-  std::filesystem::remove_all(files.pack.string() + ".samples");
-  const std::vector<std::string> command = {
-      "build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1", "--json"};
-  ProgramProcess process(command);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  const auto kept = [&] {
-    std::uintmax_t bytes = 0;
-    std::error_code ignored;
-    for (const auto& entry :
-         std::filesystem::recursive_directory_iterator(files.pack.string() + ".samples", ignored))
-      bytes += entry.is_regular_file() ? entry.file_size() : 0;
-    return bytes;
-  };
-  while (kept() < 100000) {
-    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  process.kill_now();
-  ASSERT_EQ(process.finish().exit_code, -1) << "it was through before it was killed: make the scene larger";
-  const ProgramRun resumed_run = run_program(command);
-  ASSERT_EQ(resumed_run.exit_code, 0) << resumed_run.error;
-  const nlohmann::json resumed = resumed_run.json();
-  EXPECT_GT(resumed["reused"].get<int>(), 0);
-  EXPECT_GT(resumed["solves"].get<int>(), 0);
-  EXPECT_TRUE(file_text(files.pack) == whole);
-  EXPECT_EQ(run_program(command).json()["solves"], 0);
-  EXPECT_TRUE(file_text(files.pack) == whole);
 }
 
 // Sets of several contacts are solved once, kept, and told of: by the build, by `info`, and measured anew by
@@ -200,42 +166,6 @@ TEST(Build, TakesManyContacts) {
   EXPECT_EQ(run.exit_code, 0) << run.error;
 }
 
-TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
-  const SceneFiles files;
-  const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",
-                                      (files.inp / "below").string()});
-  EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.error.find("--samples"), std::string::npos) << run.error;
-}
-
-// What another scene solved is not taken for one's own; another target, precision or number of tools is no other scene.
-TEST(Build, SamplesOfAnotherSceneAreNotTaken) {
-  const SceneFiles files;
-  const std::string scene = file_text(files.scene);
-  const auto reused = [&](const std::string& changed) {
-    files.dir.write("block.toml", changed);
-    const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--json"});
-    EXPECT_EQ(run.exit_code, 0) << run.error;
-    return run.exit_code == 0 && run.json()["reused"].get<int>() > 0;
-  };
-  const auto with = [&](const std::string& was, const std::string& now) {
-    const size_t at = scene.find(was);
-    EXPECT_NE(at, std::string::npos) << was;
-    return std::string(scene).replace(at, was.size(), now);
-  };
-  EXPECT_FALSE(reused(scene));
-  EXPECT_TRUE(reused(scene));
-  EXPECT_TRUE(reused(scene + "[accuracy]\ntarget = 0.02\n"));
-  EXPECT_FALSE(reused(with("tip_radius = 0.13", "tip_radius = 0.14")));
-  EXPECT_FALSE(reused(with("[contact]\n", "[contact]\ndirections = \"inward\"\n")));
-  EXPECT_FALSE(reused(with("max_displacement = 0.03", "max_displacement = 0.031")));
-  EXPECT_FALSE(reused(scene + "[output]\nnodes = \"all\"\n"));
-  EXPECT_FALSE(reused(scene + "[models]\npolynomial_method = \"paper_ray\"\n"));
-  const std::string mesh = file_text(files.inp);
-  files.dir.write("block.inp", "** a comment\n" + mesh);
-  EXPECT_FALSE(reused(scene));
-}
-
 // Every free node of the surface a site, the compliance compressed as it would be of a larger one.
 TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   const std::string scene =
@@ -273,75 +203,6 @@ TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   EXPECT_EQ(run_cleanly({"info", dense.pack.string(), "--json"}).json()["compliance"]["form"], "dense");
 }
 
-// Kills a build of many sites once it has said its plan and works.
-void kill_build_half_way(const SceneFiles& files) {
-  ProgramProcess process({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1"});
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (process.printed_so_far().find("estimate") == std::string::npos) {
-    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  process.kill_now();
-  EXPECT_EQ(process.finish().exit_code, -1) << "it was through before it was killed: make the scene larger";
-}
-
-const std::string kSlow =
-    "[contact]\nsites = \"surface\"\nmax_displacement = 0.05\ntip_radius = 0.13\n[accuracy]\ntarget = 1.0\n";
-
-TEST(Build, KilledLeavesNothingUnderItsName) {
-  const SceneFiles files(kSlow, block_inp(5));
-  kill_build_half_way(files);
-  EXPECT_FALSE(std::filesystem::exists(files.pack));
-}
-
-TEST(Build, KilledLeavesThePackThatWasThere) {
-  const SceneFiles files(kSlow, block_inp(5));
-  files.dir.write("block.pack", "the pack of yesterday");
-  kill_build_half_way(files);
-  EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
-}
-
-// The kernel kills a process that writes past its file size limit: here in the middle of writing the pack.
-TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
-  const SceneFiles files;
-  ASSERT_EQ(files.build().exit_code, 0) << "so that nothing but the pack is left to be written";
-  files.dir.write("block.pack", "the pack of yesterday");
-  const std::string command = "ulimit -c 0; ulimit -f 8; exec " PALPATE_PROGRAM " build " +
-                              files.scene.string() + " -o " + files.pack.string() +
-                              " --json > /dev/null 2>&1";
-  const int status = std::system(("sh -c '" + command + "'").c_str());
-  ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
-  EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
-  // What it had written so far goes with the next build.
-  EXPECT_EQ(names_in(files.dir.path()).size(), 5u);
-  ASSERT_EQ(files.build().exit_code, 0);
-  EXPECT_EQ(names_in(files.dir.path()),
-            (std::vector<std::string>{"block.inp", "block.pack", "block.pack.samples", "block.toml"}));
-}
-
-TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {
-  const SceneFiles files;
-  const std::string nowhere = (files.dir.path() / "nowhere" / "x.pack").string();
-  const auto refusal = [&](const std::string& pack) {
-    return refusal_of({"build", files.scene.string(), "-o", pack});
-  };
-  EXPECT_EQ(refusal(nowhere), nowhere + ": its folder does not exist; make it first");
-  EXPECT_EQ(refusal(files.dir.path().string()),
-            files.dir.path().string() + ": is a folder; name a file in it");
-  EXPECT_EQ(refusal(files.scene.string()),
-            files.scene.string() + ": is an input of this command; name another file with -o");
-  const std::string model = (files.dir.path() / "block.inp").string();
-  EXPECT_EQ(refusal(model), model + ": is an input of this command; name another file with -o");
-  EXPECT_EQ(refusal("/proc/x.pack").substr(0, 14), "/proc/x.pack: ");
-  EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.toml"}));
-}
-
-class BuiltPack : public ::testing::Test {
- protected:
-  void SetUp() override { ASSERT_EQ(files_.build().exit_code, 0); }
-  SceneFiles files_;
-};
-
 TEST(Build, ForcesThatNoPackHoldsAreSaidAsSuch) {
   std::string model = block_inp(2);
   const std::string law = "*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n";
@@ -354,109 +215,6 @@ TEST(Build, ForcesThatNoPackHoldsAreSaidAsSuch) {
   EXPECT_NE(run.error.find("state the model in other units of length or force"), std::string::npos)
       << run.error;
   EXPECT_FALSE(std::filesystem::exists(files.pack));
-}
-
-TEST_F(BuiltPack, InfoJsonHoldsEverything) {
-  const nlohmann::json info = run_cleanly({"info", files_.pack.string(), "--json"}).json();
-  EXPECT_EQ(info["tool_version"], run_cleanly({"--version"}).out.substr(0, 5));
-  EXPECT_EQ(info["bytes"].get<size_t>(), std::filesystem::file_size(files_.pack));
-  EXPECT_GT(info["arena_bytes"].get<size_t>(), 0u);
-  EXPECT_EQ(info["model_nodes"], 27);
-  EXPECT_EQ(info["model_elements"], 40);
-  EXPECT_EQ(info["max_contacts"], 2);
-  EXPECT_EQ(info["max_displacement"], 0.03);
-  EXPECT_EQ(info["tip_radius"], 0.13);
-  ASSERT_EQ(info["inputs"].size(), 2u);
-  EXPECT_EQ(info["inputs"][0]["name"], "block.toml");
-  EXPECT_EQ(info["inputs"][1]["name"], "block.inp");
-  EXPECT_EQ(info["inputs"][0]["xxh3_128"].get<std::string>().size(), 32u);
-  ASSERT_EQ(info["sites"].size(), 2u);
-  EXPECT_EQ(info["sites"][1]["node"], 23);
-  EXPECT_GE(info["sites"][1]["patch"].size(), 5u);
-  for (const char* model : {"linear_dd", "polynomial_dd"}) {
-    for (const char* cost : {"bytes", "force_operations", "force_bytes", "field_operations", "field_bytes"})
-      EXPECT_GT(info["models"][model][cost].get<size_t>(), 0u) << model << ' ' << cost;
-    const nlohmann::json& errors = info["errors"][model];
-    EXPECT_GE(errors["bins"].size(), 2u);
-    EXPECT_GT(errors["overall"]["samples"].get<int>(), 0);
-    for (const char* kind : {"displacement", "force"}) {
-      const nlohmann::json& row = errors["overall"][kind];
-      EXPECT_LE(row["median"].get<double>(), row["p95"].get<double>());
-      EXPECT_LE(row["p95"].get<double>(), row["max"].get<double>());
-      EXPECT_GT(row["max"].get<double>(), 0);
-    }
-  }
-  EXPECT_LT(info["errors"]["polynomial_dd"]["overall"]["displacement"]["p95"].get<double>(),
-            info["errors"]["linear_dd"]["overall"]["displacement"]["p95"].get<double>());
-}
-
-TEST_F(BuiltPack, InfoTextNamesEverything) {
-  const std::string text = run_cleanly({"info", files_.pack.string()}).out;
-  for (const char* word :
-       {"block.toml", "block.inp", "XXH3-128", "arena", "units", "27 nodes", "2 sites", "22, 23",
-        "surface_bvh", "linear_dd", "polynomial_dd", "worst frame", "p95", "Palpate"})
-    EXPECT_NE(text.find(word), std::string::npos) << word << " is not in\n" << text;
-}
-
-TEST_F(BuiltPack, HashesFollowTheContentOfTheInputs) {
-  const nlohmann::json before = run_cleanly({"info", files_.pack.string(), "--json"}).json()["inputs"];
-  files_.dir.write("block.inp", block_inp(2) + "** a remark\n");
-  ASSERT_EQ(files_.build().exit_code, 0);
-  const nlohmann::json after = run_cleanly({"info", files_.pack.string(), "--json"}).json()["inputs"];
-  EXPECT_EQ(before[0], after[0]);
-  EXPECT_NE(before[1]["xxh3_128"], after[1]["xxh3_128"]);
-}
-
-TEST_F(BuiltPack, VerifyAnswersInJsonToo) {
-  const nlohmann::json answer = run_cleanly({"verify", files_.pack.string(), "--json"}).json();
-  EXPECT_EQ(answer["valid"], true);
-  EXPECT_EQ(answer["bytes"].get<size_t>(), std::filesystem::file_size(files_.pack));
-}
-
-// Every 97th byte, so that header, tables and segments all have their turn.
-TEST_F(BuiltPack, FlippedBitsAreRefused) {
-  const std::string sound = file_text(files_.pack);
-  constexpr size_t kTrials = 60;
-  for (size_t trial = 0; trial < kTrials; ++trial) {
-    const size_t at = trial < 20 ? trial * 9 : trial * sound.size() / kTrials;
-    std::string broken = sound;
-    broken[at] = static_cast<char>(broken[at] ^ (1 << trial % 8));
-    const std::string file = files_.dir.write("broken.pack", broken).string();
-    EXPECT_EQ(refusal_of({"verify", file}).substr(0, file.size() + 2), file + ": ") << "byte " << at;
-  }
-}
-
-TEST_F(BuiltPack, CutAndPaddedPacksAreRefused) {
-  const std::string sound = file_text(files_.pack);
-  for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{200}, sound.size() / 2,
-                            sound.size() - 64, sound.size() - 1}) {
-    refusal_of({"verify", files_.dir.write("cut.pack", sound.substr(0, size)).string()});
-  }
-  refusal_of({"verify", files_.dir.write("padded.pack", sound + "x").string()});
-}
-
-TEST_F(BuiltPack, BenchPrintsRows) {
-  const ProgramRun text = run_cleanly({"bench", files_.pack.string(), "--frames", "1000"});
-  for (const char* word : {"median", "p99", "p99.9", "max", "linear", "polynomial", "memcpy"})
-    EXPECT_NE(text.out.find(word), std::string::npos) << text.out;
-  const nlohmann::json rows =
-      run_cleanly({"bench", files_.pack.string(), "--frames", "1000", "--json"}).json()["rows"];
-  ASSERT_GE(rows.size(), 8u);
-  for (const nlohmann::json& row : rows) {
-    EXPECT_LE(row["median_ns"].get<double>(), row["p99_ns"].get<double>()) << row;
-    EXPECT_LE(row["p99_ns"].get<double>(), row["p999_ns"].get<double>()) << row;
-    EXPECT_LE(row["p999_ns"].get<double>(), row["max_ns"].get<double>()) << row;
-  }
-}
-
-TEST_F(BuiltPack, PictureIsAPng) {
-  const std::filesystem::path png = files_.dir.path() / "push.png";
-  run_cleanly({"picture", files_.pack.string(), "--contact", "23=0,0,-0.03", "-o", png.string()});
-  EXPECT_EQ(file_text(png).substr(0, 8), "\x89PNG\r\n\x1a\n");
-  const nlohmann::json json =
-      run_cleanly({"picture", files_.pack.string(), "-o", png.string(), "--json"}).json();
-  EXPECT_EQ(json["picture"], png.string());
-  EXPECT_EQ(json["contacts"].size(), 0u);
 }
 
 }  // namespace

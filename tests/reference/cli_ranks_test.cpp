@@ -1,6 +1,9 @@
 // `palpate build` shared by the processes of an mpirun: the same bytes as one process makes, also after a crash.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "tests/support/scene_files.hpp"
 #include "tests/support/shell_command.hpp"
 

@@ -3,11 +3,11 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -16,19 +16,11 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-
-// Longer than any run of a test should take; instrumented code is some ten times slower.
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr std::chrono::seconds kPatience(1200);
-#else
-inline constexpr std::chrono::seconds kPatience(120);
-#endif
 
 struct ProgramRun {
   int exit_code = -1;  // -1: ended by a signal
@@ -61,6 +53,7 @@ class ProgramProcess {
     child_ = fork();
     if (child_ < 0) throw std::runtime_error("cannot fork");
     if (child_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
       redirect(out, STDOUT_FILENO);
       redirect(error, STDERR_FILENO);
       execv(PALPATE_PROGRAM, argv.data());
@@ -83,19 +76,16 @@ class ProgramProcess {
     return std::filesystem::exists(out) ? file_text(out) : "";
   }
 
-  // Waits for the end; a run that takes longer than this is killed and fails the test.
-  ProgramRun finish(std::chrono::seconds patience = kPatience) {
+  bool is_running() const {
+    siginfo_t ended = {};
+    return waitid(P_PID, static_cast<id_t>(child_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0;
+  }
+
+  // Waits for the end. ctest kills a test whose program hangs.
+  ProgramRun finish() {
     int status = 0;
-    const auto deadline = std::chrono::steady_clock::now() + patience;
-    while (waitpid(child_, &status, WNOHANG) == 0) {
-      if (std::chrono::steady_clock::now() > deadline) {
-        kill_now();
-        waitpid(child_, &status, 0);
-        ADD_FAILURE() << "the program did not end";
-        break;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    waitpid(child_, &status, 0);
     child_ = -1;
     ProgramRun run;
     if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);

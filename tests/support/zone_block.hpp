@@ -4,8 +4,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -144,6 +148,23 @@ struct ZoneBlock {
     return block;
   }
 };
+
+inline constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
+
+// The block of kTissue with these arguments, built once a process.
+inline const ZoneBlock& tissue_block(int rings, bool quadratic = false,
+                                     const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4,
+                                     double tip_radius = 0.26, bool pairs = false,
+                                     bool shares_volumes = false) {
+  using Key = std::tuple<int, bool, std::array<double, 3>, int, double, bool, bool>;
+  static std::map<Key, std::unique_ptr<ZoneBlock>> blocks;
+  std::unique_ptr<ZoneBlock>& block = blocks[{
+      rings, quadratic, {gravity[0], gravity[1], gravity[2]}, cells, tip_radius, pairs, shares_volumes}];
+  if (!block)
+    block = std::make_unique<ZoneBlock>(rings, kTissue, quadratic, gravity, cells, tip_radius, pairs,
+                                        shares_volumes);
+  return *block;
+}
 
 // Goes there in steps, as a tool would, until it has come to rest.
 inline std::vector<pal_contact_result> settle(OwnedSession& session,

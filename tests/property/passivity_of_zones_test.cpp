@@ -1,0 +1,139 @@
+// Tools that zones answer get no energy out of the organ.
+#include <gtest/gtest.h>
+
+#include "tests/support/passivity_fixture.hpp"
+
+namespace palpate::test::passivity_fixture {
+namespace {
+
+// Neighbours that are pushed into and through each other jam what is between them: contacts stay behind their tools, with
+// forces that rise many times, and begin anew. Whoever goes back takes out no more than what it has put in.
+class PassivityOfZones : public ::testing::Test {
+ protected:
+  static pal_session_config config(uint32_t num_tools) {
+    pal_session_config config = organ().config(num_tools);
+    config.max_tools = num_tools;
+    config.blend_seconds = 0.02;
+    return config;
+  }
+  static const ZoneBlock& organ() {
+    static const ZoneBlock block(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.26,
+                                 true);
+    return block;
+  }
+  static Eigen::Vector3d place_of(uint32_t site) {
+    return organ().block.model.positions[static_cast<size_t>(organ().block.sites.sites[site].node)];
+  }
+  static double edge() { return organ().block.sites.mean_surface_edge; }
+};
+
+TEST_F(PassivityOfZones, ThereAndBackThroughAJamMakesNoEnergy) {
+  const Eigen::Vector3d way = edge() * (place_of(5) - place_of(4)).normalized();
+  int behind = 0;
+  int reduced = 0;
+  for (const double deepest : {0.5, 0.7, 1.0, 2.0}) {
+    for (const int frames : {20, 60, 250, 1000}) {
+      ToolSession tools(organ().pack->get(), config(2));
+      Work work(tools);
+      tools.hold(0, pal_default_hold(4));
+      tools.hold(1, pal_default_hold(5));
+      const auto go_to = [&](double part) {
+        work.frame({at(part * deepest * way), at(-part * deepest * way)});
+        behind += (tools.last()[0].flags & PAL_FLAG_UNCONVERGED) != 0 ? 1 : 0;
+      };
+      for (int frame = 0; frame <= frames; ++frame) go_to(static_cast<double>(frame) / frames);
+      for (int frame = 0; frame < 60; ++frame) go_to(1);
+      for (int frame = frames; frame >= 0; --frame) go_to(static_cast<double>(frame) / frames);
+      for (int frame = 0; frame < 60; ++frame) go_to(0);
+      EXPECT_GE(work.done(), -kAllowed * work.peak()) << deepest << " edges in " << frames << " frames";
+      EXPECT_LE(work.force(0).norm(), 1e-9) << "at rest again";
+      reduced += work.reduced();
+    }
+  }
+  EXPECT_GT(behind, 1000) << "else this shows little";
+  EXPECT_GT(reduced, 100);
+}
+
+// From corner to corner of random ways, as fast as anything, and back to rest.
+TEST_F(PassivityOfZones, RandomCrushesMakeNoEnergy) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1, 1);
+  double worst = 0;
+  int behind = 0;
+  for (int cycle = 0; cycle < 40; ++cycle) {
+    ToolSession tools(organ().pack->get(), config(3));
+    Work work(tools);
+    const uint32_t sites[] = {4, 5, 7};
+    std::array<Eigen::Vector3d, 3> from;
+    from.fill(Eigen::Vector3d::Zero());
+    for (uint32_t tool = 0; tool < 3; ++tool) tools.hold(tool, pal_default_hold(sites[tool]));
+    constexpr int kCorners = 4;
+    for (int corner = 1; corner <= kCorners; ++corner) {
+      const int frames = static_cast<int>(std::pow(10, 1.75 + 0.75 * number(random)));
+      std::array<Eigen::Vector3d, 3> to;
+      for (Eigen::Vector3d& d : to) {
+        d = edge() * Eigen::Vector3d(number(random), number(random), number(random));
+        if (corner == kCorners) d.setZero();
+      }
+      for (int frame = 0; frame <= frames; ++frame) {
+        std::vector<pal_pose> poses;
+        for (size_t tool = 0; tool < 3; ++tool)
+          poses.push_back(at(from[tool] + (to[tool] - from[tool]) * frame / frames));
+        work.frame(poses);
+        behind += (tools.last()[0].flags & PAL_FLAG_UNCONVERGED) != 0 ? 1 : 0;
+      }
+      from = to;
+    }
+    for (int frame = 0; frame < 60; ++frame) work.frame(std::vector<pal_pose>(3, at({0, 0, 0})));
+    ASSERT_GT(work.peak(), 0);
+    worst = std::min(worst, work.done() / work.peak());
+  }
+  EXPECT_GE(worst, -kAllowed);
+  EXPECT_GT(behind, 1000) << "else this shows little";
+}
+
+// A contact that is left behind by a fast tool, and not by tissue that jams, gives back what was put in.
+TEST_F(PassivityOfZones, FastTapsAreWhole) {
+  int behind = 0;
+  for (const int frames : {3, 5, 8, 15, 40}) {
+    ToolSession tools(organ().pack->get(), config(1));
+    Work work(tools);
+    tools.hold(0, pal_default_hold(5));
+    for (int tap = 0; tap < 3; ++tap) {
+      for (int frame = -frames; frame <= frames; ++frame) {
+        work.frame({at(edge() *
+                       Eigen::Vector3d(0, 0, -0.6 * (1.0 - std::abs(frame) / static_cast<double>(frames))))});
+        behind += (tools.last()[0].flags & PAL_FLAG_UNCONVERGED) != 0 ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(work.reduced(), 0) << frames << " frames";
+  }
+  EXPECT_GT(behind, 0) << "else this shows little";
+}
+
+// What has gone out of a jam until nothing was felt, and comes back, feels it again: what it puts in is its own.
+TEST_F(PassivityOfZones, ForcesComeBackToWhoPushesIn) {
+  const Eigen::Vector3d way = edge() * (place_of(5) - place_of(4)).normalized();
+  ToolSession tools(organ().pack->get(), config(2));
+  Work work(tools);
+  tools.hold(0, pal_default_hold(4));
+  tools.hold(1, pal_default_hold(5));
+  const auto go_to = [&](double part) { work.frame({at(part * way), at(-part * way)}); };
+  double part = 0;
+  const auto go_on = [&](double by, int most, const auto& until) {
+    int frames = 0;
+    for (; frames < most && !until(); ++frames) go_to(part += by);
+    return frames < most;
+  };
+  go_on(0.01, 100, [] { return false; });
+  const auto is_unfelt = [&] {
+    return (tools.last()[0].flags & PAL_FLAG_REDUCED) != 0 && work.force(0).norm() == 0 &&
+           work.force(1).norm() == 0;
+  };
+  ASSERT_TRUE(go_on(-0.01, 100, is_unfelt));
+  ASSERT_NE(tools.last()[0].flags & PAL_FLAG_UNCONVERGED, 0U);
+  EXPECT_TRUE(go_on(0.01, 30, [&] { return work.force(0).norm() > 0.01; }));
+}
+
+}  // namespace
+}  // namespace palpate::test::passivity_fixture

@@ -1,0 +1,105 @@
+// Zones at small displacements, and the order of their errors.
+#include <gtest/gtest.h>
+
+#include "tests/support/nonlinear_zone_fixture.hpp"
+
+namespace palpate::test::nonlinear_zone_fixture {
+namespace {
+
+// To first order any zone is linear_dd, whatever is in it: the exterior is exact.
+TEST(NonlinearZone, IsLinearForSmallDisplacements) {
+  const ZoneBlock& organ = tissue_block(1, false, {0.02, 0.01, -0.06});
+  ASSERT_GT(organ.zone.most_boundary_nodes, 0);
+  for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
+    std::vector<pal_contact> small = *contacts;
+    for (pal_contact& contact : small) {
+      for (double& d : contact.displacement) d *= 1e-6;
+    }
+    OwnedSession zone(organ.pack->get(), organ.config(2));
+    OwnedSession linear(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0);
+    std::vector<pal_contact_result> found;
+    for (int frame = 0; frame < 6; ++frame) found = zone.touch(small);  // groups settle on each other
+    const auto expected = linear.touch(small);
+    for (size_t c = 0; c < small.size(); ++c) {
+      const Eigen::Vector3d force(expected[c].force);
+      EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-4 * force.norm());
+      EXPECT_EQ(found[c].flags, expected[c].flags);
+    }
+  }
+}
+
+// So is the field.
+TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
+  const ZoneBlock& organ = tissue_block(1);
+  ASSERT_GT(organ.zone.most_boundary_nodes, 0);
+  for (const auto* contacts : {&kOne, &kAdjacent, &kApart}) {
+    std::vector<pal_contact> small = *contacts;
+    double push = 0;
+    for (pal_contact& contact : small) {
+      for (double& d : contact.displacement) d *= 1e-6;
+      push = std::max(push, Eigen::Vector3d(contact.displacement).norm());
+    }
+    OwnedSession zone(organ.pack->get(), organ.config(2));
+    OwnedSession linear(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0);
+    for (int frame = 0; frame < 6; ++frame) zone.touch(small);  // groups settle on each other
+    linear.touch(small);
+    EXPECT_LE((as_vector(zone.field()) - as_vector(linear.field())).lpNorm<Eigen::Infinity>(), 5e-6 * push);
+  }
+}
+
+// Columns of int16 leave the forces and, but for their rounding, the field as they are, of neighbours with a rim, too.
+TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  ZoneTables rounded = organ.zone;
+  ASSERT_FALSE(rounded.rounded);
+  rounded.rounded = true;
+  const AlignedBytes bytes = pack_of(organ, rounded);
+  EXPECT_LT(bytes.bytes().size(), organ.bytes->bytes().size());
+  const OpenPack pack(bytes);
+  const double size = 0.4 * organ.block.sites.mean_surface_edge;
+  for (const auto& [first, second] : {std::pair{0u, 24u}, {6u, 7u}}) {
+    SCOPED_TRACE(second);
+    const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
+                                               {second, {0, 0.3 * size, -size}, 0, {}, {}, {}}};
+    OwnedSession exact(organ.pack->get(), organ.config(2));
+    OwnedSession session(pack.get(), organ.config(2));
+    const auto expected = settle(exact, contacts);
+    const auto found = settle(session, contacts);
+    for (size_t c = 0; c < contacts.size(); ++c) {
+      const Eigen::Vector3d force(expected[c].force);
+      EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-5 * force.norm());
+    }
+    const double error = (as_vector(session.field()) - as_vector(exact.field())).lpNorm<Eigen::Infinity>();
+    EXPECT_LE(error, 1e-4 * size);
+    EXPECT_GT(error, 1e-7 * size);
+  }
+}
+
+// What the organ outside adds is right to fifth order: an error, as part of the push, goes with the fifth power of it.
+TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
+  const Law yeoh = kYeoh;
+  const ZoneBlock organs[] = {ZoneBlock(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1),
+                              ZoneBlock(1, yeoh, false, {0.01, 0.02, -0.04}, 6, 0.1),
+                              ZoneBlock(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.2)};
+  for (const ZoneBlock& organ : organs) {
+    ASSERT_EQ(organ.zone.exterior_degree, 5);
+    const auto site = static_cast<uint32_t>(organ.block.sites.sites.size() / 2);
+    const auto errors_at = [&](double size) {
+      const std::vector<pal_contact> contacts = {{site, {0.3 * size, -0.3 * size, -size}, 0, {}, {}, {}}};
+      const ContactAnswer truth = organ.solve(contacts);
+      OwnedSession session(organ.pack->get(), organ.config(1));
+      const Eigen::Vector3d force(settle(session, contacts)[0].force);
+      return std::pair((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size,
+                       (force - truth.forces[0]).norm() / size);
+    };
+    const double size = 0.4 * organ.block.sites.mean_surface_edge;
+    const auto [field, force] = errors_at(size);
+    const auto [field_of_half, force_of_half] = errors_at(size / 2);
+    EXPECT_LE(field, 3e-3);
+    EXPECT_LE(field_of_half, field / 24);
+    EXPECT_LE(force_of_half, force / 24);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test::nonlinear_zone_fixture

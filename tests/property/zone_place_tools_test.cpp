@@ -1,0 +1,95 @@
+// Tools between sites that zones answer.
+#include <gtest/gtest.h>
+
+#include "tests/support/zone_place_fixture.hpp"
+
+namespace palpate::test::zone_place_fixture {
+namespace {
+
+// Tools that hold two such places: what moves their zone is made ready in pieces, too.
+class ZonePlacesOfTools : public ZonePlaces {
+ protected:
+  static constexpr double kSecondsPerOperation = 1e-9;
+
+  pal_session_config config_with(double operations) const {
+    pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 3, 0);
+    config.budget_seconds = operations * kSecondsPerOperation;
+    config.seconds_per_operation = operations > 0 ? kSecondsPerOperation : 0;
+    return config;
+  }
+  pal_hold hold_at(const Eigen::Vector3d& position) const {
+    const pal_surface_point point = point_at(position);
+    pal_hold hold = pal_default_hold(point.sites[0]);
+    for (int i = 0; i < 3; ++i) {
+      hold.sites[i] = point.sites[i];
+      hold.weights[i] = point.weights[i];
+    }
+    return hold;
+  }
+  static bool is_preparing(const pal_tool_result& result) { return (result.flags & PAL_FLAG_PREPARING) != 0; }
+
+  const Eigen::Vector3d places_[3] = {{0.09, 0.14, 0.375}, {0.2, 0.16, 0.375}, {0.15, 0.28, 0.375}};
+  const std::vector<pal_pose> poses_ = {at({0.005, 0, -0.02}), at({0, 0.004, -0.015}), at({0, 0, -0.01})};
+};
+
+INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlacesOfTools, testing::Bool(),
+                         [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
+
+TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
+  ToolSession tools(pack_.get(), config_with(20000));
+  ToolSession at_once(pack_.get(), config_with(0));
+  for (uint32_t tool = 0; tool < 2; ++tool) {
+    for (ToolSession* session : {&tools, &at_once}) session->hold(tool, hold_at(places_[tool]));
+  }
+  int frames = 0;
+  while (is_preparing(tools.frame(poses_)[0])) {
+    EXPECT_EQ(force_of(tools.last()[0]).norm(), 0) << "not before all of it is ready";
+    ASSERT_LT(++frames, 10000);
+  }
+  EXPECT_GT(frames, 10);
+  for (int frame = 0; frame < 60; ++frame) {
+    tools.frame(poses_);
+    at_once.frame(poses_);
+  }
+  for (size_t tool = 0; tool < 2; ++tool) {
+    EXPECT_EQ(tools.last()[tool].flags & PAL_FLAG_NEAREST_SITE, 0U);
+    EXPECT_LE((force_of(tools.last()[tool]) - force_of(at_once.last()[tool])).norm(),
+              1e-5 * force_of(at_once.last()[tool]).norm());
+  }
+}
+
+// A third tool grasps and lets go all the time: what was begun is finished.
+TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
+  ToolSession tools(pack_.get(), config_with(20000));
+  for (uint32_t tool = 0; tool < 2; ++tool) tools.hold(tool, hold_at(places_[tool]));
+  int answered = 0;
+  for (int frame = 0; frame < 3000; ++frame) {
+    if (frame % 6 == 3) tools.hold(2, hold_at(places_[2]));
+    if (frame % 6 == 0) require(pal_tool_release(tools.get(), 2), "release");
+    answered += force_of(tools.frame(poses_)[1]).norm() > 0;
+    for (const pal_tool_result& result : tools.last()) EXPECT_TRUE(force_of(result).allFinite());
+  }
+  EXPECT_GT(answered, 1000);
+}
+
+// What a tool feels of two places that it holds, their action on each other included.
+TEST_P(ZonePlacesOfTools, OfOneToolHaveItsStiffness) {
+  ToolSession tools(pack_.get(), config_with(0));
+  for (int i = 0; i < 2; ++i) tools.hold(0, hold_at(places_[i]));
+  const auto settled_at = [&](const Eigen::Vector3d& p) {
+    for (int frame = 0; frame < 2 * PAL_ZONE_STIFFNESS_FRAMES; ++frame) tools.frame({at(p)});
+    return tools.last()[0];
+  };
+  const Eigen::Vector3d place(0.004, -0.006, -0.02);
+  const Eigen::Matrix3d stiffness = stiffness_of(settled_at(place));
+  constexpr double kStep = 1e-4;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    const Eigen::Vector3d ahead = force_of(settled_at(place + step));
+    const Eigen::Vector3d behind = force_of(settled_at(place - step));
+    EXPECT_LE(((ahead - behind) / (2 * kStep) - stiffness.col(axis)).norm(), 3e-3 * stiffness.norm());
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test::zone_place_fixture

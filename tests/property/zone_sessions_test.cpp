@@ -1,0 +1,246 @@
+// Zones in a session: sets that change, jumps, budgets, and packs that contradict themselves.
+#include <gtest/gtest.h>
+
+#include "tests/support/nonlinear_zone_fixture.hpp"
+
+namespace palpate::test::nonlinear_zone_fixture {
+namespace {
+
+// A block of which only the surface is shown, planned for two contacts up to one edge.
+ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = touched_block(4, 0.1)) {
+  block.scene.max_contacts = 2;
+  block.scene.accuracy_target = accuracy_target;
+  block.scene.max_displacement = block.sites.mean_surface_edge;
+  block.model.materials.front().law = law;
+  block.model.materials.push_back({"of no element", CompressibleNeoHookean{1.0, 1e6}});
+  return find_zones(block.scene, block.model, block.sites, 1);
+}
+
+// The more tissue keeps its volume, the more higher orders leave: packs have more of them.
+TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
+  const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0}, 0.005);
+  EXPECT_EQ(soft.exterior_degree, 3);
+  EXPECT_FALSE(soft.between);
+  const ZoneTables keeps_volume = planned(CompressibleNeoHookean{1.0, 9.0}, 0.005);
+  EXPECT_EQ(keeps_volume.exterior_degree, 4);
+  EXPECT_TRUE(keeps_volume.between);
+}
+
+// Where zones of near contacts hold what is between them, any free node may be on a boundary.
+TEST(NonlinearZone, WhatMayBeBoundaryHasRows) {
+  const TouchedBlock block = touched_block(4, 0.1);
+  const ZoneTables zone = planned(kTissue, 1e-5, block);
+  ASSERT_TRUE(zone.between);
+  std::set<int> with_rows(block.sites.packed_nodes.begin(), block.sites.packed_nodes.end());
+  with_rows.insert(zone.inner_nodes.begin(), zone.inner_nodes.end());
+  for (size_t i = 0; i < static_cast<size_t>(zone.num_free); ++i)
+    EXPECT_TRUE(with_rows.contains(zone.nodes[i])) << zone.nodes[i];
+}
+
+TEST(NonlinearZone, ReturnsToRest) {
+  const ZoneBlock& organ = tissue_block(2);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  settle(session, kApart);
+  session.touch({});
+  EXPECT_EQ(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 0.0);
+  const auto again = session.touch({{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
+  EXPECT_LE(Eigen::Vector3d(again.force).norm(), 1e-12);
+  // By way of the contacts, too.
+  settle(session, kOne);
+  const auto back = settle(session, {{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
+  EXPECT_LE(Eigen::Vector3d(back.force).norm(), 1e-9);
+  EXPECT_LE(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 1e-9);
+}
+
+// A set of contacts that changes goes on from where the organ is.
+TEST(NonlinearZone, GoesOnWhereItWas) {
+  constexpr double kNodeAlone = 0.1;
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, kNodeAlone);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  settle(session, {{4, {0.01, 0, -0.04}, 0, {}, {}, {}}});
+  const Eigen::VectorXd before = as_vector(session.field());
+  const Eigen::Vector3d place = before.segment<3>(3 * organ.block.sites.sites[0].packed_node);
+  std::vector<pal_contact> both = {{4, {0.01, 0, -0.04}, 0, {}, {}, {}}};
+  both.push_back({0, {place[0], place[1], place[2]}, 0, {}, {}, {}});
+  session.touch(both);
+  EXPECT_LE((as_vector(session.field()) - before).lpNorm<Eigen::Infinity>(),
+            0.02 * before.lpNorm<Eigen::Infinity>());
+}
+
+// At a hundredth of an edge a frame, with the tangent of some frames before.
+TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
+  const ZoneBlock& organ = tissue_block(2);
+  for (const std::vector<pal_contact>& contacts : {kOne, kAdjacent, kApart}) {
+    SCOPED_TRACE(contacts.size());
+    OwnedSession moving(organ.pack->get(), organ.config(4));
+    OwnedSession held(organ.pack->get(), organ.config(4));
+    constexpr int kFrames = 60;
+    for (int frame = 0; frame <= kFrames; ++frame) {
+      std::vector<pal_contact> here = contacts;
+      const double t = 2 * std::numbers::pi * frame / kFrames;
+      for (pal_contact& contact : here) {
+        contact.displacement[0] = 0.03 * std::cos(t);
+        contact.displacement[1] = 0.03 * std::sin(t);
+      }
+      const auto found = frame == 0 ? settle(moving, here) : moving.touch(here);
+      if (frame % 20 != 7) continue;
+      const auto expected = settle(held, here);
+      for (size_t c = 0; c < contacts.size(); ++c) {
+        const Eigen::Vector3d force(expected[c].force);
+        EXPECT_EQ(found[c].flags & PAL_FLAG_UNCONVERGED, 0U);
+        EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-3 * force.norm());
+      }
+      EXPECT_LE((as_vector(moving.field()) - as_vector(held.field())).lpNorm<Eigen::Infinity>(), 1e-3 * 0.1);
+    }
+  }
+}
+
+// Of one, two and three contacts, to four times what the scene asks for and beyond. On the way back what has no flag is
+// right.
+TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
+  const ZoneBlock& organ = tissue_block(2);
+  const double edge = organ.block.sites.mean_surface_edge;
+  TestRandom random(11);
+  for (const auto& sites : {std::vector<uint32_t>{4}, {4, 0}, {4, 0, 5}}) {
+    SCOPED_TRACE(sites.size());
+    const auto pushed = [&](double length) {
+      std::vector<pal_contact> contacts;
+      for (const uint32_t site : sites) {
+        const Eigen::Vector3d d = length * random.vector().normalized();
+        contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}, {}, {}});
+      }
+      return contacts;
+    };
+    const std::vector<pal_contact> near = pushed(0.5 * organ.block.scene.max_displacement);
+    OwnedSession never_far(organ.pack->get(), organ.config(3));
+    const auto expected = settle(never_far, near);
+    ASSERT_EQ(expected[0].flags & ~uint32_t{PAL_FLAG_OVERLAPPING}, 0U);
+    for (const double length : {4 * organ.block.scene.max_displacement, 4 * edge, 1e3, 1e200}) {
+      SCOPED_TRACE(length);
+      for (int direction = 0; direction < 20; ++direction) {
+        const std::vector<pal_contact> far = pushed(length);
+        OwnedSession session(organ.pack->get(), organ.config(3));
+        const auto touch = [&](const std::vector<pal_contact>& contacts, int frame) {
+          auto results = session.touch(contacts);
+          for (const pal_contact_result& result : results) EXPECT_TRUE(all_finite(result)) << frame;
+          EXPECT_TRUE(all_finite(session.field())) << frame;
+          return results;
+        };
+        for (int frame = 0; frame < 30; ++frame) {
+          for (const pal_contact_result& result : touch(far, frame))
+            EXPECT_NE(result.flags & PAL_FLAG_EXTRAPOLATED, 0U) << frame;
+        }
+        int answered = 0;
+        double error = 0;
+        for (int frame = 0; frame < 100; ++frame) {
+          const auto found = touch(near, frame);
+          if ((found[0].flags & ~uint32_t{PAL_FLAG_OVERLAPPING}) != 0) continue;
+          ++answered;
+          error = worst_force_error(found, expected);
+          EXPECT_LE(error, 1e-3) << frame;
+        }
+        EXPECT_GE(answered, 20) << "it has to come back";
+        EXPECT_LE(error, 1e-6);
+      }
+    }
+  }
+}
+
+// A pack that says less of its zones than they take: their contacts are left to linear_dd, or answered with a flag.
+TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const std::vector<pal_contact> apart = {{0, {0.01, 0, -0.02}, 0, {}, {}, {}},
+                                          {24, {0, 0.01, -0.02}, 0, {}, {}, {}}};
+  const auto lie = [&](int ZoneTables::*most, int value) {
+    ZoneTables lying = organ.zone;
+    lying.*most = value;
+    lying.most_boundary_nodes = std::min(lying.most_boundary_nodes, lying.most_nodes);
+    return lying;
+  };
+  // The last two zones together have more boundary than the arena has room for, though each of their matrices fits.
+  for (const ZoneTables& lying :
+       {lie(&ZoneTables::most_nodes, 2), lie(&ZoneTables::most_elements, 2),
+        lie(&ZoneTables::most_boundary_nodes, 2),
+        lie(&ZoneTables::most_boundary_nodes, organ.zone.most_boundary_nodes * 3 / 4)}) {
+    const AlignedBytes bytes = pack_of(organ, lying);
+    const OpenPack pack(bytes);
+    OwnedSession automatic(pack.get(), PAL_MODEL_AUTO, 2, 0);
+    OwnedSession linear(pack.get(), PAL_MODEL_LINEAR, 2, 0);
+    const auto expected = linear.touch(apart);
+    const auto found = automatic.touch(apart);
+    for (size_t c = 0; c < apart.size(); ++c) {
+      EXPECT_EQ(found[c].model, PAL_MODEL_LINEAR);
+      EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(), 1e-12);
+    }
+    // Nodes fixed while running are in every group, on top of what the pack says.
+    OwnedSession fixing(pack.get(), PAL_MODEL_ZONE, 2, 32);
+    std::vector<uint32_t> fixed;
+    for (uint32_t node = 0; node < std::min(32u, pack.info().num_contact_nodes); ++node)
+      fixed.push_back(node);
+    fixing.fix(fixed);
+    for (const pal_contact_result& result : fixing.touch(apart)) EXPECT_TRUE(all_finite(result));
+    EXPECT_TRUE(all_finite(fixing.field()));
+    OwnedSession zone(pack.get(), PAL_MODEL_ZONE, 2, 0);
+    for (const pal_contact_result& result : zone.touch(apart)) {
+      EXPECT_TRUE(all_finite(result));
+      EXPECT_TRUE(result.flags & PAL_FLAG_ILL_CONDITIONED);
+    }
+    EXPECT_TRUE(all_finite(zone.field()));
+  }
+}
+
+// What another model answered in between is not where the zone had been.
+TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
+  const ZoneBlock& organ = tissue_block(2);
+  OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 9, 0));
+  settle(session, {{4, {0, 0, 0.3}, 0, {}, {}, {}}});  // further than a frame brings it back
+  const std::vector<pal_contact> more_than_zones_answer(9, kOne[0]);
+  EXPECT_EQ(session.touch(more_than_zones_answer)[0].model, PAL_MODEL_LINEAR);
+  std::vector<pal_contact> light = kOne;
+  for (double& d : light[0].displacement) d *= 0.01;
+  const auto result = session.touch(light)[0];
+  EXPECT_EQ(result.model, PAL_MODEL_ZONE);
+  OwnedSession fresh(organ.pack->get(), organ.config(1));
+  const Eigen::Vector3d expected(settle(fresh, light)[0].force);
+  EXPECT_LE((Eigen::Vector3d(result.force) - expected).norm(), 1e-3 * expected.norm());
+}
+
+// Made ready in slices it is as at once, of one contact, and of three with what their fields count twice; until then
+// what was before answers.
+TEST(NonlinearZone, IsMadeReadyWithinABudget) {
+  const ZoneBlock& one = tissue_block(2);
+  const ZoneBlock& three = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  for (const auto& [organ, sites] :
+       {std::pair<const ZoneBlock&, std::vector<uint32_t>>{one, {4}}, {three, {0, 4, 22}}}) {
+    SCOPED_TRACE(sites.size());
+    const auto count = static_cast<uint32_t>(sites.size());
+    pal_session_config config = organ.config(count);
+    config.max_tools = count;
+    ToolSession at_once(organ.pack->get(), config);
+    config.budget_seconds = 40e-6;
+    config.seconds_per_operation = 1e-9;
+    ToolSession sliced(organ.pack->get(), config);
+    for (ToolSession* session : {&at_once, &sliced}) {
+      for (uint32_t tool = 0; tool < count; ++tool) session->hold(tool, pal_default_hold(sites[tool]));
+    }
+    int preparing = 0;
+    for (int frame = 0; frame < 400; ++frame) {
+      const double depth = 0.05 * std::min(1.0, frame / 300.0);
+      const std::vector<pal_pose> poses(count, pose({0, 0, -depth}, {0, 0, 0}));
+      const auto first = at_once.frame(poses);
+      const auto second = sliced.frame(poses);
+      preparing += (second[0].flags & PAL_FLAG_PREPARING) != 0 ? 1 : 0;
+      EXPECT_EQ(first[0].flags & PAL_FLAG_PREPARING, 0U);
+      for (uint32_t tool = 0; tool < count && frame == 399; ++tool) {
+        EXPECT_EQ(second[tool].model, PAL_MODEL_ZONE);
+        EXPECT_LE((force_of(first[tool]) - force_of(second[tool])).norm(),
+                  1e-6 * force_of(first[tool]).norm());
+      }
+    }
+    EXPECT_GT(preparing, 2);
+    EXPECT_LT(preparing, 300);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test::nonlinear_zone_fixture

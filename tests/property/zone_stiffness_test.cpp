@@ -1,0 +1,125 @@
+// The stiffness of zones, and the work of closed paths.
+#include <gtest/gtest.h>
+
+#include "tests/support/nonlinear_zone_fixture.hpp"
+
+namespace palpate::test::nonlinear_zone_fixture {
+namespace {
+
+// `skew`: of the derivative, what is not symmetric.
+void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
+                      const std::vector<pal_contact>& neighbours = {}) {
+  const auto force_at = [&](const Eigen::Vector3d& d, double* stiffness) {
+    OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, 2, 0));
+    std::vector<pal_contact> contacts = {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
+    contacts.insert(contacts.end(), neighbours.begin(), neighbours.end());
+    const auto result = settle(session, contacts).front();
+    if (stiffness != nullptr) std::memcpy(stiffness, result.stiffness, sizeof result.stiffness);
+    return Eigen::Vector3d(result.force);
+  };
+  const Eigen::Vector3d d(0.03, -0.02, -0.1);
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> stiffness;
+  force_at(d, stiffness.data());
+  EXPECT_LE((stiffness - stiffness.transpose()).norm(), 1e-12 * stiffness.norm());
+  constexpr double kStep = 1e-5;
+  Eigen::Matrix3d difference;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+    difference.col(axis) = (force_at(d + step, nullptr) - force_at(d - step, nullptr)) / (2 * kStep);
+  }
+  EXPECT_LE((stiffness - 0.5 * (difference + difference.transpose())).norm(), tolerance * stiffness.norm());
+  EXPECT_LE((difference - difference.transpose()).norm(), skew * stiffness.norm());
+}
+
+// The stiffness is the derivative of the force and symmetric; but for the orders that the series of the exterior
+// leaves out, of which a zone that is the whole organ has none.
+TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
+  for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
+    SCOPED_TRACE(rings);
+    expect_stiffness(ZoneBlock(rings, kTissue).pack->get(), tolerance, 3 * tolerance);
+    expect_stiffness(sharing_block(rings, CompressibleNeoHookean{1.0, 20.0}).pack->get(), tolerance,
+                     3 * tolerance);
+  }
+}
+
+// Beside a neighbour, too, whose loads the boundary gives; but for what the rim adds to it.
+TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  ASSERT_GT(organ.zone.most_boundary_nodes, 0);
+  const std::vector<pal_contact> neighbour = {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}};
+  const AlignedBytes bytes = without_rims(organ);
+  expect_stiffness(OpenPack(bytes).get(), 1e-4, 0.015, neighbour);
+  expect_stiffness(organ.pack->get(), 5e-3, 0.015, neighbour);
+}
+
+// What a pack carries of pairs is nothing to a session of one contact.
+TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  OwnedSession alone(organ.pack->get(), organ.config(1));
+  OwnedSession of_several(organ.pack->get(), organ.config(2));
+  const auto found = settle(alone, kOne).front();
+  const auto expected = settle(of_several, kOne).front();
+  const Eigen::Matrix3d stiffness = Eigen::Map<const Eigen::Matrix3d>(expected.stiffness[0]);
+  EXPECT_GT(stiffness.norm(), 0.1);
+  EXPECT_LE((Eigen::Map<const Eigen::Matrix3d>(found.stiffness[0]) - stiffness).norm(),
+            1e-9 * stiffness.norm());
+  EXPECT_LE((Eigen::Vector3d(found.force) - Eigen::Vector3d(expected.force)).norm(), 1e-9);
+}
+
+// The work of contacts at these sites on closed paths of this size, a third of a turn apart, as part of the most that
+// it was on the way. Those apart feel each other a frame late: each step has frames to come to rest in.
+double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, double size) {
+  constexpr int kSteps = 240;
+  const auto at = [&](int step) {
+    std::vector<pal_contact> contacts;
+    for (size_t c = 0; c < sites.size(); ++c) {
+      const double angle = 2 * std::numbers::pi * (step / double{kSteps} + static_cast<double>(c) / 3);
+      contacts.push_back(
+          {sites[c],
+           {size * std::cos(angle), size * std::sin(angle), -size * (1.2 + 0.6 * std::sin(2 * angle))},
+           0,
+           {},
+           {},
+           {}});
+    }
+    return contacts;
+  };
+  OwnedSession session(organ.pack->get(), organ.config(static_cast<uint32_t>(sites.size())));
+  std::vector<pal_contact> contacts = at(0);
+  settle(session, contacts);
+  std::vector<pal_contact_result> results = session.touch(contacts);
+  double work = 0;
+  double most = 0;
+  for (int step = 1; step <= kSteps; ++step) {
+    const std::vector<pal_contact> before = std::exchange(contacts, at(step));
+    const std::vector<pal_contact_result> felt = std::exchange(results, session.touch(contacts));
+    for (int frame = 0; frame < 11; ++frame) results = session.touch(contacts);
+    for (size_t c = 0; c < contacts.size(); ++c) {
+      EXPECT_EQ(results[c].flags, 0u);
+      for (int i = 0; i < 3; ++i) {
+        work += 0.5 * (results[c].force[i] + felt[c].force[i]) *
+                (contacts[c].displacement[i] - before[c].displacement[i]);
+      }
+    }
+    most = std::max(most, std::abs(work));
+  }
+  return std::abs(work) / most;
+}
+
+// Around closed paths forces do no work, but for the orders that the series of the exterior leaves out, which halve
+// with the path, and what the columns of pairs do, which does not.
+TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
+  EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  for (const std::vector<uint32_t>& sites : {std::vector<uint32_t>{0, 4}, {6, 7}, {0, 4, 22}, {6, 7, 12}}) {
+    const double size = 0.1 * organ.block.sites.mean_surface_edge;
+    EXPECT_GE(work_around(organ, sites, size), 1e-6) << "rounding halves nothing";
+    for (const double part : {1.0, 0.5, 0.25}) {
+      EXPECT_LE(work_around(organ, sites, part * size), 3e-4 * part)
+          << sites[0] << ", " << sites.size() << " contacts";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test::nonlinear_zone_fixture

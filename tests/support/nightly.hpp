@@ -1,0 +1,18 @@
+// Work for a night: `./dev test --all` sets PALPATE_NIGHTLY.
+#pragma once
+
+#include <cstdlib>
+
+namespace palpate::test {
+
+inline bool is_nightly() {
+  return std::getenv("PALPATE_NIGHTLY") != nullptr;
+}
+
+// The rounds of a test: the number in an environment variable, else more in a night than usual.
+inline long rounds_by(const char* variable, long usual, long nightly) {
+  const char* asked = std::getenv(variable);
+  return asked != nullptr ? std::atol(asked) : is_nightly() ? nightly : usual;
+}
+
+}  // namespace palpate::test
