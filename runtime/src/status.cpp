@@ -99,6 +99,8 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
       return "a contact between sites was answered at its nearest site, or as if it were alone";
     case PAL_FLAG_UNCONVERGED:
       return "nonlinear_zone has not converged at this displacement";
+    case PAL_FLAG_HELD:
+      return "the model's force may have any value; the last good force is played and fades out";
   }
   return "not one known flag";
 }

@@ -32,10 +32,13 @@ typedef struct pal_session_config {
       blend_seconds; /* time over which a jump of a tool's force fades out: s. 0: it jumps. Default: 0.01 */
   double stale_seconds; /* age of input from which a tool's force ramps to zero: s. 0: never. Default: 0.05 */
   double ramp_seconds;  /* duration of that ramp, and of the ramp back: s. Default: 0.05 */
-  double max_force;     /* largest force of each tool: N. 0: no limit. Default: 0 */
-  double max_torque;    /* largest torque of each tool: N m. 0: no limit. Default: 0 */
-  double max_force_rate;  /* largest change of a tool's force: N/s. 0: no limit. Default: 0 */
-  double max_torque_rate; /* largest change of a tool's torque: N m/s. 0: no limit. Default: 0 */
+  /* Limits of each tool's force and torque, and of their rates of change: N, N m, N/s, N m/s. INFINITY: no limit. 0: the
+   * default, for the force five times the largest that the pack's tissue has at max_displacement while linear, for its
+   * rate the same in 10 ms, for torques no limit. Beyond a limit, force and torque are scaled alike. */
+  double max_force;
+  double max_torque;
+  double max_force_rate;
+  double max_torque_rate;
   /* Time that one haptic frame spends on preparing a model for new contacts or fixed nodes: s. The contacts of before
    * answer meanwhile. 0: each frame prepares to the end, however long that takes. Default: 0 */
   double budget_seconds;
@@ -51,7 +54,8 @@ typedef struct pal_session_config {
   uint32_t reserved; /* 0 */
 } pal_session_config;
 
-/* Fills the defaults. Set config->struct_size first. `pack` may be NULL: then one contact. Real-time safe: yes. */
+/* Fills the defaults, limits of force as numbers. Set config->struct_size first. `pack` may be NULL: then one contact, and
+ * limits 0. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_fill_config(const pal_pack* pack,
                                                          pal_session_config* config) PAL_NOEXCEPT;
 

@@ -76,7 +76,7 @@ enum {
   /* Tools: the model for the new contacts or fixed nodes is being prepared (budget_seconds). The contacts of before
    * answer, and new contacts have no force yet. */
   PAL_FLAG_PREPARING = 1 << 10,
-  /* Tools: the model gave no finite force, as that of a damaged pack. */
+  /* Tools: the model gave no finite force, as that of a damaged pack may. Comes with PAL_FLAG_HELD. */
   PAL_FLAG_NOT_FINITE = 1 << 11,
   /* Tools: force and stiffness were reduced, because the tools would otherwise gain more energy than they put in. */
   PAL_FLAG_REDUCED = 1 << 12,
@@ -84,11 +84,16 @@ enum {
   PAL_FLAG_NEAREST_SITE = 1 << 13,
   /* nonlinear_zone has not converged at this displacement. pal_contact_result::displacement is where the contact has got
    * to; where contacts jam tissue between them, force and stiffness may have any value. */
-  PAL_FLAG_UNCONVERGED = 1 << 14
+  PAL_FLAG_UNCONVERGED = 1 << 14,
+  /* Tools: the model's force may have any value. The last good force is played and fades to zero over ramp_seconds, and
+   * the stiffness is 0. */
+  PAL_FLAG_HELD = 1 << 15
 };
 
-/* After any of these flags the force of a pal_contact_result must not be trusted or played. */
-#define PAL_FLAGS_UNRELIABLE (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE | PAL_FLAG_UNCONVERGED)
+/* After any of these flags a force must not be trusted. Do not play that of a contact frame: it may have any value. That of
+ * a tool is safe to play: it is within the session's limits, and held where the model's may have any value. */
+#define PAL_FLAGS_UNRELIABLE \
+  (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE | PAL_FLAG_UNCONVERGED | PAL_FLAG_HELD)
 
 /* One English sentence without a full stop for one flag bit; never NULL. Real-time safe: yes. */
 PAL_API const char* pal_flag_text(uint32_t flag) PAL_NOEXCEPT;
