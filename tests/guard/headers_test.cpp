@@ -1,18 +1,18 @@
-// The public headers, each alone: palpate.h as C11 and C++20, palpate.hpp as C++20, pedantic, no warning.
+// The public headers: each alone as C11 and C++20, palpate.hpp as C++20, pedantic, no warning; what they promise.
 #include <gtest/gtest.h>
+#include <palpate/palpate.hpp>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
+#include "tests/support/public_headers.hpp"
 #include "tests/support/shell_command.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
 namespace {
 
-const std::string kInclude = std::string(PALPATE_SOURCE_DIR) + "/runtime/include";
+const std::string kInclude = kPublicHeaders.parent_path().string();
 
 class Headers : public ::testing::Test {
  protected:
@@ -27,14 +27,17 @@ class Headers : public ::testing::Test {
                        shell_word(include) + " " + shell_word(file.string()));
   }
 
-  // A folder with palpate.h in which `from` stands as `to`.
-  std::string spoilt(const std::string& from, const std::string& to) const {
-    std::ifstream stream(kInclude + "/palpate/palpate.h");
-    std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  // A folder with all headers, in which `from` stands as `to` in `header`.
+  std::string spoilt(const std::string& header, const std::string& from, const std::string& to) const {
+    std::string text = header_text(header);
     const std::size_t at = text.find(from);
-    if (at == std::string::npos) throw std::runtime_error("palpate.h has no " + from);
+    if (at == std::string::npos) throw std::runtime_error(header + " has no " + from);
     text.replace(at, from.size(), to);
-    dir_.write("include/palpate/palpate.h", text);
+    std::filesystem::create_directories(dir_.path() / "include");
+    std::filesystem::copy(
+        kPublicHeaders, dir_.path() / "include/palpate",
+        std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
+    dir_.write("include/palpate/" + header, text);
     return (dir_.path() / "include").string();
   }
 
@@ -42,32 +45,71 @@ class Headers : public ::testing::Test {
 };
 
 TEST_F(Headers, CompileAlone) {
-  const CommandResult as_c = compile("palpate.h", true);
-  EXPECT_EQ(as_c.exit_code, 0) << as_c.output;
-  const CommandResult as_cpp = compile("palpate.h", false);
-  EXPECT_EQ(as_cpp.exit_code, 0) << as_cpp.output;
-  const CommandResult face = compile("palpate.hpp", false);
-  EXPECT_EQ(face.exit_code, 0) << face.output;
-  for (const char* before : {"#define PALPATE_FLOAT64 1\n", "#define PALPATE_FLOAT64 0\n"}) {
-    EXPECT_EQ(compile("palpate.h", true, kInclude, before).exit_code, 0);
-    EXPECT_EQ(compile("palpate.hpp", false, kInclude, before).exit_code, 0);
+  int num_headers = 0;
+  for (const auto& file : std::filesystem::directory_iterator(kPublicHeaders)) {
+    const std::string name = file.path().filename().string();
+    const bool is_c = file.path().extension() == ".h";
+    ++num_headers;
+    for (const char* before : {"", "#define PALPATE_FLOAT64 1\n", "#define PALPATE_FLOAT64 0\n"}) {
+      if (is_c) {
+        const CommandResult as_c = compile(name, true, kInclude, before);
+        EXPECT_EQ(as_c.exit_code, 0) << as_c.output;
+      }
+      const CommandResult as_cpp = compile(name, false, kInclude, before);
+      EXPECT_EQ(as_cpp.exit_code, 0) << as_cpp.output;
+    }
   }
+  EXPECT_EQ(num_headers, 10);
 }
 
 TEST_F(Headers, CheckRefusesSpoiltHeaders) {
   EXPECT_NE(compile("palpate.hpp", true).exit_code, 0);  // C++ is no C
-  const std::string without_integers = spoilt("#include <stdint.h>", "");
-  EXPECT_NE(compile("palpate.h", true, without_integers).exit_code, 0);
-  EXPECT_NE(compile("palpate.h", false, without_integers).exit_code, 0);
-  EXPECT_NE(compile("palpate.h", true, spoilt("typedef struct pal_session pal_session;", "")).exit_code, 0);
-  const std::string with_a_reference = spoilt("uint32_t count,", "uint32_t& count,");
-  EXPECT_NE(compile("palpate.h", true, with_a_reference).exit_code, 0);
-  EXPECT_EQ(compile("palpate.h", false, with_a_reference).exit_code, 0);  // C++ would not have noticed
-  EXPECT_NE(
-      compile("palpate.h", true, spoilt("PAL_STATUS_BAD_CHECKSUM = 45", "PAL_STATUS_BAD_CHECKSUM = 45,,"))
-          .exit_code,
-      0);
-  EXPECT_NE(compile("palpate.h", true, spoilt("#endif /* PALPATE_PALPATE_H */", "")).exit_code, 0);
+  const std::string without_integers = spoilt("version.h", "#include <stdint.h>", "");
+  EXPECT_NE(compile("status.h", true, without_integers).exit_code, 0);
+  EXPECT_NE(compile("status.h", false, without_integers).exit_code, 0);
+  EXPECT_NE(compile("palpate.h", true, spoilt("session.h", "typedef struct pal_session pal_session;", ""))
+                .exit_code,
+            0);
+  EXPECT_NE(compile("tool.h", true, spoilt("tool.h", "#include <palpate/session.h>", "")).exit_code, 0);
+  const std::string with_a_reference = spoilt("session.h", "uint32_t count)", "uint32_t& count)");
+  EXPECT_NE(compile("session.h", true, with_a_reference).exit_code, 0);
+  EXPECT_EQ(compile("session.h", false, with_a_reference).exit_code, 0);  // C++ would not have noticed
+  EXPECT_NE(compile("palpate.h", true,
+                    spoilt("status.h", "PAL_STATUS_BAD_CHECKSUM = 45", "PAL_STATUS_BAD_CHECKSUM = 45,,"))
+                .exit_code,
+            0);
+  EXPECT_NE(compile("palpate.h", true, spoilt("palpate.h", "#endif /* PALPATE_PALPATE_H */", "")).exit_code,
+            0);
+}
+
+TEST_F(Headers, CppFaceHasTheWholeApi) {
+  const std::string face = header_text("palpate.hpp");
+  const std::set<std::string> free = {"pal_version", "pal_status_text", "pal_flag_text",
+                                      "pal_session_fill_config"};  // pal_default_session_config calls it
+  for (const std::string& name : declared_functions()) {
+    if (free.contains(name)) continue;
+    EXPECT_NE(face.find(name + "("), std::string::npos) << name;
+  }
+}
+
+TEST_F(Headers, LinkedVersionIsTheirs) {
+  EXPECT_EQ(pal_version(), uint32_t{PAL_VERSION});
+  EXPECT_EQ(std::to_string(PAL_VERSION_MAJOR) + "." + std::to_string(PAL_VERSION_MINOR) + "." +
+                std::to_string(PAL_VERSION_PATCH),
+            PALPATE_PROJECT_VERSION);
+}
+
+// The text of each flag is its own; other bits, and several at once, are no flag.
+TEST_F(Headers, EveryFlagHasAText) {
+  const std::string none = pal_flag_text(0);
+  std::set<std::string> texts = {none};
+  const std::string status = header_text("status.h");
+  int num_flags = 0;
+  for (std::size_t at = 0; (at = status.find(" = 1 << ", at)) != std::string::npos; ++at) ++num_flags;
+  for (int bit = 0; bit < num_flags; ++bit)
+    EXPECT_TRUE(texts.insert(pal_flag_text(uint32_t{1} << bit)).second) << bit;
+  EXPECT_EQ(pal_flag_text(uint32_t{1} << num_flags), none);
+  EXPECT_EQ(pal_flag_text(3), none);
 }
 
 // What is returned must be looked at, in C++.

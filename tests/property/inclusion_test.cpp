@@ -199,7 +199,7 @@ TEST(Inclusion, BringsEnergyOfItsOwn) {
   const double before = press(free_session);
   // Within a frame, too, after which the contact has first to come to rest.
   using Case = std::pair<double, double>;  // limit, stiffness that a frame brings
-  for (const auto& [limit, rise] : {Case{0.0, 0.02}, Case{1.1 * before, 0.02}, Case{0.0, 30.0}}) {
+  for (const auto& [limit, rise] : {Case{HUGE_VAL, 0.02}, Case{1.1 * before, 0.02}, Case{HUGE_VAL, 30.0}}) {
     config.max_force = limit;
     ToolSession session(organ.pack->get(), config);
     press(session);

@@ -141,7 +141,7 @@ TEST_F(ToolForce, StaysWithinItsLimits) {
   }
   EXPECT_EQ(last, model);
 
-  config_.max_force_rate = 0;
+  config_.max_force_rate = HUGE_VAL;
   config_.max_force = 0.5 * model.norm();
   ToolSession weak(pack_.get(), config_);
   weak.hold(0, pal_default_hold(4));
@@ -216,17 +216,21 @@ TEST_F(ToolForce, StaleInputCountsWhetherItHoldsOrNot) {
 }
 
 TEST_F(ToolForce, LimitsThatAreNoneAreRefused) {
-  for (double pal_session_config::*limit :
+  const auto refuse = [&](double pal_session_config::*limit, double bad) {
+    pal_session_config config = config_;
+    config.*limit = bad;
+    size_t bytes = 0;
+    EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT) << bad;
+  };
+  for (double pal_session_config::*time :
        {&pal_session_config::blend_seconds, &pal_session_config::stale_seconds,
-        &pal_session_config::ramp_seconds, &pal_session_config::max_force,
-        &pal_session_config::max_force_rate, &pal_session_config::max_torque,
+        &pal_session_config::ramp_seconds}) {
+    for (const double bad : {-1.0, std::nan(""), HUGE_VAL}) refuse(time, bad);
+  }
+  for (double pal_session_config::*limit :
+       {&pal_session_config::max_force, &pal_session_config::max_force_rate, &pal_session_config::max_torque,
         &pal_session_config::max_torque_rate}) {
-    for (const double bad : {-1.0, std::nan(""), HUGE_VAL}) {
-      pal_session_config config = config_;
-      config.*limit = bad;
-      size_t bytes = 0;
-      EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
-    }
+    for (const double bad : {-1.0, std::nan("")}) refuse(limit, bad);
   }
   pal_session_config config = config_;
   config.max_tools = 17;

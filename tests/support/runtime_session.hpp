@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <palpate/palpate.hpp>
 #include <stdexcept>
 #include <vector>
@@ -40,7 +41,7 @@ class OpenPack {
   Pack pack_;
 };
 
-// Answers at once: nothing is blended.
+// Tools feel the models at once: nothing is blended or limited.
 inline pal_session_config session_config(const pal_pack* pack, pal_model model, uint32_t max_contacts,
                                          uint32_t max_fixed) {
   pal_session_config config = pal_default_session_config(pack);
@@ -48,6 +49,7 @@ inline pal_session_config session_config(const pal_pack* pack, pal_model model, 
   config.max_contacts = max_contacts;
   config.max_fixed = max_fixed;
   config.blend_seconds = 0;
+  config.max_force = config.max_force_rate = std::numeric_limits<double>::infinity();
   return config;
 }
 

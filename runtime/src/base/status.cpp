@@ -1,5 +1,9 @@
 #include <palpate/palpate.h>
 
+extern "C" uint32_t pal_version() noexcept {
+  return PAL_VERSION;
+}
+
 extern "C" const char* pal_status_text(pal_status status) noexcept {
   switch (status) {
     case PAL_STATUS_OK:
@@ -61,4 +65,42 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
       return "the recording was made with another pack";
   }
   return "unknown status";
+}
+
+extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
+  switch (flag) {
+    case PAL_FLAG_EXTRAPOLATED:
+      return "the displacement or the load is beyond the range that was sampled";
+    case PAL_FLAG_CLAMPED:
+      return "the displacement or the turn was shortened to the range that the model can answer";
+    case PAL_FLAG_LINEAR_FALLBACK:
+      return "no nonlinear model of the pack can answer these contacts; linear_dd answered";
+    case PAL_FLAG_OVERLAPPING:
+      return "two contacts hold the same node, which follows their mean";
+    case PAL_FLAG_ILL_CONDITIONED:
+      return "contacts are too close to each other, or given forces cannot all act";
+    case PAL_FLAG_BAD_INPUT:
+      return "the tool's pose, its age or dt made no sense; the last good value was used";
+    case PAL_FLAG_STALE:
+      return "the tool's input is too old, or has just come back; the force ramps";
+    case PAL_FLAG_LIMITED:
+      return "force and torque were cut to a limit of the session";
+    case PAL_FLAG_BLENDING:
+      return "contacts or models have changed, and the jump of the force is being faded out";
+    case PAL_FLAG_NO_ROOM:
+      return "the tool touched, and the session has no room for a further contact";
+    case PAL_FLAG_PREPARING:
+      return "the model for new contacts is being prepared; the contacts of before answer";
+    case PAL_FLAG_NOT_FINITE:
+      return "the model gave no finite force";
+    case PAL_FLAG_REDUCED:
+      return "the force was reduced so that the tools gain no energy";
+    case PAL_FLAG_NEAREST_SITE:
+      return "a contact between sites was answered at its nearest site, or as if it were alone";
+    case PAL_FLAG_UNCONVERGED:
+      return "nonlinear_zone has not converged at this displacement";
+    case PAL_FLAG_HELD:
+      return "the model's force may have any value; the last good force is played and fades out";
+  }
+  return "not one known flag";
 }

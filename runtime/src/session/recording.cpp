@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
-constexpr uint32_t kRecordingVersion = 3;
+constexpr uint32_t kRecordingVersion = 4;
 constexpr uint32_t kFirstReplayBytes = 88;
 static_assert(kFirstReplayBytes == sizeof(pal_replay));
 

@@ -23,6 +23,7 @@
 #include "runtime/src/response/response.hpp"
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/session/session_state.hpp"
+#include "runtime/src/tools/force_limits.hpp"
 #include "runtime/src/zone/zone_exterior.hpp"
 
 namespace palpate {
@@ -133,10 +134,14 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
       config.max_tools > kMostTools || config.max_requested > pack->num_nodes)
     return PAL_STATUS_BAD_ARGUMENT;
   for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
-                              config.max_force, config.max_force_rate, config.max_torque,
-                              config.max_torque_rate, config.budget_seconds, config.seconds_per_operation}) {
+                              config.budget_seconds, config.seconds_per_operation}) {
     if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
   }
+  for (const double limit :
+       {config.max_force, config.max_force_rate, config.max_torque, config.max_torque_rate}) {
+    if (!(limit >= 0)) return PAL_STATUS_BAD_ARGUMENT;
+  }
+  fill_limits(*pack, config);
   if (config.zone_rings > pack->zone_rings || config.zone_iterations > kMostZoneIterations)
     return PAL_STATUS_BAD_ARGUMENT;
   if (config.zone_rings == 0) config.zone_rings = pack->zone_rings;
@@ -195,7 +200,10 @@ void copy_results(const pal_tool_result* from, uint32_t count, uint32_t result_b
 
 extern "C" pal_status pal_session_fill_config(const pal_pack* pack, pal_session_config* config) noexcept {
   if (config == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  return palpate::write_sized(palpate::default_config(pack), palpate::kFirstConfigBytes, *config);
+  const palpate::FloatingPointMode mode;
+  pal_session_config defaults = palpate::default_config(pack);
+  if (pack != nullptr) palpate::fill_limits(*pack, defaults);
+  return palpate::write_sized(defaults, palpate::kFirstConfigBytes, *config);
 }
 
 extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal_session_config* config,

@@ -30,15 +30,15 @@ bool is_finite(const Wrench& wrench) {
 }
 
 bool has_limits(const pal_session_config& config) {
-  return config.max_force > 0 || config.max_torque > 0 || config.max_force_rate > 0 ||
-         config.max_torque_rate > 0;
+  return isfinite(config.max_force) || isfinite(config.max_torque) || isfinite(config.max_force_rate) ||
+         isfinite(config.max_torque_rate);
 }
 
-// What of a wrench is within a limit of force and one of torque, 0: no limit; at most 1.
+// The part of a wrench that is within a limit of force and a limit of torque; at most 1.
 double part_within(double most_force, double most_torque, const Wrench& wrench) {
   double part = 1.0;
-  const double force = most_force > 0 ? length_of(wrench.v) : 0.0;
-  const double torque = most_torque > 0 ? length_of(wrench.v + 3) : 0.0;
+  const double force = isfinite(most_force) ? length_of(wrench.v) : 0.0;
+  const double torque = isfinite(most_torque) ? length_of(wrench.v + 3) : 0.0;
   if (force > most_force) part = most_force / force;
   if (torque * part > most_torque) part = most_torque / torque;
   return part;
@@ -50,20 +50,30 @@ bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& 
   if (part < 1.0) {
     for (double& component : wanted.v) component *= part;
   }
-  double step_part = 1.0;
-  if (config.max_force_rate > 0 || config.max_torque_rate > 0) {
-    Wrench step;
-    for (int i = 0; i < 6; ++i) step.v[i] = wanted.v[i] - last.v[i];
-    // A frame without time takes no step: the smallest number that is no "no limit".
-    constexpr double kNoStep = 1e-300;
-    const auto most = [&](double rate) { return rate > 0 ? std::max(rate * dt, kNoStep) : 0.0; };
-    step_part = part_within(most(config.max_force_rate), most(config.max_torque_rate), step);
-    if (step_part < 1.0) {
-      for (int i = 0; i < 6; ++i) wanted.v[i] = last.v[i] + step_part * step.v[i];
-    }
+  const auto most = [&](double rate) { return isfinite(rate) ? rate * dt : rate; };
+  Wrench step;
+  for (int i = 0; i < 6; ++i) step.v[i] = wanted.v[i] - last.v[i];
+  const double step_part = part_within(most(config.max_force_rate), most(config.max_torque_rate), step);
+  if (step_part < 1.0) {
+    for (int i = 0; i < 6; ++i) wanted.v[i] = last.v[i] + step_part * step.v[i];
   }
   last = wanted;
   return part < 1.0 || step_part < 1.0;
+}
+
+// The force goes on from where it has faded to.
+void take_gain(ForceOutput& output) {
+  for (Wrench* wrench : {&output.blended, &output.limited}) {
+    for (double& component : wrench->v) component *= output.gain;
+  }
+  output.gain = 1.0;
+}
+
+// The last force stands in for the model's, less where it drives the tool.
+void hold_last(ForceOutput& output) {
+  for (double& component : output.blended.v) component *= output.kept;
+  output.difference = {};
+  output.blend_left = 0;
 }
 
 }  // namespace
@@ -76,21 +86,26 @@ void reset_output(ForceOutput& output) {
   output.kept = 1.0;
 }
 
-uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool switched, bool stale,
-                      double dt, ForceOutput& output) {
-  uint32_t flags = 0;
+uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool reliable, bool switched,
+                      bool stale, double dt, ForceOutput& output) {
   const bool finite = is_finite(given);
-  if (!finite) flags |= PAL_FLAG_NOT_FINITE;
-  const bool as_it_is = !switched && !stale && output.blend_left == 0 && output.gain == 1.0;
-  if (finite && as_it_is && !has_limits(config)) {
+  const bool held = !reliable || !finite;
+  uint32_t flags = (held ? PAL_FLAG_HELD : 0) | (finite ? 0 : PAL_FLAG_NOT_FINITE);
+  const bool released = output.held && !held;
+  const bool as_it_is =
+      !held && !released && !switched && !stale && output.blend_left == 0 && output.gain == 1.0;
+  if (as_it_is && !has_limits(config)) {
     output.blended = output.limited = output.out = given;
     output.quiet = is_zero(given);
     output.is_model = true;
     output.kept = 1.0;
     return 0;
   }
-  const Wrench& model = finite ? given : output.blended;
-  if (switched) {
+  if (released) take_gain(output);
+  if (held) hold_last(output);
+  output.held = held;
+  const Wrench model = held ? output.blended : given;
+  if ((switched && !held) || released) {
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
     output.blend_left = config.blend_seconds;
   }
@@ -114,12 +129,12 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
   output.blended = wanted;
 
   const double ramp = config.ramp_seconds > 0 ? dt / config.ramp_seconds : 1.0;
-  if (stale) {
+  if (stale || held) {
     output.gain = output.gain > ramp ? output.gain - ramp : 0.0;
   } else {
     output.gain = output.gain + ramp < 1.0 ? output.gain + ramp : 1.0;
   }
-  if (stale || output.gain < 1.0) flags |= PAL_FLAG_STALE;
+  if (stale || (output.gain < 1.0 && !held)) flags |= PAL_FLAG_STALE;
 
   if (limit(config, dt, wanted, output.limited)) flags |= PAL_FLAG_LIMITED;
   for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wanted.v[i];

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response.hpp"
@@ -120,6 +122,22 @@ void reduce(double part, Wrench& wrench, pal_tool_result& result) {
   result.flags |= PAL_FLAG_REDUCED;
 }
 
+// Whether the models' force on a tool is good. It may have any value where flags say so, and where a zone of the tool's
+// contacts is jammed: no step of theirs leaves every element with det F > 0.
+bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, uint32_t flags) {
+  if ((flags & (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE)) != 0) return false;
+  if ((flags & PAL_FLAG_UNCONVERGED) == 0) return true;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    for (uint32_t c = 0; c < states.num_contacts && group.jammed > 0; ++c) {
+      const uint32_t* end = group.contacts + group.num_contacts;
+      if (states.contacts[c].tool == tool && std::find(group.contacts, end, states.answered_of[c]) != end)
+        return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 void reset_tool(ToolState& state) {
@@ -189,7 +207,10 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
     const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
-    result.flags |= filter_force(config, wrenches[tool], states.changed, stale, states.dt, state.output);
+    const bool reliable = is_reliable(states, tissue.zone.active, tool, result.flags);
+    result.flags |=
+        filter_force(config, wrenches[tool], reliable, states.changed, stale, states.dt, state.output);
+    if (state.output.held) memset(result.stiffness, 0, sizeof result.stiffness);
     memcpy(result.force, state.output.out.v, sizeof result.force);
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
   }

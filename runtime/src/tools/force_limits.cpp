@@ -1,0 +1,52 @@
+#include "runtime/src/tools/force_limits.hpp"
+
+#include <math.h>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/polynomial/polynomial_dd.hpp"
+
+namespace palpate {
+namespace {
+
+// |K|, from linear_dd as the sum of the nodal forces on the patch, else from polynomial_dd as the Hessian of its energy.
+double stiffness_of(const pal_pack& pack, uint32_t site) {
+  PolynomialAnswer at_rest = {};
+  if (pack.site_forces != nullptr) {
+    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+      for (int i = 0; i < 9; ++i) at_rest.stiffness[i] += pack.site_forces[size_t{9} * p + i];
+    }
+  } else {
+    constexpr double kRest[3] = {};
+    PolynomialFieldState field;
+    evaluate_polynomial(pack, site, kRest, at_rest, field);
+  }
+  double square = 0;
+  for (const double entry : at_rest.stiffness) square += entry * entry;
+  return sqrt(square);
+}
+
+// F, in force units. Numbers that are not finite, of a pack that was not verified, do not count.
+double largest_linear_force(const pal_pack& pack) {
+  double largest = 0;
+  for (uint32_t site = 0; site < pack.num_sites; ++site) {
+    const double force = pack.max_displacement * stiffness_of(pack, site);
+    if (force > largest && isfinite(force)) largest = force;
+  }
+  return largest;
+}
+
+}  // namespace
+
+void fill_limits(const pal_pack& pack, pal_session_config& config) {
+  constexpr double kMargin = 5;
+  constexpr double kRiseSeconds = 0.01;  // a tool that presses so far in less moves faster than a hand does
+  if (config.max_force == 0 || config.max_force_rate == 0) {
+    const double most = kMargin * largest_linear_force(pack) * pack.newtons;
+    if (config.max_force == 0) config.max_force = most;
+    if (config.max_force_rate == 0) config.max_force_rate = most / kRiseSeconds;
+  }
+  if (config.max_torque == 0) config.max_torque = INFINITY;
+  if (config.max_torque_rate == 0) config.max_torque_rate = INFINITY;
+}
+
+}  // namespace palpate
