@@ -123,12 +123,13 @@ void reduce(double part, Wrench& wrench, pal_tool_result& result) {
   result.flags |= PAL_FLAG_REDUCED;
 }
 
-// Whether the models' force on a tool is good. It may have any value where flags say so, and where a zone of the tool's
-// contacts is jammed: no step of theirs leaves all of its elements upright.
+// Whether the models' force on a tool is good. It may have any value where flags say so, and from the frame in which a zone
+// of the tool's contacts jams, which is when no step of theirs leaves all elements upright, until the zone has converged.
 bool is_reliable(const pal_session& session, uint32_t tool, uint32_t flags) {
   if ((flags & (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE)) != 0) return false;
   if ((flags & PAL_FLAG_UNCONVERGED) == 0) return true;
   const ToolStates& states = session.tools;
+  if (states.tools[tool].output.held) return false;
   const ZoneSet& set = session.zone.answering;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
