@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   palpate::Pack pack;
   if (const pal_status opened = pack.open(argv[1]); opened != PAL_STATUS_OK)
     return std::puts(pal_status_text(opened)), 1;
-  const pal_session_config config = pal_default_session_config(pack.get());
+  const pal_session_config config = palpate::Session::default_config(pack);
   size_t bytes = 0;
   if (palpate::Session::required_bytes(pack, config, bytes) != PAL_STATUS_OK) return 1;
   std::vector<unsigned char> memory(bytes + 64);
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   // Above the first site, on the way in along the surface's normal.
   const pal_geometry geometry = pack.geometry();
   uint32_t node = 0;
-  if (pal_pack_get_site_node(pack.get(), 0, &node) != PAL_STATUS_OK) return 1;
+  if (pack.get_site_node(0, node) != PAL_STATUS_OK) return 1;
   const double scale = pack.info().metres_per_length_unit;
   double site[3];
   for (int i = 0; i < 3; ++i) site[i] = scale * geometry.positions[3 * node + i];

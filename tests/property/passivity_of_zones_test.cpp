@@ -51,7 +51,7 @@ TEST_F(PassivityOfZones, ThereAndBackThroughAJamMakesNoEnergy) {
     }
   }
   EXPECT_GT(behind, 1000) << "else this shows little";
-  EXPECT_GT(reduced, 100);
+  EXPECT_GT(reduced, 30);
 }
 
 // From corner to corner of random ways, as fast as anything, and back to rest.
@@ -111,7 +111,7 @@ TEST_F(PassivityOfZones, FastTapsAreWhole) {
   EXPECT_GT(behind, 0) << "else this shows little";
 }
 
-// What has gone out of a jam until nothing was felt, and comes back, feels it again: what it puts in is its own.
+// In a jam nothing is felt after a while. Who has come out of it, and pushes in again, feels what he puts in.
 TEST_F(PassivityOfZones, ForcesComeBackToWhoPushesIn) {
   const Eigen::Vector3d way = edge() * (place_of(5) - place_of(4)).normalized();
   ToolSession tools(organ().pack->get(), config(2));
@@ -125,14 +125,14 @@ TEST_F(PassivityOfZones, ForcesComeBackToWhoPushesIn) {
     for (; frames < most && !until(); ++frames) go_to(part += by);
     return frames < most;
   };
-  go_on(0.01, 100, [] { return false; });
-  const auto is_unfelt = [&] {
-    return (tools.last()[0].flags & PAL_FLAG_REDUCED) != 0 && work.force(0).norm() == 0 &&
-           work.force(1).norm() == 0;
-  };
-  ASSERT_TRUE(go_on(-0.01, 100, is_unfelt));
-  ASSERT_NE(tools.last()[0].flags & PAL_FLAG_UNCONVERGED, 0U);
-  EXPECT_TRUE(go_on(0.01, 30, [&] { return work.force(0).norm() > 0.01; }));
+  const auto is_held = [&] { return (tools.last()[0].flags & PAL_FLAG_HELD) != 0; };
+  go_on(0.01, 150, [] { return false; });
+  ASSERT_TRUE(is_held());
+  EXPECT_EQ(work.force(0).norm() + work.force(1).norm(), 0);
+  ASSERT_TRUE(go_on(-0.01, 150, [&] { return !is_held(); }));
+  go_on(-0.01, 10, [] { return false; });
+  const double before = work.force(0).norm();
+  EXPECT_TRUE(go_on(0.01, 30, [&] { return work.force(0).norm() > before + 0.01; }));
 }
 
 }  // namespace

@@ -24,7 +24,8 @@
  *
  * Growth. A struct that may grow starts with struct_size, which the caller sets to its own sizeof. A member that one side
  * does not know has its default in configs and 0 in results. PAL_STATUS_BAD_STRUCT_SIZE: the size is below that of the
- * first release, or a member unknown to the library is not 0. The other structs never grow; they say so.
+ * first release, or a member unknown to the library is not 0. pal_tool_result comes in arrays: its size is
+ * pal_haptic_input::result_bytes. The other structs never grow; they say so.
  *
  * Floating point. Calls round to nearest, flush subnormal numbers to zero and raise no signal, whatever the caller's mode,
  * which they restore.

@@ -21,20 +21,18 @@ typedef uint64_t (*pal_clock)(void* user);
 
 typedef struct pal_session_config {
   uint32_t struct_size;
-  uint32_t
-      max_contacts; /* contacts held at once by all tools together: 1 .. 64. Default: as the scene asks for */
+  uint32_t max_contacts;  /* held at once by all tools together: 1 .. 64. Default: as the scene asks for */
   uint32_t max_fixed;     /* nodes fixed at run time: 0 .. 1024. Default: 0 */
   pal_model model;        /* default: PAL_MODEL_AUTO */
   uint32_t max_tools;     /* 0 .. 16. Default: 4 */
   uint32_t max_requested; /* nodes that pal_session_request_nodes may name: 0 .. num_nodes. Default: 0 */
   pal_pose organ;         /* organ frame in the world. Default: the two are the same */
-  double
-      blend_seconds; /* time over which a jump of a tool's force fades out: s. 0: it jumps. Default: 0.01 */
+  double blend_seconds; /* a jump of a tool's force fades out over this time: s. 0: it jumps. Default: 0.01 */
   double stale_seconds; /* age of input from which a tool's force ramps to zero: s. 0: never. Default: 0.05 */
   double ramp_seconds;  /* duration of that ramp, and of the ramp back: s. Default: 0.05 */
-  /* Limits of each tool's force and torque, and of their rates of change: N, N m, N/s, N m/s. INFINITY: no limit. 0: the
-   * default, for the force five times the largest that the pack's tissue has at max_displacement while linear, for its
-   * rate the same in 10 ms, for torques no limit. Beyond a limit, force and torque are scaled alike. */
+  /* Limits of each tool: N, N m, N/s, N m/s. Beyond a limit, force and torque are scaled alike. INFINITY: no limit.
+   * 0, the default, means for max_force: five times the largest force of any site at max_displacement, by the site's
+   * stiffness at rest. For max_force_rate: that force in 10 ms. For torques: no limit. */
   double max_force;
   double max_torque;
   double max_force_rate;
@@ -42,10 +40,9 @@ typedef struct pal_session_config {
   /* Time that one haptic frame spends on preparing a model for new contacts or fixed nodes: s. The contacts of before
    * answer meanwhile. 0: each frame prepares to the end, however long that takes. Default: 0 */
   double budget_seconds;
-  double
-      seconds_per_operation; /* time of one multiply-add; budget_seconds is divided by it. Default 0: measured at init */
-  pal_clock clock;     /* measures seconds_per_operation at init; else may be NULL. No frame reads it */
-  void* clock_user;    /* argument of `clock` */
+  double seconds_per_operation; /* time of one multiply-add: s. 0, the default: measured at init by `clock` */
+  pal_clock clock;              /* may be NULL where init measures nothing. No frame reads it */
+  void* clock_user;             /* argument of `clock` */
   uint32_t zone_rings; /* nonlinear_zone: rings of elements about a patch, 1 .. the pack's. Default 0: all */
   uint32_t zone_iterations; /* nonlinear_zone: Newton iterations of a frame, 1 .. 16. Default 0: 4 */
   /* 1: patches turn with the tools that hold them, up to a quarter turn, and tools feel the torque; nonlinear_zone alone
@@ -54,8 +51,8 @@ typedef struct pal_session_config {
   uint32_t reserved; /* 0 */
 } pal_session_config;
 
-/* Fills the defaults, limits of force as numbers. Set config->struct_size first. `pack` may be NULL: then one contact, and
- * limits 0. Real-time safe: yes. */
+/* Fills the defaults, and the limits as numbers. Set config->struct_size first. `pack` may be NULL: then one contact,
+ * and limits of 0. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_fill_config(const pal_pack* pack,
                                                          pal_session_config* config) PAL_NOEXCEPT;
 

@@ -13,10 +13,9 @@ typedef enum pal_status {
   PAL_STATUS_OK = 0,
   /* the call */
   PAL_STATUS_NULL_ARGUMENT = 10,
-  PAL_STATUS_BAD_STRUCT_SIZE =
-      11, /* struct_size is not set, or the struct sets a member unknown to the library */
-  PAL_STATUS_BAD_ARGUMENT = 12, /* an argument is outside its documented range */
-  PAL_STATUS_NOT_FINITE = 13,   /* an input is a NaN, an infinity or a position beyond 1e100 */
+  PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not set, or a member unknown to the library is not 0 */
+  PAL_STATUS_BAD_ARGUMENT = 12,    /* an argument is outside its documented range */
+  PAL_STATUS_NOT_FINITE = 13,      /* an input is a NaN, an infinity or a position beyond 1e100 */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
   PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model */
@@ -85,8 +84,8 @@ enum {
   /* nonlinear_zone has not converged at this displacement. pal_contact_result::displacement is where the contact has got
    * to; where contacts jam tissue between them, force and stiffness may have any value. */
   PAL_FLAG_UNCONVERGED = 1 << 14,
-  /* Tools: the model's force may have any value. The last good force is played and fades to zero over ramp_seconds, and
-   * the stiffness is 0. */
+  /* Tools: the model's force may have any value, as from a jam of tissue until it has converged again. The last good force
+   * is played and fades to zero over ramp_seconds; the stiffness is 0. */
   PAL_FLAG_HELD = 1 << 15
 };
 

@@ -69,9 +69,9 @@ void take_gain(ForceOutput& output) {
   output.gain = 1.0;
 }
 
-// The last force stands in for the model's, less where it drives the tool.
+// The last force that was played stands in for the model's, less of it where it drives the tool.
 void hold_last(ForceOutput& output) {
-  for (double& component : output.blended.v) component *= output.kept;
+  for (int i = 0; i < 6; ++i) output.blended.v[i] = output.kept * output.limited.v[i];
   output.difference = {};
   output.blend_left = 0;
 }

@@ -122,11 +122,12 @@ void reduce(double part, Wrench& wrench, pal_tool_result& result) {
   result.flags |= PAL_FLAG_REDUCED;
 }
 
-// Whether the models' force on a tool is good. It may have any value where flags say so, and where a zone of the tool's
-// contacts is jammed: no step of theirs leaves every element with det F > 0.
+// Whether the models' force on a tool is good. The force may have any value in two cases: a flag says so, or a zone of the
+// tool's contacts jams and has not converged since. A zone is jammed when no step keeps det F > 0 in all elements.
 bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, uint32_t flags) {
   if ((flags & (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE)) != 0) return false;
   if ((flags & PAL_FLAG_UNCONVERGED) == 0) return true;
+  if (states.tools[tool].output.held) return false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t c = 0; c < states.num_contacts && group.jammed > 0; ++c) {
