@@ -49,8 +49,7 @@ Totals totals_of(const BuildResult& result) {
   return totals;
 }
 
-// Returns the surveys of the models for one contact: polynomial_dd and affine_site where present, else the
-// last model.
+// Returns the surveys of the models for one contact: polynomial_dd and affine_site where present, else the last model.
 std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   std::vector<const SurveyTable*> best;
   for (const ModelSurvey& survey : result.content.surveys) {

@@ -1,5 +1,4 @@
-// Collects path.csv of *STATIC, RIKS: the load factor along the path against the displacements of a few
-// nodes.
+// Collects path.csv of *STATIC, RIKS: the load factor along the path against the displacements of a few nodes.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,22 +1,20 @@
 // Follows equilibria under proportional loads through limit points, by arc length.
 //
-// Unknowns: displacement u and load factor l of the loads P0 + l (P - P0). P0 are the loads of the state
-// before the step, P those loads at its end. With q = P - P0, the tangent K v = q, v = du/dl, and v0 = v at
-// the start:
+// Unknowns: displacement u and load factor l of the loads P0 + l (P - P0). P0 are the loads of the state before the
+// step, P those loads at its end. With q = P - P0, the tangent K v = q, v = du/dl, and v0 = v at the start:
 //   ds^2 = (dl^2 + |du|^2 / |v0|^2) / 2          arc length; s = l for a linear body
 //   t = (v, 1) / |(v, 1)|,   t . dx > 0          unit tangent, oriented by the last increment dx
-// At a limit point v is infinite and t is finite. An increment predicts ds along t, then corrects in the
-// plane normal to t (Riks 1979; Keller 1977, pseudo arc length):
+// At a limit point v is infinite and t is finite. An increment predicts ds along t, then corrects in the plane normal
+// to t (Riks 1979; Keller 1977, pseudo arc length):
 //   K du = r + dl q,   t . (du, dl) = 0   with   w = K^-1 r:   du = w + dl v,   dl = - t_u . w / (t . (v, 1))
-// This system is regular at a simple limit point. The plane gives one root; the sphere of Crisfield 1981
-// gives two.
+// This system is regular at a simple limit point. The plane gives one root; the sphere of Crisfield 1981 gives two.
 //
-// Near a limit point K is indefinite. The factor therefore has signs, and the correction uses no merit
-// function. An increment is halved where the correction fails or the tangent turns by more than 60 degrees.
-// Other increments change by sqrt(usual / taken iterations) (Ramm 1981).
+// Near a limit point K is indefinite. The factor therefore has signs, and the correction uses no merit function. An
+// increment is halved where the correction fails or the tangent turns by more than 60 degrees. Other increments change
+// by sqrt(usual / taken iterations) (Ramm 1981).
 //
-// Bergan's procedure is the alternative (current_stiffness.hpp). S = (v0 . K0 v0) / (v . K v) then sizes and
-// directs the load increment. The path ends where the sign of S opposes the last increment.
+// Bergan's procedure is the alternative (current_stiffness.hpp). S = (v0 . K0 v0) / (v . K v) then sizes and directs
+// the load increment. The path ends where the sign of S opposes the last increment.
 #pragma once
 
 #include <functional>

@@ -14,8 +14,7 @@
 namespace palpate {
 namespace {
 
-// Projects a tangent onto the positive semi-definite matrices (Frobenius norm). Returns whether the tangent
-// changed.
+// Projects a tangent onto the positive semi-definite matrices (Frobenius norm). Returns whether the tangent changed.
 bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(tangent);
   if (eigen.eigenvalues()(0) >= 0.0) return false;

@@ -1,6 +1,5 @@
-// Assembles internal force P(u), stored energy and tangent stiffness K(u) = dP/du of an organ of tetrahedra
-// with four or ten nodes. The sparsity pattern is fixed once. Elements of a volume patch share a pressure
-// (shared_volumes.hpp).
+// Assembles internal force P(u), stored energy and tangent stiffness K(u) = dP/du of an organ of tetrahedra with four
+// or ten nodes. The sparsity pattern is fixed once. Elements of a volume patch share a pressure (shared_volumes.hpp).
 //
 // Source: Zhong et al. 2005 eqs. (4), (6), (10), total Lagrangian. With the shape gradients g_a at an
 // integration point of volume V:
@@ -35,9 +34,8 @@ struct ElementState {
 
 class Assembly {
  public:
-  // `eliminated` (num_dofs entries): dofs that every solve holds at zero; they get no equation. Dofs of nodes
-  // without elements are eliminated too. Keeps a reference to `model`. The result does not depend on
-  // `threads` to the bit.
+  // `eliminated` (num_dofs entries): dofs that every solve holds at zero; they get no equation. Dofs of nodes without
+  // elements are eliminated too. Keeps a reference to `model`. The result does not depend on `threads` to the bit.
   Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
@@ -52,9 +50,8 @@ class Assembly {
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr) const;
 
-  // Lower triangle of K(u) over the equations: compressed columns, rows ascending, one pattern for all calls.
-  // With `project` each negative eigenvalue of dP/dF is set to zero. Newton's direction then remains a
-  // descent direction.
+  // Lower triangle of K(u) over the equations: compressed columns, rows ascending, one pattern for all calls. With
+  // `project` each negative eigenvalue of dP/dF is set to zero. Newton's direction then remains a descent direction.
   using SparseLower = palpate::SparseLower;
   void tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const;
 

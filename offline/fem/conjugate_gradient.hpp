@@ -1,8 +1,7 @@
 // Preconditioned conjugate gradients for K x = b: the linear solver of Zhong et al. 2005 section 2.3. On
 // organ meshes it is slower than a Cholesky factor and needs less memory.
 //
-// Source: Hestenes and Stiefel 1952. Preconditioner: incomplete Cholesky factor (Lin and More 1999, in
-// Eigen).
+// Source: Hestenes and Stiefel 1952. Preconditioner: incomplete Cholesky factor (Lin and More 1999, in Eigen).
 #pragma once
 
 #include <Eigen/Core>

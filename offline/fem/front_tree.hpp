@@ -1,5 +1,4 @@
-// The structure of a multifrontal Cholesky factor: the columns of each elimination and the target of each
-// update.
+// The structure of a multifrontal Cholesky factor: the columns of each elimination and the target of each update.
 //
 // Columns of L with the same pattern form a supernode. A supernode and the rows below it form a *front*, a
 // dense lower triangle:

@@ -1,5 +1,4 @@
-// Generalised minimal residuals (GMRES) for A x = b: A square, possibly unsymmetric, preconditioned from the
-// right.
+// Generalised minimal residuals (GMRES) for A x = b: A square, possibly unsymmetric, preconditioned from the right.
 //
 // Source: Saad and Schultz 1986. No restarts: each iteration stores two vectors.
 #pragma once

@@ -151,8 +151,7 @@ Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tr
   panels_ = std::make_unique_for_overwrite<Real[]>(tree.panel_entries());
 }
 
-// Splits the costliest branch into its children, repeatedly. Keeps the division with the least estimated
-// time.
+// Splits the costliest branch into its children, repeatedly. Keeps the division with the least estimated time.
 template <typename Real>
 void Multifrontal<Real>::divide() {
   const FrontTree& tree = *tree_;

@@ -4,8 +4,7 @@
 //   sets the job, opens it  -->  open | how many inside  -->  enter while it is open, run the job, leave
 //   runs the job, closes it, waits until nobody is inside
 //
-// A thread that arrives after the gate has closed waits again: a finished loop does not wait for late
-// threads.
+// A thread that arrives after the gate has closed waits again: a finished loop does not wait for late threads.
 #include "offline/fem/parallel_for.hpp"
 
 #include <chrono>

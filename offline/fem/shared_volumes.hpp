@@ -1,20 +1,17 @@
 // Volume changes that several elements, or the points of one element, share (mean dilatation).
 //
-// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto,
-// Andrade Pires and Owen 2005 for patches of tetrahedra, without an energy. Here an energy defines the
-// method. With W = W' + U(theta) of volume_split.hpp, a patch p of integration points q with volumes V_q
-// stores
+// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto, Andrade Pires
+// and Owen 2005 for patches of tetrahedra, without an energy. Here an energy defines the method. With W = W' + U(theta)
+// of volume_split.hpp, a patch p of integration points q with volumes V_q stores
 //
 //   sum_q V_q W'(F_q) + V_p U(theta_p),   V_p = sum_q V_q,   theta_p = sum_q V_q theta(F_q) / V_p.
 //
-// The pressure U'(theta_p) is constant in the patch. With G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q .
-// g_a:
+// The pressure U'(theta_p) is constant in the patch. With G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q . g_a:
 //
 //   P_q = dW'/dF + U' dtheta/dF,   K = sum_q V_q g_a . (d2W' + U' d2theta) . g_b + U''/V_p G G^T
 //
-// K is symmetric, couples the patch's nodes only, and is positive definite where both terms are. The elements
-// compute V_q theta, its gradient and the terms inside the sums; this class computes the pressures and the
-// dyad G G^T.
+// K is symmetric, couples the patch's nodes only, and is positive definite where both terms are. The elements compute
+// V_q theta, its gradient and the terms inside the sums; this class computes the pressures and the dyad G G^T.
 #pragma once
 
 #include <Eigen/Core>

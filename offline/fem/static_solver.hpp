@@ -1,23 +1,21 @@
 // Static equilibrium of a nonlinear organ: Newton-Raphson with load increments and backtracking.
 //
-// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs. The path from rest
-// selects the equilibrium, so loads and held displacements ramp.
+// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs. The path from rest selects the
+// equilibrium, so loads and held displacements ramp.
 //
-// One iteration solves K(u) du = f_ext(u) - P(u), then backtracks u + s du, s = 1, 1/2, ... A trial is
-// accepted where:
+// One iteration solves K(u) du = f_ext(u) - P(u), then backtracks u + s du, s = 1, 1/2, ... A trial is accepted where:
 //   1. det F > 0 in every element (except at small strain), and
 //   2. the total potential energy falls enough, or the residual does.
-// Condition 1 keeps the path away from inverted states, where eq. (1) still gives finite stress. Condition 2
-// needs both: the residual must rise while a slender body turns, and rounding hides the energy near the
-// solution.
+// Condition 1 keeps the path away from inverted states, where eq. (1) still gives finite stress. Condition 2 needs
+// both: the residual must rise while a slender body turns, and rounding hides the energy near the solution.
 //
 // Follower pressures have no potential; their work during the trial step enters the energy. Their tangent is
-// unsymmetric at a free rim of the loaded patch. The factor then takes its symmetric part, or the body's
-// projected tangent where that part is indefinite; GMRES corrects the difference. Where K is not positive
-// definite, projected element tangents give a descent direction.
+// unsymmetric at a free rim of the loaded patch. The factor then takes its symmetric part, or the body's projected
+// tangent where that part is indefinite; GMRES corrects the difference. Where K is not positive definite, projected
+// element tangents give a descent direction.
 //
-// A straight step stretches a slender or stiff body that turns: energy and residual both rise. An increment
-// therefore takes a few whole steps of a true tangent without a merit test.
+// A straight step stretches a slender or stiff body that turns: energy and residual both rise. An increment therefore
+// takes a few whole steps of a true tangent without a merit test.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,8 +36,7 @@ struct SolverSettings {
   // (2-norms). The force scale is the larger of the current state's and the ramp start's, since a released
   // organ has no force of its own. 1e-10 leaves about 10 digits in the reactions.
   double residual_tolerance = 1e-10;
-  // Iterations with their own factor, before the increment restarts in double precision, and again before it
-  // is cut.
+  // Iterations with their own factor, before the increment restarts in double precision, and again before it is cut.
   int max_iterations = 30;
   // converged increments, as INC of *STEP; smallest_increment bounds the cuts
   int max_increments = 100;
@@ -188,8 +185,7 @@ class StaticSolver {
   // projected tangent where K is not positive definite.
   bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
                         bool& projected, SolveReport& report);
-  // Gathers the rows of the equations from full-length columns, 0 where held; and scatters back, 0 without
-  // equation.
+  // Gathers the rows of the equations from full-length columns, 0 where held; and scatters back, 0 without equation.
   Eigen::MatrixXd free_equations(const Eigen::MatrixXd& columns) const;
   void set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const;
   // Assembles K at a state into stiffness_, pressures included.

@@ -21,8 +21,7 @@ using FacePressures = std::map<FaceId, double>;  // force unit / length unit^2, 
 void add_pressure_force(const Model& model, const FacePressures& pressures,
                         const Eigen::VectorXd& displacement, Eigen::VectorXd& force);
 
-// Subtracts the symmetric part of the pressures' tangent from `stiffness`, which has the pattern of
-// `assembly`.
+// Subtracts the symmetric part of the pressures' tangent from `stiffness`, which has the pattern of `assembly`.
 void subtract_pressure_tangent(const Assembly& assembly, const FacePressures& pressures,
                                const Eigen::VectorXd& displacement, Assembly::SparseLower& stiffness);
 

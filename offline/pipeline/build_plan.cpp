@@ -17,8 +17,7 @@
 namespace palpate {
 namespace {
 
-// Limit of a dense compliance: the runtime opens it fast and answers exactly. Bytes grow with the square of
-// the nodes.
+// Limit of a dense compliance: the runtime opens it fast and answers exactly. Bytes grow with the square of the nodes.
 constexpr double kMostDenseBytes = 256e6;
 
 double dense_bytes(const ContactSites& sites) {
@@ -101,8 +100,7 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   }
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = rings_for(scene.accuracy_target); rings > 0; --rings) {
-    // Priority under the budget: rings, then interaction terms of near contacts, then degrees of the
-    // exterior.
+    // Priority under the budget: rings, then interaction terms of near contacts, then degrees of the exterior.
     for (const bool between : {true, false}) {
       ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
       const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
@@ -150,8 +148,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.least_survey = plan.fewest ? kFewestSurveySolves / 4 : 0;
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
-    // Without fits the survey would dominate the build. One push in each bin at sites all over the organ
-    // suffices.
+    // Without fits the survey would dominate the build. One push in each bin at sites all over the organ suffices.
     num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
     plan.survey_samples = 4;
   }
@@ -180,8 +177,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
                                    const std::vector<InputFile>& inputs) {
   // Another build of this program may differ in the last digit or by a corrected fault.
   const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
-  // Builds with few sampled sites order their pushes differently. Each solve starts from the nearest solved
-  // push.
+  // Builds with few sampled sites order their pushes differently. Each solve starts from the nearest solved push.
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);
@@ -197,8 +193,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan) {
   const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
-  // Displacement and three derivatives of all dofs, six second derivatives of packed rows; the survey's
-  // displacement.
+  // Displacement and three derivatives of all dofs, six second derivatives of packed rows; the survey's displacement.
   const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
   return sizeof(float) *
          (static_cast<double>(num_worked(plan, sites)) *

@@ -15,8 +15,7 @@
 
 namespace palpate {
 
-// Whether the pack compresses the compliance: on the scene's request, or because the dense matrix is too
-// large.
+// Whether the pack compresses the compliance: on the scene's request, or because the dense matrix is too large.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
 // Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its own columns.
@@ -29,21 +28,18 @@ bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 // Throws std::runtime_error where the scene requires zones but linear_dd is not dense.
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
-// Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains
-// to fit.
+// Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains to fit.
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs);
 
 // Lists the sites that are sampled or surveyed.
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites);
 
-// Draws the sets of several contacts for the survey. All of them are held-out data: no model fits contact
-// sets.
+// Draws the sets of several contacts for the survey. All of them are held-out data: no model fits contact sets.
 std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                       const SamplingPlan& plan);
 
-// Hashes all inputs that change a digit of sample_sites() at a site, this program included. The site's label
-// is not part of the key: the label names the site's file. Targets, degrees and precisions do not change a
-// solve.
+// Hashes all inputs that change a digit of sample_sites() at a site, this program included. The site's label is not
+// part of the key: the label names the site's file. Targets, degrees and precisions do not change a solve.
 std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
                                    const std::vector<InputFile>& inputs);
 

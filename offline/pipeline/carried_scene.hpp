@@ -1,5 +1,4 @@
-// Restores the scene of a pack from the files that the pack carries, so that a command can solve the same
-// organ again.
+// Restores the scene of a pack from the files that the pack carries, so that a command can solve the same organ again.
 #pragma once
 
 #include "offline/fem/assembly.hpp"

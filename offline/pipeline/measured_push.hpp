@@ -40,8 +40,7 @@ std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples);
 // Returns the largest force of any contact.
 double largest_force(const std::vector<ContactTruth>& truths);
 
-// Compares a response with one solved truth. `floor`: the least |f_FE| in the denominator. `worst`: see
-// below.
+// Compares a response with one solved truth. `floor`: the least |f_FE| in the denominator. `worst`: see below.
 MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer, double floor,
                           std::vector<double>* worst = nullptr);
 
@@ -50,9 +49,8 @@ MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer,
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst = nullptr);
 
-// Runs the comparison on `jobs` threads. Each site has its own method, so that no digit depends on the
-// threads. Any thread may call `make_method`; two methods never share a session. `progress` gets finished
-// sites and their number.
+// Runs the comparison on `jobs` threads. Each site has its own method, so that no digit depends on the threads. Any
+// thread may call `make_method`; two methods never share a session. `progress` gets finished sites and their number.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
                                          const std::function<Method()>& make_method, int jobs,
                                          const std::function<void(int, int)>& progress = {},
@@ -66,8 +64,7 @@ Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> site
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                       std::uint32_t zone_rings = 0);
 
-// Asks the runtime after `frames` frames straight from rest. The response is the last frame's, converged or
-// not.
+// Asks the runtime after `frames` frames straight from rest. The response is the last frame's, converged or not.
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
 
 }  // namespace palpate

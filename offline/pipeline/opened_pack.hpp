@@ -55,8 +55,7 @@ class ModelUnitSession {
   void set_gravity(const Eigen::Vector3d& acceleration);
   // Lengths in length units. The session must have zones.
   void set_inclusion(pal_inclusion inclusion);
-  // Sets the rotation of each contact's patch for `settle`: rotation vectors, radians. The session must turn
-  // patches.
+  // Sets the rotation of each contact's patch for `settle`: rotation vectors, radians. The session must turn patches.
   void turn(std::vector<Eigen::Vector3d> rotations) { rotations_ = std::move(rotations); }
   // Torque and force of the last frame's contact: force unit x length unit, force unit.
   pal_contact_torque torque(std::uint32_t contact) const;

@@ -98,8 +98,7 @@ AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest
   return write_pack(content);
 }
 
-// Shares the sites or the contact sets of a build among processes. Each process stores its solves for the
-// first rank.
+// Shares the sites or the contact sets of a build among processes. Each process stores its solves for the first rank.
 SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
   SolveCounts counts;
   {

@@ -1,5 +1,4 @@
-// Turns a scene into a pack: solves, fits, zones, survey by the real runtime, bytes. Each stage shows its
-// progress.
+// Turns a scene into a pack: solves, fits, zones, survey by the real runtime, bytes. Each stage shows its progress.
 #pragma once
 
 #include <memory>

@@ -1,12 +1,11 @@
-// Distributes the sites of a build over the processes of an mpirun. Without mpirun or MPI one process serves
-// its threads.
+// Distributes the sites of a build over the processes of an mpirun. Without mpirun or MPI one process serves its
+// threads.
 //
 //   rank 0     threads ---- next() ----+
 //              serve() <--- which? ----+---- ranks 1 .. : threads, next()
 //
-// Ranks exchange site numbers only. Each rank keeps its solves in the shared folder of samples, and rank 0
-// reads them from there at the end. Rank 0 solves a missing site itself, so that the pack does not depend on
-// the ranks.
+// Ranks exchange site numbers only. Each rank keeps its solves in the shared folder of samples, and rank 0 reads them
+// from there at the end. Rank 0 solves a missing site itself, so that the pack does not depend on the ranks.
 #pragma once
 
 #include <atomic>

@@ -27,15 +27,13 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
 struct RuntimeSetSurvey {
   SetSurvey table;
   std::vector<SetAnswer> answers;  // one for each set
-  // nonlinear_zone alone estimates errors: counts of unflagged responses, and of responses within the
-  // estimate.
+  // nonlinear_zone alone estimates errors: counts of unflagged responses, and of responses within the estimate.
   int estimated = 0;
   int displacement_covered = 0;
   int force_covered = 0;
 };
 
-// Surveys linear_dd or nonlinear_zone; each set has its own session. Errors and threads as in
-// survey_runtime().
+// Surveys linear_dd or nonlinear_zone; each set has its own session. Errors and threads as in survey_runtime().
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
                                      int jobs);
 

@@ -17,8 +17,7 @@ double ratio(const ErrorFigures& found, const ErrorFigures& claim) {
   return std::max(found.p95, kRounding) / std::max(claim.p95, kRounding);
 }
 
-// Whether 95 % of all errors may lie within kMostRatio times the claim. The p95 of few pushes is mostly
-// chance.
+// Whether 95 % of all errors may lie within kMostRatio times the claim. The p95 of few pushes is mostly chance.
 bool keeps(const std::vector<SampleErrors>& errors, double SampleErrors::*error, const ErrorFigures& claim) {
   const double most = kMostRatio * std::max(claim.p95, kRounding);
   const auto within = std::count_if(errors.begin(), errors.end(),
