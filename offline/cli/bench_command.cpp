@@ -1,4 +1,4 @@
-// palpate bench: what a frame of this pack costs on this machine.
+// palpate bench: measures the time of a pack's frames on this machine.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// palpate build: the main job. Scene and model in, a pack with its measured errors out.
+// palpate build: turns a scene and its model into a pack with measured errors.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -30,7 +30,8 @@ struct BuildArguments {
   bool json = false;
 };
 
-// Empty where nothing is to be kept: beside a device or a pipe there is no place for it.
+// Returns the folder for solved samples; empty where none are kept. A device or a pipe has no place beside it
+// for a folder.
 std::filesystem::path sample_folder(const BuildArguments& arguments) {
   if (!arguments.samples.empty()) {
     if (arguments.samples.lexically_normal() == arguments.pack.lexically_normal())
@@ -56,7 +57,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
   if (ranks.is_first()) check_can_finish(arguments.pack);
-  // What was just read, not what an editor may save meanwhile.
+  // Hash the inputs now: an editor may change them during the build.
   std::vector<InputFile> input_files = read_inputs(inputs);
   if (ranks.is_first()) {
     for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
@@ -91,7 +92,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const std::unique_ptr<PackBuild> build = build_pack(
       {assembly, scene, sites, rest, plan, store ? &*store : nullptr}, std::move(input_files), &ranks);
   if (build == nullptr) return 0;
-  const OpenedPack opened(*build->bytes);  // what the runtime refuses is not written
+  const OpenedPack opened(*build->bytes);  // the runtime must accept the pack before it is written
   write_finished_bytes(arguments.pack, build->bytes->bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;

@@ -18,14 +18,14 @@ namespace {
 
 struct Totals {
   double min_jacobian = 1;
-  int unsolved = 0;                      // of the survey's pushes
-  int surveyed = 0;                      // pushes
+  int unsolved = 0;                      // pushes of the survey without a full solution
+  int surveyed = 0;                      // pushes of the survey
   int shortened = 0;                     // sites with a smaller domain
-  std::array<int, 6> shortened_by = {};  // PushOutcome
-  int off_target = 0;                    // sites whose fit does not keep it on samples it was not given
+  std::array<int, 6> shortened_by = {};  // by PushOutcome
+  int off_target = 0;                    // sites whose fit misses the target on held-out samples
   double worst_held_out = 0;
   double worst_held_out_force = 0;
-  size_t worst_site = 0;  // of either
+  size_t worst_site = 0;  // the site with the smallest domain or the worst fit
 };
 
 Totals totals_of(const BuildResult& result) {
@@ -49,7 +49,7 @@ Totals totals_of(const BuildResult& result) {
   return totals;
 }
 
-// Of the models that answer one contact: polynomial_dd and affine_site share the sites, else it is the last one.
+// Returns the surveys of the models for one contact: polynomial_dd and affine_site where present, else the last model.
 std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   std::vector<const SurveyTable*> best;
   for (const ModelSurvey& survey : result.content.surveys) {
@@ -60,7 +60,7 @@ std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   return best;
 }
 
-// In each bin by one of them: of few sites a model alone may have none.
+// Whether each bin has measured errors of at least one model. Few sites may leave a model's bin empty.
 bool is_measured(const BuildResult& result) {
   const auto surveys = best_surveys(result);
   for (size_t bin = 0; bin < surveys.front()->bins.size(); ++bin) {
@@ -71,7 +71,7 @@ bool is_measured(const BuildResult& result) {
   return true;
 }
 
-// The one that is furthest off.
+// Returns the survey whose overall error is largest.
 const SurveyBin& worst_overall(const BuildResult& result) {
   const auto surveys = best_surveys(result);
   return (*std::max_element(surveys.begin(), surveys.end(),
@@ -92,8 +92,8 @@ const SetSurvey* sets_of(const BuildResult& result, SurveyedModel model) {
   return nullptr;
 }
 
-// Kinds of sets of which nonlinear_zone misses the target and linear_dd is clearly nearer to the full solves, with the p95 of
-// both: "2 near (300 %, linear_dd 20 %)".
+// Lists the kinds of contact sets where nonlinear_zone misses the target and linear_dd has a clearly smaller
+// error. Both p95 follow: "2 near (300 %, linear_dd 20 %)".
 std::string sets_better_linear(const BuildResult& result) {
   constexpr double kClearly = 1.2;
   const SetSurvey* linear = sets_of(result, SurveyedModel::linear_dd);
@@ -113,7 +113,7 @@ std::string sets_better_linear(const BuildResult& result) {
   return kinds;
 }
 
-// Kinds of sets of which nonlinear_zone misses the target, with the p95: "2 near (2.3 %), 3 apart (1.2 %)".
+// Lists the kinds of contact sets where nonlinear_zone misses the target: "2 near (2.3 %), 3 apart (1.2 %)".
 std::string sets_off_target(const BuildResult& result) {
   const SetSurvey* zone = sets_of(result, SurveyedModel::nonlinear_zone);
   std::string kinds;

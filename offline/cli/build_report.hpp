@@ -1,4 +1,4 @@
-// What a build made: printed, as JSON, and what its user should know before using it.
+// Prints a finished build, as text and as JSON, and the warnings that its user needs.
 #pragma once
 
 #include <filesystem>
@@ -11,26 +11,26 @@
 namespace palpate {
 
 struct BuildResult {
-  const PackContent& content;  // with its surveys
+  const PackContent& content;  // includes its surveys
   const std::vector<SiteResult>& sites;
   const SamplingPlan& plan;
   const OpenedPack& opened;
   std::filesystem::path pack;
-  std::filesystem::path samples;  // empty: none were kept
-  SolveCounts counts;             // of all processes
+  std::filesystem::path samples;  // empty: no samples were kept
+  SolveCounts counts;             // sum over all processes
   int processes = 1;
   double seconds = 0;
-  double sampling_seconds = 0;  // of them, of the sites' solves and fits
+  double sampling_seconds = 0;  // part of the total: solves and fits of the sites
   SceneTiming scene_frame;
-  double new_places_us =
-      0;  // of several contacts, all at new places between sites; 0 where that is no question
+  // median time of several contacts at new places between sites; 0: not applicable
+  double new_places_us = 0;
 
   double frame_us() const { return scene_frame.frame.at(0.5) / 1000; }  // median
 };
 
 void print_json(const BuildResult& result);
 void print_text(const BuildResult& result);
-// To standard error, each with a remedy.
+// Prints the warnings to standard error, each with a remedy.
 void print_warnings(const BuildResult& result);
 
 }  // namespace palpate

@@ -1,6 +1,9 @@
-// The commands of the program. Each adds itself to the command line and, when chosen, runs and leaves its
-// exit code: 0 done, 1 the input cannot be used, 2 the computation did not converge. Errors are exceptions;
-// main prints their line.
+// The commands of the program. Each command adds itself to the command line. The chosen command runs and
+// leaves its exit code:
+//   0  done
+//   1  the input cannot be used
+//   2  the computation did not converge
+// Errors are exceptions; main() prints their line.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Reads numbers off the front of an argument; each call says whether there was what it asked for.
+// Reads numbers from the front of an argument. Each call returns whether the text matched.
 class ArgumentReader {
  public:
   explicit ArgumentReader(const std::string& text) : place_(text.data()), end_(text.data() + text.size()) {}
@@ -41,13 +41,13 @@ class ArgumentReader {
   const char* end_;
 };
 
-// "1,2.5,-3".
+// Reads "1,2.5,-3".
 bool take_point(ArgumentReader& reader, Eigen::Vector3d& point) {
   return reader.take(point[0]) && reader.take(',') && reader.take(point[1]) && reader.take(',') &&
          reader.take(point[2]);
 }
 
-// "0,0,-9810".
+// Parses "0,0,-9810".
 Eigen::Vector3d parse_gravity(const std::string& text) {
   Eigen::Vector3d acceleration;
   ArgumentReader reader(text);
@@ -56,7 +56,7 @@ Eigen::Vector3d parse_gravity(const std::string& text) {
   return acceleration;
 }
 
-// "10,0,4,5,3": the centre, the radius, how many times as stiff; model units.
+// Parses "10,0,4,5,3": centre, radius, stiffness factor; model units.
 pal_inclusion parse_inclusion(const std::string& text) {
   pal_inclusion inclusion = {};
   Eigen::Vector3d centre;
@@ -72,7 +72,7 @@ pal_inclusion parse_inclusion(const std::string& text) {
   return inclusion;
 }
 
-// "0,0,20", degrees: the rotation vector in radians.
+// Parses "0,0,20" in degrees; returns the rotation vector in radians.
 Eigen::Vector3d parse_turn(const std::string& text) {
   Eigen::Vector3d degrees;
   ArgumentReader reader(text);
@@ -88,7 +88,7 @@ Eigen::Vector3d parse_turn(const std::string& text) {
   return degrees * (std::numbers::pi / 180);
 }
 
-// "0,0,-5": moved by (0, 0, -5); "0,0,f-300": along z the force on it is -300 instead.
+// Reads "0,0,-5", a displacement; or "0,0,f-300", which prescribes the force along z.
 bool take_push(ArgumentReader& reader, pal_contact& contact) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (axis > 0 && !reader.take(',')) return false;
@@ -105,7 +105,7 @@ Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site) {
   return Eigen::Vector3d(opened.pack().geometry().rest_positions + size_t{3} * node);
 }
 
-// "7=0,0,-5".
+// Parses "7=0,0,-5".
 void add_site_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
   int label = 0;
   pal_contact contact = {};
@@ -127,7 +127,7 @@ void add_site_contact(const OpenedPack& opened, const std::string& text, Contact
   answer.contacts.push_back(contact);
 }
 
-// "10,20,30=0,0,-5".
+// Parses "10,20,30=0,0,-5".
 void add_point_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
   Eigen::Vector3d asked;
   pal_contact push = {};
@@ -228,7 +228,7 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
 
 namespace {
 
-// The contact nodes of a site's patch.
+// Returns the contact nodes of a site's patch.
 std::span<const std::uint32_t> patch_of(const OpenedPack& opened, std::uint32_t site) {
   const pack::ContactSites& sites = *opened.tables().sites();
   const auto starts = opened.segment(*sites.patch_starts());
@@ -252,7 +252,7 @@ void mark_fixed(const OpenedPack& opened, const std::vector<std::uint32_t>& fixe
 
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
-  // The runtime's own bound: pal_session_config::max_contacts.
+  // The runtime has the same bound: pal_session_config::max_contacts.
   if (arguments.contacts.size() + arguments.points.size() > pack::kMostContacts) {
     throw std::runtime_error(fmt::format("{} contacts are given; the runtime holds at most {}",
                                          arguments.contacts.size() + arguments.points.size(),
@@ -309,7 +309,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     throw std::runtime_error(
         "--model zone answers up to 8 contacts and 32 --fix, and no --gravity; use auto or linear");
   }
-  // What only zones can do needs them.
+  // Only nonlinear_zone implements these options.
   const auto require_zones = [&](const char* option) {
     if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && is_for_zones) return;
     throw std::runtime_error(
@@ -351,7 +351,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         answer.contacts[c].displacement[axis] = answer.results[c].displacement[axis];
     }
   }
-  // Where a zone cannot be, the linear model stands in, which turns nothing and says so.
+  // Outside of zones linear_dd is the fallback. linear_dd turns no patch and raises a flag.
   const bool is_by_zones =
       std::all_of(answer.results.begin(), answer.results.end(),
                   [](const pal_contact_result& result) { return result.model == PAL_MODEL_ZONE; });

@@ -1,5 +1,6 @@
-// Contacts as `eval` and `picture` take them: --contact NODE=dx,dy,dz, NODE a label of the model file, and --at
-// x,y,z=dx,dy,dz, anywhere on the surface.
+// Parses the contacts of `eval` and `picture` and asks the runtime for their response:
+//   --contact NODE=dx,dy,dz   NODE is a label of the model file
+//   --at x,y,z=dx,dy,dz       a point near the surface
 #pragma once
 
 #include <palpate/palpate.h>
@@ -21,33 +22,33 @@ struct ContactArguments {
   std::string inclusion;
   std::vector<std::string> turns;
   std::string model = "auto";
-  unsigned zone_rings = 0;  // 0: all that the pack carries
+  unsigned zone_rings = 0;  // 0: all rings of the pack
 };
 
 // Adds --contact, --at, --turn, --fix, --gravity, --inclusion, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
-// Where a contact is.
+// The place of a contact.
 struct TouchedPlace {
   std::string name;  // the label of a site, or "x,y,z"
   bool is_site = true;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // at rest, length unit
-  double distance = 0;                                 // of the place that was asked for, length unit
-  std::vector<std::pair<int, double>> corners;         // labels of the sites that answer, and their weights
-  bool holds_fixed_node = false;                       // of its patch --fix holds some
-  int label() const;                                   // of the one that weighs most
+  double distance = 0;                                 // from the requested point to the surface, length unit
+  std::vector<std::pair<int, double>> corners;  // labels of the sites of the response, with their weights
+  bool holds_fixed_node = false;                // --fix holds a node of the patch
+  int label() const;                            // label of the corner with the largest weight
 };
 
-// The answer of the runtime to them, from rest, in model units.
+// The runtime's response to the contacts, from rest, in model units.
 struct ContactAnswer {
-  std::vector<TouchedPlace> places;   // of each contact
-  std::vector<pal_contact> contacts;  // model units; with the displacements that given forces have made
+  std::vector<TouchedPlace> places;   // one for each contact
+  std::vector<pal_contact> contacts;  // model units; given forces are resolved to displacements
   std::vector<pal_contact_result> results;
-  std::vector<pal_contact_torque> torques;  // of each contact, where some are turned
+  std::vector<pal_contact_torque> torques;  // one for each contact; empty where no patch turns
   Eigen::VectorXd field;                    // 3 packed nodes
 };
 
-// Throws std::runtime_error naming the option and the remedy when it does not fit the pack.
+// Throws std::runtime_error with the option and the remedy where an argument does not fit the pack.
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// palpate eval: one answer of the real runtime, and how it compares with a full solve of the same push.
+// palpate eval: one response of the real runtime, compared with a full solve of the same push on request.
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -27,14 +27,14 @@ struct EvalArguments {
   bool json = false;
 };
 
-// What a full solve says of the same push.
+// The full solution of the same push.
 struct Reference {
   std::vector<Eigen::Vector3d> forces;  // of each contact, summed over its patch
   double largest_displacement = 0;
-  double displacement_error = 0;  // of the runtime, as in the survey
+  double displacement_error = 0;  // error of the runtime, defined as in the survey
 };
 
-// Packed nodes.
+// Calls `use` for each packed node.
 template <typename Use>
 void for_each_patch_node(const OpenedPack& opened, std::uint32_t site, const Use& use) {
   const pack::ContactSites& sites = *opened.tables().sites();
@@ -62,7 +62,8 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
     }
   }
   const pal_geometry geometry = opened.pack().geometry();
-  std::unordered_map<std::uint32_t, int> holders;  // contacts whose patches have a packed node
+  // per packed node: the number of contacts whose patches contain the node
+  std::unordered_map<std::uint32_t, int> holders;
   for (const auto& contact : answer.contacts)
     for_each_patch_node(opened, contact.site, [&](std::uint32_t packed) { ++holders[packed]; });
   Reference reference;
@@ -87,7 +88,7 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
         throw std::runtime_error(
             fmt::format("{}: node {} has no force; give a stepN.csv of `solve`", file.string(), row.label));
       }
-      force += *row.force / holders[packed];  // each of those that hold it bears its part
+      force += *row.force / holders[packed];  // contacts share the force of a common node
     });
     reference.forces.push_back(force);
   }
@@ -101,7 +102,7 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
   return reference;
 }
 
-// Of the patches that answer, weighed as they are.
+// Weights the pressures of the corner patches by the weights of their sites.
 std::optional<double> mean_pressure(const OpenedPack& opened, const TouchedPlace& place,
                                     const double force[3]) {
   double sum = 0;
@@ -123,7 +124,7 @@ void add_point(const TouchedPlace& place, nlohmann::json& contact) {
     contact["corners"].push_back({{"node", label}, {"weight", weight}});
 }
 
-// In mean surface edges: a place so far from the surface may have been meant otherwise.
+// In mean surface edges. A point farther from the surface gets a flag: the user may have meant another place.
 constexpr double kFarFromSurface = 0.1;
 
 bool is_far_from_surface(const OpenedPack& opened, const TouchedPlace& place) {
@@ -131,7 +132,7 @@ bool is_far_from_surface(const OpenedPack& opened, const TouchedPlace& place) {
          kFarFromSurface * opened.info().mean_surface_edge / opened.info().metres_per_length_unit;
 }
 
-// The runtime's, and what is doubtful about the question.
+// Returns the runtime's flags and the doubts about the user's question.
 std::vector<std::string> flags_of(const OpenedPack& opened, const ContactAnswer& answer, size_t c) {
   std::vector<std::string> flags = flag_names(answer.results[c].flags);
   if (is_far_from_surface(opened, answer.places[c])) flags.emplace_back("off_surface");
@@ -253,7 +254,7 @@ int run_eval(const EvalArguments& arguments) {
   check_keeps_inputs(arguments.output, {arguments.pack, arguments.reference});
   const OpenedPack opened(arguments.pack);
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
-  // Everything that may refuse comes before anything is printed.
+  // All checks run before the first output.
   std::optional<Reference> reference;
   if (!arguments.reference.empty() && !arguments.contacts.turns.empty())
     throw std::runtime_error("--reference: of pushes without --turn only");

@@ -1,4 +1,4 @@
-// palpate info and palpate verify: what is in a pack, and whether a runtime would open it.
+// palpate info and palpate verify: show the content of a pack, and check that a runtime opens the pack.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -52,7 +52,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
          polynomial.field()->bytes();
 }
 
-// Zero in packs of builders that did not know it.
+// Zero in packs of older builders without this table.
 size_t surface_bytes(const pack::Pack& tables) {
   const pack::SurfaceBvh* surface = tables.surface_bvh();
   if (surface == nullptr) return 0;
@@ -67,7 +67,7 @@ std::span<const pack::PolynomialSite> polynomial_sites(const OpenedPack& opened)
                                : opened.segment<pack::PolynomialSite>(*polynomial->sites());
 }
 
-// In every direction.
+// Returns the reach of the sampled domain in its least direction.
 double sampled_to(const pack::PolynomialSite& site) {
   return least_reach(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit));
 }
@@ -77,7 +77,7 @@ const char* precision_name(pack::FieldPrecision precision) {
   return sizeof(pack::Real) == sizeof(float) ? "f32" : "f64";
 }
 
-// "3 to 5"; "4" where all are the same.
+// Formats a range: "3 to 5", or "4" where all values are equal.
 template <typename Member>
 std::string range_of(std::span<const pack::PolynomialSite> sites, Member member) {
   const auto [least, most] = std::minmax_element(
@@ -150,7 +150,7 @@ nlohmann::json sites_json(const OpenedPack& opened) {
   return list;
 }
 
-// The labels that --contact takes, as many as fit on a line.
+// Lists the labels for --contact, as many as fit on a line.
 std::string site_labels(const OpenedPack& opened) {
   constexpr size_t kShown = 12;
   const size_t count = opened.info().num_sites;
@@ -161,7 +161,7 @@ std::string site_labels(const OpenedPack& opened) {
   return text;
 }
 
-// Null where the organ rests as its mesh.
+// Null where the organ rests in the shape of its mesh.
 nlohmann::json gravity_json(const OpenedPack& opened) {
   const pack::Gravity* gravity = opened.tables().gravity();
   if (gravity == nullptr) return nullptr;
@@ -169,7 +169,7 @@ nlohmann::json gravity_json(const OpenedPack& opened) {
           {"may_turn", opened.info().gravity_may_turn != 0}};
 }
 
-// Sites whose zones have a ring more.
+// Counts the sites whose zones have an additional ring.
 int num_wider(const OpenedPack& opened, const pack::NonlinearZone& zone) {
   const std::span<const std::uint8_t> more = opened.segment<std::uint8_t>(*zone.more_rings());
   return static_cast<int>(

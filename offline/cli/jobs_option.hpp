@@ -1,4 +1,4 @@
-// --jobs, as every command with threads has it.
+// The option --jobs, the same for every command with threads.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Sets `jobs` to one for each core until the command line says otherwise. `note` ends the option's line of help.
+// Sets `jobs` to the number of cores unless the command line gives it. `note` ends the option's line of help.
 inline CLI::Option* add_jobs_option(CLI::App& command, int& jobs, const std::string& note = "") {
   jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return command.add_option("--jobs", jobs, "Threads; default: one for each core" + note)

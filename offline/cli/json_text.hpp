@@ -1,4 +1,4 @@
-// JSON as every command prints it.
+// Formats JSON for every command.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Indented; a byte of a file name that is not UTF-8 becomes U+FFFD, a number that is not finite null.
+// Indents by 2. A byte that is not UTF-8 becomes U+FFFD; a number that is not finite becomes null.
 inline std::string json_text(const nlohmann::json& json) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }

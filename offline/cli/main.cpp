@@ -1,4 +1,4 @@
-// palpate: from a model file to an organ that answers a touch.
+// palpate: turns a model file into an organ that responds to touch.
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
@@ -23,13 +23,13 @@ constexpr const char* kDescription =
     "  palpate eval   organ.pack --contact 7=0,0,-5\n\n"
     "`palpate COMMAND --help` explains each command.";
 
-// A command line that cannot be run, in one line with the place where its help is.
+// Formats an invalid command line as one line that points to the help.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
   const std::string name = chosen.empty() ? "palpate" : "palpate " + command.get_name();
   std::string reason = error.what();
-  // A word that nothing takes tells more than what it leaves missing.
+  // An unknown word explains the mistake better than a missing option.
   if (const std::vector<std::string> words = app.remaining(true); !words.empty()) {
     const std::string& word = words.front();
     std::vector<std::string> known;
@@ -48,7 +48,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   return name + ": " + reason + "; see '" + name + " --help'";
 }
 
-// Whether all that was printed arrived: a full disk shows only when the buffer is emptied.
+// Whether all printed text was written. A full disk shows only when the buffer is flushed.
 bool output_arrived() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
   std::fprintf(stderr, "standard output: cannot be written (%s)\n", std::strerror(errno));
@@ -74,7 +74,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "%s\npalpate: name a command\n", app.help().c_str());
     return 1;
   }
-  // As of a variable of the shell that was never set.
+  // An unset variable of the shell gives an empty argument.
   for (int i = 1; i < argc; ++i) {
     if (argv[i][0] != '\0') continue;
     std::fprintf(stderr, "palpate: argument %d is empty%s%s; name a file or give a value\n", i,

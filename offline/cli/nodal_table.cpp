@@ -28,7 +28,7 @@ std::vector<std::string_view> fields_of(std::string_view line) {
   return fields;
 }
 
-// The whole field must be the number.
+// Parses a number; the number must fill the whole field.
 template <typename Number>
 bool read_number(std::string_view field, Number& value) {
   const std::from_chars_result result = std::from_chars(field.data(), field.data() + field.size(), value);

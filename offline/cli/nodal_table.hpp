@@ -1,4 +1,4 @@
-// Tables of nodal results, as `solve` and `eval` write them.
+// Writes and reads the nodal tables of `solve` and `eval`.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,7 @@
 
 namespace palpate {
 
-// One row: node label, reference position, displacement, and the force that the outside applies, if it is
-// known.
+// One row: node label, reference position, displacement, and the force that the outside applies (absent: unknown).
 struct NodalRow {
   int label = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -23,11 +22,10 @@ struct NodalRow {
 std::vector<NodalRow> nodal_rows(const Model& model, const Eigen::VectorXd& displacement,
                                  const Eigen::VectorXd& force);
 
-// CSV with the header node,x,y,z,ux,uy,uz,fx,fy,fz and 12 significant digits; unknown forces are left empty.
+// Writes CSV with the header node,x,y,z,ux,uy,uz,fx,fy,fz and 12 significant digits. Unknown forces stay empty.
 void write_nodal_table(const std::filesystem::path& file, const std::vector<NodalRow>& rows);
 
-// Reads such a table: 10 fields a row, finite numbers, the forces given or empty. Throws InputError naming
-// file and line.
+// Reads a nodal table: 10 fields a row, finite numbers, forces given or empty. Throws InputError with file and line.
 std::vector<NodalRow> read_nodal_table(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The pressure under a tool, from the force of its patch.
+// Computes the mean pressure under a tool from the force of its patch.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,9 @@
 
 namespace palpate {
 
-// Source: Zhong et al. 2005 eq. (7). A traction t that is constant over the patch gives each of its nodes t N dS of the
-// triangles around it, a third of their area: together f = t A. The pressure is the part of t into the surface, on
-// the surface of the mesh: model force unit / length unit^2. None where the pack shows no triangle at a node of the
-// patch.
+// p = -f . n / A, from f = t A (Zhong et al. 2005 eq. (7)). A traction t, constant over the patch, gives each
+// node t times a third of the area of its triangles. Unit: model force / length^2, on the mesh at rest.
+// Returns nothing where the pack shows no triangle at a node of the patch.
 std::optional<double> patch_pressure(const OpenedPack& opened, std::uint32_t site, const double force[3]);
 
 }  // namespace palpate

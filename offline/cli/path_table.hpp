@@ -1,5 +1,4 @@
-// path.csv of *STATIC, RIKS: the load factor along the path of equilibria, against the displacements of a few
-// nodes.
+// Collects path.csv of *STATIC, RIKS: the load factor along the path against the displacements of a few nodes.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +13,18 @@ namespace palpate {
 
 class PathTable {
  public:
-  // Chooses the nodes: those of the sets that the step's *NODE PRINT and *NODE FILE name, else the monitored
-  // one, else the one that moved furthest at the first point behind the start. Keeps a reference to `model`.
+  // Chooses the watched nodes, by the first rule that applies:
+  //   1. the sets of the step's *NODE PRINT and *NODE FILE,
+  //   2. the monitored node,
+  //   3. the node with the largest displacement at the first point behind the start.
+  // The table keeps a reference to `model`.
   PathTable(const Model& model, const ArcLengthControl& control);
 
-  // The points in their order, the start first.
+  // Takes the points in their order, the start first.
   void add(const PathPoint& point, const Eigen::VectorXd& displacement);
 
-  // CSV: increment,arc_length,load_factor,current_stiffness,negative_pivots,min_J, then ux_NODE,uy_NODE,uz_NODE
-  // for each node by its label; 12 significant digits.
+  // Writes CSV: increment,arc_length,load_factor,current_stiffness,negative_pivots,min_J, then
+  // ux_NODE,uy_NODE,uz_NODE for each node by its label; 12 significant digits.
   void write(const std::filesystem::path& file) const;
 
  private:
@@ -34,7 +36,7 @@ class PathTable {
 
   const Model* model_;
   std::vector<int> nodes_;
-  PathPoint start_;  // kept with its displacement until a node is chosen
+  PathPoint start_;  // keeps its displacement until the nodes are chosen
   Eigen::VectorXd start_displacement_;
   std::vector<Row> rows_;
 };

@@ -1,4 +1,4 @@
-// palpate picture: an organ at rest and pushed, drawn from what the runtime answers.
+// palpate picture: draws an organ at rest and pushed, from the runtime's response.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// palpate replay: makes the calls of a recording again and says where the first answer differs.
+// palpate replay: repeats the calls of a recording and reports the first response that differs.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -37,7 +37,7 @@ std::vector<char> bytes_of(const std::filesystem::path& file) {
 
 struct Replayed {
   std::uint64_t calls = 0;
-  pal_replay at = {};  // after the last call, or the first that diverged
+  pal_replay at = {};  // state after the last call, or at the first difference
 };
 
 Replayed replay(const OpenedPack& opened, std::span<const char> recording, const std::string& name) {

@@ -1,4 +1,4 @@
-// palpate report: speed against error, as a page.
+// palpate report: writes a page that plots speed against error.
 #include <fmt/chrono.h>
 #include <fmt/core.h>
 #include <fmt/ranges.h>
@@ -44,7 +44,7 @@ struct ReportArguments {
   bool json = false;
 };
 
-// The scenes that Palpate ships: below the nearest folder above the program that has them.
+// Lists the scenes that ship with Palpate: bench/speed_error in the nearest parent folder of the program.
 std::vector<std::filesystem::path> shipped_scenes() {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
@@ -59,7 +59,7 @@ std::vector<std::filesystem::path> shipped_scenes() {
       "the scenes that Palpate ships are not beside this program; name a scene or a pack");
 }
 
-// Of the sources around the program; "" where there is no git.
+// Returns the commit of the sources around the program; "" without git.
 std::string commit_of_sources() {
   std::error_code error;
   const std::string folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path().string();
@@ -74,7 +74,7 @@ std::string commit_of_sources() {
   return text;
 }
 
-// A name for its files that no other organ of the report has.
+// Returns a file name that no other organ of the report uses.
 std::string name_for(const std::filesystem::path& organ, std::set<std::string>& taken) {
   std::string stem = organ.stem().string();
   for (char& c : stem) {
@@ -93,7 +93,7 @@ IncludedTable read_table(const std::string& argument) {
   return read_included_table(argument.substr(0, equals), argument.substr(equals + 1));
 }
 
-// Of each organ that arguments name, those of each of its files.
+// Collects the methods of each organ from all files that the arguments name for the organ.
 std::vector<std::vector<MethodsElsewhere>> read_methods(const std::vector<std::string>& arguments,
                                                         const std::vector<std::string>& organs) {
   std::vector<std::vector<MethodsElsewhere>> of_organs(organs.size());
@@ -120,7 +120,7 @@ OrganReport report_on_pack(const std::filesystem::path& file, const ReportArgume
   return measure_organ(opened, organ, nullptr, effort, arguments.seed, arguments.jobs, map);
 }
 
-// Packs the scene first, at no more of its sites than a report has time for.
+// Packs the scene with a limited number of sites, then measures the pack. The limit bounds the report's time.
 OrganReport report_on_scene(const std::filesystem::path& file, const ReportArguments& arguments,
                             const ReportEffort& effort, const std::filesystem::path& map,
                             const std::string& name) {

@@ -34,11 +34,11 @@ struct SolveArguments {
   std::filesystem::path model;
   std::filesystem::path folder;
   std::string solver = "cholmod";
-  std::string stepping;  // along *STATIC, RIKS; empty: not given
+  std::string stepping;  // path control of *STATIC, RIKS; empty: not given
   bool json = false;
 };
 
-// Dofs that no step frees or moves: they need no equation.
+// Marks the dofs that every step holds at zero. These dofs need no equation.
 std::vector<char> always_at_zero(const Model& model) {
   std::vector<char> eliminated(static_cast<size_t>(model.num_dofs()), 1);
   for (const Step& step : model.steps) {
@@ -69,7 +69,7 @@ void write_result(const std::filesystem::path& file, const Model& model, const E
   write_vtu(mesh, file);
 }
 
-// Of this process so far; 0 where the system does not tell.
+// Peak memory of the process so far; 0 where the system does not report it.
 std::int64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -78,7 +78,7 @@ std::int64_t peak_memory_bytes() {
   return 0;
 }
 
-// A name that only a solve writes.
+// Whether a file name is a result of `solve`.
 bool is_result_name(const std::string& name) {
   for (const char* fixed : {"partial.csv", "path.csv", "result.vtu", "summary.json"}) {
     if (name == fixed) return true;
@@ -90,8 +90,7 @@ bool is_result_name(const std::string& name) {
   return name.find_first_not_of("0123456789", kFront.size()) == name.size() - kBack.size();
 }
 
-// Makes the folder and takes out what an earlier solve left in it: results of another run, or of a step that
-// this one does not reach, must not stand beside its own.
+// Makes the folder and removes the results of an earlier solve. Old results must not stand beside new ones.
 void prepare_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -108,14 +107,14 @@ void prepare_folder(const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : old) std::filesystem::remove(file);
 }
 
-// What a step came to.
+// The outcome of one step.
 struct StepResult {
   SolveReport report;
-  nlohmann::json stable;  // whether the tangent at the end is positive definite, null where that is not known
+  nlohmann::json stable;              // whether the tangent at the end is positive definite; null: unknown
   nlohmann::json limit_load_factors;  // along the path of RIKS, else null
 };
 
-// The solvers of all steps, and the state that they have come to.
+// Solves the steps in order. Holds the solvers and the current state.
 class StepSolver {
  public:
   StepSolver(const Model& model, const Assembly& assembly, const SolveArguments& arguments)
@@ -155,8 +154,9 @@ class StepSolver {
     result.report = solver_.follow(
         from_, [&](double time) { return loads.at(time); }, displacement_, settings, progress);
     from_ = loads.at(1.0);
-    // A factor tells at once; conjugate gradients would have to find a direction that is not. With pressures
-    // the factor is of the symmetric part alone: positive definite, it proves stability, indefinite nothing.
+    // The Cholesky factor decides stability; conjugate gradients cannot. With pressures the factor covers
+    // only the symmetric part of the tangent. A positive definite symmetric part proves stability; an
+    // indefinite one proves nothing.
     if (result.report.converged && linear_solver_ == LinearSolver::cholesky) {
       const bool positive_definite = solver_.factorize_at(from_, displacement_, false);
       if (positive_definite || from_.pressures.empty()) result.stable = positive_definite;
@@ -216,7 +216,7 @@ class StepSolver {
   LinearSolver linear_solver_;
   Stepping stepping_;
   StaticSolver solver_;
-  SolveSeconds path_seconds_;  // of the one step with RIKS
+  SolveSeconds path_seconds_;  // seconds of the step with RIKS
   LoadCase from_;
   Eigen::VectorXd displacement_;
 };

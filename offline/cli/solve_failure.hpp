@@ -1,4 +1,4 @@
-// What `solve` says of a step that did not converge.
+// Explains to the user why a step of `solve` did not converge.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// Prints the end of the residual table and one line with the last converged load factor, the cause and what to
-// do about it, on standard error. `step` counts from 1.
+// Prints the last rows of the residual table and one line to standard error. The line states the last
+// converged load factor, the cause and the remedy. `step` counts from 1.
 void print_failure(const SolveReport& report, std::size_t step, const Model& model);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// A line on the terminal that follows the iterations of a solve.
+// Shows the iterations of a solve on one line of the terminal.
 #pragma once
 
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// palpate validate: the errors that a pack claims, measured again at pushes that its builder has not seen.
+// palpate validate: measures a pack's errors again, at pushes that its builder has not seen.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
@@ -35,7 +35,7 @@ struct ValidateArguments {
 
 nlohmann::json validated_json(const SurveyValidation& model) {
   nlohmann::json json = survey_json(model.measured.table);
-  json["p95_ratio"] = nullptr;  // none of the pushes was at a site of this model
+  json["p95_ratio"] = nullptr;  // no push was at a site of this model
   json["within_estimate"] = nullptr;
   if (!model.measured.errors.empty()) {
     json["p95_ratio"] = {{"displacement", model.displacement_ratio()}, {"force", model.force_ratio()}};

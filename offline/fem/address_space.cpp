@@ -7,7 +7,7 @@
 namespace palpate {
 
 std::string address_space_shortage() {
-  constexpr double kBuffer = 134.3e6;  // of a thread
+  constexpr double kBuffer = 134.3e6;  // of each thread
   constexpr double kProgram = 120e6;   // libraries, a model, a pack
   rlimit limit = {};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";

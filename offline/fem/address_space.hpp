@@ -1,13 +1,13 @@
-// Whether the process may use the memory that BLAS takes for itself.
+// Checks the address space for the buffers of BLAS.
 #pragma once
 
 #include <string>
 
 namespace palpate {
 
-// OpenBLAS gives each of its threads a buffer of 128 MiB as soon as it is loaded. Where there is no room for it they
-// try again for ever, and whoever waits for their end, as the end of a program does, waits as long. One line that
-// says so and how to go on, or nothing: then there is room. After such a line leave by std::_Exit.
+// OpenBLAS maps a buffer of 128 MiB for each of its threads at load time. Without room its threads retry for
+// ever, and the end of the process waits for them. Returns one line with the shortage and the remedy, or "".
+// After a shortage leave by std::_Exit.
 std::string address_space_shortage();
 
 }  // namespace palpate

@@ -11,21 +11,21 @@
 namespace palpate {
 namespace {
 
-// The cosine of the sharpest turn of the tangent over one increment: beyond it the orientation by the last
-// increment may mistake a sharp turn for another branch.
+// Least cosine between the tangents of one increment. Beyond 60 degrees the orientation by the last increment
+// may mistake a sharp turn for another branch.
 constexpr double kSharpestTurn = 0.5;
-// An increment that takes so many iterations is followed by one as long.
+// The next increment keeps its length after this number of iterations.
 constexpr double kUsualIterations = 5;
-constexpr double kMostGrowth = 1.5;  // from one increment to the next
+constexpr double kMostGrowth = 1.5;  // ratio of successive increments
 constexpr int kMaxHalvings = 4;      // of a step that inverts an element
-// A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
+// Once Newton stagnates, a residual below this multiple of the rounding of P counts as rounding.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
-// What a solve may leave of |K| |x| + |b|, after corrections: more, and a pivot was small by chance.
+// Accepted residual of a refined solve, relative to |K| |x| + |b|. A larger residual shows an accidentally small pivot.
 constexpr double kSolveAccuracy = 1e-12;
 constexpr int kCorrections = 4;
 
-// A point of the path, or a way along it.
+// A point of the path, or a direction along the path.
 struct Loaded {
   Eigen::VectorXd displacement;
   double load_factor = 0;
@@ -35,9 +35,9 @@ Loaded along(const Loaded& from, double step, const Loaded& way) {
   return {from.displacement + step * way.displacement, from.load_factor + step * way.load_factor};
 }
 
-// The length of the increment from `point`, at which the unit tangent is this, after one of `last` from `before` that
-// took so many iterations. `first_load`: dl of the first increment. Negative where Bergan's sign is against the
-// tangent.
+// Returns the length of the next increment from `point` with its unit tangent. The last increment, of length
+// `last`, came from `before` and took `iterations`. `first_load`: dl of the first increment. Negative where
+// Bergan's sign opposes the tangent.
 double next_length(const ArcLengthSettings& settings, const PathPoint& before, const PathPoint& point,
                    const Loaded& tangent, double first_load, double last, int iterations) {
   double length = last * std::clamp(std::sqrt(kUsualIterations / std::max(1, iterations)), 0.5, kMostGrowth);
@@ -89,15 +89,15 @@ class ArcLength::Path {
 
   bool has_end() const { return settings_.end_load_factor || settings_.end_displacement; }
 
-  // The unit tangent to the side of `way`, and what it tells about the point. False where K is singular to
-  // rounding.
+  // Computes the unit tangent on the side of `way` and fills the data of the point. False where K is singular
+  // to rounding.
   bool find_tangent(const Loaded& at, const Loaded& way, Loaded& tangent, PathPoint& point) {
     const LoadCase load = loads_.at(at.load_factor);
     if (!factorize(load, at.displacement)) return false;
     tangent.load_factor = 1;
     if (!response(load, at.displacement, tangent.displacement)) return false;
     const Eigen::VectorXd& v = tangent.displacement;
-    if (!(weight_ > 0)) {  // the first
+    if (!(weight_ > 0)) {  // the first point
       weight_ = 1 / v.squaredNorm();
       if (!std::isfinite(weight_)) return false;
       first_flexibility_ = flexibility(load, at.displacement, v);
@@ -120,7 +120,7 @@ class ArcLength::Path {
     return plane;
   }
 
-  // The end that lies between two points, if one does: that which comes first on the straight way.
+  // Returns the end condition that the chord from a to b crosses first, if any.
   std::optional<Plane> end_between(const Loaded& a, const Loaded& b) const {
     std::optional<Plane> first;
     double nearest = 1;
@@ -142,7 +142,7 @@ class ArcLength::Path {
     return first;
   }
 
-  // Newton in the plane, from a point on it. On failure `point` means nothing.
+  // Newton's method in the plane, from a point of the plane. On failure `point` is undefined.
   bool correct(const Plane& plane, int increment, Loaded& point, int& iterations) {
     const auto give_up = [&](StopCause cause) {
       report_.stopped = cause;
@@ -152,7 +152,7 @@ class ArcLength::Path {
     Eigen::VectorXd internal;
     ElementState state;
     Eigen::VectorXd residual;
-    // Puts the held dofs of the trial where its load factor wants them; false where an element is inverted.
+    // Moves the held dofs of the trial to its load factor. False where an element is inverted.
     const auto evaluate = [&](Loaded& trial) {
       load = loads_.at(trial.load_factor);
       for (int dof = 0; dof < assembly_.num_dofs(); ++dof) {
@@ -204,14 +204,14 @@ class ArcLength::Path {
     }
   }
 
-  // The point that was just corrected is one of the path.
+  // Takes the corrected point into the path.
   void accept() { largest_force_ = force_; }
 
  private:
   bool newton_step(const Plane& plane, const LoadCase& load, const Loaded& at,
                    const Eigen::VectorXd& residual, Loaded& step) {
     if (!factorize(load, at.displacement)) return false;
-    Loaded unit = {{}, 1};  // along the equilibria
+    Loaded unit = {{}, 1};  // tangent of the path
     step.displacement = residual;
     if (!solve(load, at.displacement, step.displacement) ||
         !response(load, at.displacement, unit.displacement))
@@ -223,7 +223,7 @@ class ArcLength::Path {
     return step.displacement.allFinite();
   }
 
-  // v, full length: that of the held dofs is given, K_ff v_f = q_f - K_fc v_c.
+  // Solves K_ff v_f = q_f - K_fc v_c for full-length v; the held dofs v_c are given.
   bool response(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::VectorXd& v) {
     v = external_force(model_, rate_, displacement);
     if (moves_held_) v -= stiffness_times(load, displacement, rate_.displacement);
@@ -256,7 +256,7 @@ class ArcLength::Path {
     return owner_.cholesky_.factorize_indefinite(stiffness_);
   }
 
-  // Replaces b, of which what is held counts for nothing, by K_ff^-1 b.
+  // Replaces b by K_ff^-1 b; ignores b at held dofs.
   bool solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::VectorXd& b) {
     const Stopwatch watch(owner_.seconds_.back_solve);
     clear_held(assembly_, load, b);
@@ -272,7 +272,7 @@ class ArcLength::Path {
     return solve_with_pressures(assembly_, load, displacement, back_solve, b);
   }
 
-  // K^-1 b over the equations, as exact as the condition of K lets it be.
+  // Solves K x = b over the equations with iterative refinement.
   bool refined(Eigen::VectorXd& b) {
     if (b.size() == 0) return true;
     const auto matrix = stiffness_.selfadjointView<Eigen::Lower>();
@@ -295,7 +295,7 @@ class ArcLength::Path {
   const Assembly& assembly_;
   const Model& model_;
   LoadPath loads_;
-  LoadCase rate_;  // of the loads with their factor
+  LoadCase rate_;  // derivative of the loads by the load factor
   const ArcLengthSettings& settings_;
   SolveReport& report_;
   const std::function<void(const IterationRecord&)>& progress_;
@@ -303,8 +303,8 @@ class ArcLength::Path {
   bool moves_held_ = false;
   double weight_ = 0;  // 1 / |v0|^2
   double first_flexibility_ = 0;
-  double largest_force_ = 0;  // at play on the path so far
-  double force_ = 0;          // the same, with the state that is tried
+  double largest_force_ = 0;  // force scale: maximum over the path so far
+  double force_ = 0;          // force scale of the path and the current trial
 };
 
 ArcLength::ArcLength(const Assembly& assembly)

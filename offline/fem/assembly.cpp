@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// Makes it the nearest positive semi-definite tangent in the Frobenius norm. False when it was that already.
+// Projects a tangent onto the positive semi-definite matrices (Frobenius norm). Returns whether the tangent changed.
 bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(tangent);
   if (eigen.eigenvalues()(0) >= 0.0) return false;
@@ -23,9 +23,9 @@ bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   return true;
 }
 
-// Adds V g_a . A . g_b for a >= b, contracting one index at a time: M_iJk = V sum_L A_iJkL g_bL, K_ik = sum_J
-// g_aJ M_iJk. Plain loops over contiguous numbers, which compilers put in vector registers as they do not
-// with 3x3 blocks.
+// Adds K_ab = V g_a . A . g_b for a >= b in two contractions:
+//   M_iJk = V sum_L A_iJkL g_bL,   K_ik = sum_J g_aJ M_iJk.
+// Compilers vectorise these plain loops, but not 3x3 blocks.
 template <int kNodes>
 void add_stiffness(double volume, const Eigen::Matrix<double, 3, kNodes>& gradients, const Matrix9d& tangent,
                    Eigen::Matrix<double, 3 * kNodes, 3 * kNodes>& stiffness) {
@@ -65,7 +65,7 @@ Eigen::Matrix3d lane_of(const Matrix& matrix, int lane) {
   return result;
 }
 
-// The shape gradients of an element, a column for each node.
+// Returns the shape gradients of an element: one column for each node.
 template <int kNodes>
 Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes>::Point& point, int lane) {
   Eigen::Matrix<double, 3, kNodes> result;
@@ -101,7 +101,7 @@ void Assembly::for_each_batch(Work&& work) const {
   parallel_for(num_parts, num_parts, [&](int part, int) {
     const auto visit = [&](const auto& kind) {
       for (size_t i = 0; i < kind.batches.size(); ++i) {
-        // As a type, so that elements that share nothing pay nothing.
+        // A type avoids the cost of shared volumes for the other elements.
         if (kind.batches[i].shares_volume) {
           work(part, kind.batches[i], kind.scatter[i], std::true_type());
         } else {
@@ -141,7 +141,7 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
   for (const Tetrahedron& element : model.elements) {
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
   }
-  constexpr size_t kWorthAThread = 2000;  // elements: a tenth of a millisecond and more
+  constexpr size_t kWorthAThread = 2000;  // elements: work far above the cost of a thread's start
   divide_nodes(static_cast<int>(
       std::clamp<size_t>(model.elements.size() / kWorthAThread, 1, static_cast<size_t>(threads_))));
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
@@ -166,7 +166,7 @@ int Assembly::first_equation(int node) const {
 }
 
 void Assembly::set_pattern() {
-  // Nodes that are coupled with each other: those of an element or of a volume patch.
+  // Coupled nodes: the nodes of an element or of a volume patch.
   std::vector<std::span<const int>> groups;
   for (size_t e = 0; e < model_->elements.size(); ++e) {
     if (volumes_.patch_of(static_cast<int>(e)) < 0) groups.push_back(model_->elements[e].nodes());
@@ -177,7 +177,7 @@ void Assembly::set_pattern() {
     for (const int node : group) ++first_group[static_cast<size_t>(node) + 1];
   }
   std::partial_sum(first_group.begin(), first_group.end(), first_group.begin());
-  std::vector<int> groups_of(static_cast<size_t>(first_group.back()));  // of node after node
+  std::vector<int> groups_of(static_cast<size_t>(first_group.back()));  // sorted by node
   std::vector<int> next = first_group;
   for (size_t g = 0; g < groups.size(); ++g) {
     for (const int node : groups[g])
@@ -186,8 +186,8 @@ void Assembly::set_pattern() {
 
   std::vector<int> starts = {0};
   std::vector<int> rows;
-  std::vector<int>
-      coupled;  // the node and those above it that share a group with it: its columns hold their rows
+  // Lists a node and its coupled nodes of larger number: their rows stand in the node's columns.
+  std::vector<int> coupled;
   std::vector<int> coupled_to(static_cast<size_t>(model_->num_nodes()), -1);
   for (int node = 0; node < model_->num_nodes(); ++node) {
     if (first_equation(node) < 0) continue;
@@ -230,7 +230,7 @@ void Assembly::make_batches() {
     if constexpr (kNodes == 4) return parts_[part].linear;
     if constexpr (kNodes == 10) return parts_[part].quadratic;
   };
-  // By their smallest nodes: neighbours in the stiffness are then neighbours in time.
+  // Order by smallest node: neighbours in the stiffness follow one another in time.
   std::vector<size_t> order;
   for (size_t e = 0; e < model_->elements.size(); ++e) {
     if (model_->elements[e].num_nodes == kNodes) order.push_back(e);
@@ -308,8 +308,8 @@ Assembly::Scatter<kNodes> Assembly::scatter_of(int part, const Batch<kNodes>& ba
 void Assembly::places_of(int part, std::span<const int> nodes, std::span<int> places) const {
   const int* starts = pattern_.outerIndexPtr();
   const int* rows = pattern_.innerIndexPtr();
-  // The equations of a node follow one another, so the rows of the larger node stand side by side in each column
-  // of the smaller one, equally far from its end.
+  // The equations of a node are consecutive. The rows of the larger node are therefore contiguous in each
+  // column of the smaller node, at a constant distance from the column's end.
   std::vector<int> from_end(nodes.size());
   size_t entry = 0;
   for (size_t b = 0; b < nodes.size(); ++b) {
@@ -327,7 +327,7 @@ void Assembly::places_of(int part, std::span<const int> nodes, std::span<int> pl
           const int at_a = dof_equations_[3 * static_cast<size_t>(nodes[a]) + axis_a];
           const int at_b = dof_equations_[3 * static_cast<size_t>(nodes[b]) + axis_b];
           const auto [column, row] = std::minmax(at_a, at_b);
-          // The column of the smaller node, as equations are numbered like nodes, holds what two nodes share.
+          // Equations are numbered like nodes, so the smaller node's column stores the coupling.
           if (column < 0 || !owns(part, std::min(nodes[a], nodes[b]))) {
             places[entry] = -1;
           } else if (a == b) {
@@ -442,7 +442,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       for (int lane = 0; lane < batch.num_elements; ++lane) {
         const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
         const Law& element_law = law<Shares::value>(batch, lane);
-        // Small strain knows no inversion.
+        // Small strain has no inversion.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
         const bool equal = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
         if ((!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) || equal) {

@@ -1,9 +1,8 @@
-// The discrete equations of an organ: internal force P(u), stored energy and tangent stiffness K(u) = dP/du,
-// assembled from tetrahedra of four and ten nodes on a sparsity pattern that is fixed once. Elements of a volume
-// patch have the pressure that they share (shared_volumes.hpp).
+// Assembles internal force P(u), stored energy and tangent stiffness K(u) = dP/du of an organ of tetrahedra with four
+// or ten nodes. The sparsity pattern is fixed once. Elements of a volume patch share a pressure (shared_volumes.hpp).
 //
-// Source: Zhong et al. 2005 eqs. (4), (6), (10), in the reference configuration (total Lagrangian): with the
-// shape gradients g_a at an integration point that stands for the volume V,
+// Source: Zhong et al. 2005 eqs. (4), (6), (10), total Lagrangian. With the shape gradients g_a at an
+// integration point of volume V:
 //   F = 1 + sum_a u_a g_a^T,   P_a = sum V P(F) g_a,   K_ab = sum V g_a . dP/dF . g_b.
 #pragma once
 
@@ -26,8 +25,8 @@
 
 namespace palpate {
 
-// What one pass over the elements found. `min_jacobian` is the smallest det F (1 at small strain); at or
-// below 0 an element is inverted and the forces beside it mean nothing.
+// The result of one pass over the elements. `min_jacobian`: smallest det F (1 at small strain). At
+// min_jacobian <= 0 an element is inverted and the forces are undefined.
 struct ElementState {
   double min_jacobian = 1;
   int worst_element = 0;  // index in Model::elements
@@ -35,101 +34,99 @@ struct ElementState {
 
 class Assembly {
  public:
-  // `eliminated` (num_dofs entries): degrees of freedom that no solve will ever free; they leave the
-  // equations. Those of nodes without elements are eliminated too. Keeps a reference to `model`. Forces and
-  // tangents are made by so many threads, with the same bits whatever their number.
+  // `eliminated` (num_dofs entries): dofs that every solve holds at zero; they get no equation. Dofs of nodes without
+  // elements are eliminated too. Keeps a reference to `model`. The result does not depend on `threads` to the bit.
   Assembly(const Model& model, const std::vector<char>& eliminated, int threads = 1);
 
   const Model& model() const { return *model_; }
-  int threads() const { return threads_; }  // that it was made with
+  int threads() const { return threads_; }  // as constructed
   int num_dofs() const { return model_->num_dofs(); }
   int num_equations() const { return static_cast<int>(equation_dofs_.size()); }
   const std::vector<int>& equation_dofs() const { return equation_dofs_; }  // equation -> dof
   const std::vector<int>& dof_equations() const { return dof_equations_; }  // dof -> equation, or -1
 
-  // P(u), all num_dofs entries: the force the outside must apply at every node to hold `displacement`. With
-  // `energy`, the stored energy too, +infinity where an element is inverted.
+  // P(u), all num_dofs entries: the force that the outside must apply at each node to hold `displacement`.
+  // With `energy` also the stored energy, +infinity where an element is inverted.
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
                               double* energy = nullptr) const;
 
-  // Lower triangle of K(u) over the equations, compressed columns, rows ascending. All calls share the
-  // pattern. With `project`, the tangent of every element is first made positive semi-definite (negative
-  // eigenvalues of dP/dF set to zero), which keeps Newton's direction one of descent where the true tangent
-  // is indefinite.
+  // Lower triangle of K(u) over the equations: compressed columns, rows ascending, one pattern for all calls. With
+  // `project` each negative eigenvalue of dP/dF is set to zero. Newton's direction then remains a descent direction.
   using SparseLower = palpate::SparseLower;
   void tangent(const Eigen::VectorXd& displacement, bool project, SparseLower& stiffness) const;
 
-  // The analysis that every Cholesky factor of a tangent starts from; made when first asked for. Thread-safe.
+  // The symbolic analysis for all Cholesky factors of tangents, computed on the first call. Thread-safe.
   const CholeskyAnalysis& analysis() const;
 
-  // K(u) v for full-length vectors, without assembling: shape (num_dofs, columns).
+  // K(u) v for full-length vectors, matrix-free: shape (num_dofs, columns).
   Eigen::MatrixXd tangent_times(const Eigen::VectorXd& displacement, const Eigen::MatrixXd& vectors) const;
 
-  // The 2-norm of what rounding leaves in P(u), however exact u is. With eps = 2^-52, A an element's largest
-  // modulus and g the largest of its shape gradients, F = 1 + sum_a u_a g_a^T is known to eps (1 + |u| g),
-  // its stress to A times that, and its nodal forces to V g times the stress; elements round independently.
+  // 2-norm of the rounding error of P(u). With eps = 2^-52, largest modulus A and largest shape gradient g of
+  // an element:
+  //   error of F = eps (1 + |u| g),   of the stress A times that error,   of nodal forces V g times the stress error.
+  // The errors of elements are independent.
   double rounding_force(const Eigen::VectorXd& displacement) const;
 
  private:
-  // Four elements of one kind that a part computes.
+  // A batch: four elements of one kind in a part.
   template <int kNodes>
   struct Batch : ElementBatch<kNodes> {
     std::array<int, kLanes> elements;   // in Model::elements
     std::array<int, kLanes> materials;  // in Model::materials
-    int num_elements = 0;               // the lanes after them repeat the last one
-    bool dyadic = false;                // the laws of all have a dyadic tangent; of none otherwise
-    bool shares_volume = false;         // all are of volume patches; of none otherwise
+    int num_elements = 0;               // later lanes repeat the last element
+    bool dyadic = false;                // all laws of the batch have a dyadic tangent; else none has
+    bool shares_volume = false;         // all elements belong to volume patches; else none does
   };
-  // The lower triangle of each element's stiffness as positions in the value array; -1 where a dof is
-  // eliminated or the place is another part's.
+  // Positions of each element's lower triangle in the value array; -1 for eliminated dofs and for entries of
+  // other parts.
   template <int kNodes>
   using Scatter = std::array<std::array<int, std::tuple_size_v<StiffnessLanes<kNodes>>>, kLanes>;
   // The elements that touch a part's nodes.
   template <int kNodes>
   struct Batches {
     std::vector<Batch<kNodes>> batches;
-    std::vector<Scatter<kNodes>> scatter;  // of each; apart, as forces do not read it
+    std::vector<Scatter<kNodes>> scatter;  // one for each batch; separate because forces do not read it
   };
   struct Part {
     Batches<4> linear;
     Batches<10> quadratic;
-    std::vector<int> patches;       // volume patches that touch its nodes
-    std::vector<int> patch_places;  // the lower triangles of their dyads, one behind the other
+    std::vector<int> patches;       // volume patches that touch the part's nodes
+    std::vector<int> patch_places;  // positions of the patches' lower triangles, patch after patch
   };
 
-  int first_equation(int node) const;  // of its free dofs, or -1
+  int first_equation(int node) const;  // first free dof's equation, or -1
   void divide_nodes(int parts);
   void set_pattern();
   template <int kNodes>
   void make_batches();
   template <int kNodes>
   Scatter<kNodes> scatter_of(int part, const Batch<kNodes>& batch) const;
-  // Where the lower triangle of a matrix over these nodes' dofs goes, column by column.
+  // Computes the positions of a lower triangle over these nodes' dofs, column by column.
   void places_of(int part, std::span<const int> nodes, std::span<int> places) const;
   void place_patches();
   bool owns(int part, int node) const { return node_part_[static_cast<size_t>(node)] == part; }
   template <bool kShares, int kNodes>
   const Law& law(const Batch<kNodes>& batch, int lane) const;
+  // W' (volume_split.hpp) for elements that share a volume
   template <int kNodes>
-  const Law& law(const Batch<kNodes>& batch, int lane) const;  // W', where volumes are shared
+  const Law& law(const Batch<kNodes>& batch, int lane) const;
   // U' of the patch of a lane's element.
   template <int kNodes>
   double pressure(const SharedVolumes::State& volumes, const Batch<kNodes>& batch, int lane) const;
-  // Empty where no volumes are shared.
+  // Empty without volume patches.
   SharedVolumes::State volume_state(const Eigen::VectorXd& displacement, bool with_gradients) const;
   void add_dyads(const SharedVolumes::State& volumes, double* values) const;
-  // Calls work(part, batch, its scatter, std::bool_constant of whether it shares volumes) for each batch, each part
-  // on a thread of its own.
+  // Calls work(part, batch, scatter, std::bool_constant<shares volume>) for each batch. Each part runs on its
+  // own thread.
   template <typename Work>
   void for_each_batch(Work&& work) const;
 
   const Model* model_;
   SharedVolumes volumes_;
-  std::vector<Law> laws_without_volume_;  // of each material: W' of volume_split.hpp
+  std::vector<Law> laws_without_volume_;  // per material: W' of volume_split.hpp
   int threads_;
-  // The nodes are divided into slabs across the longest side of the body. A part adds up what belongs to its
-  // nodes, in an order of the elements that is the same for all (make_batches); those on the border of two
-  // parts are computed by both.
+  // The nodes are divided into slabs across the longest side of the body. Each part sums the contributions to
+  // its own nodes, in the order of make_batches(). Both parts compute an element on their border.
   std::vector<Part> parts_;
   std::vector<int> node_part_;
   std::vector<int> dof_equations_;

@@ -5,7 +5,7 @@
 
 #include <string_view>
 
-// OpenBLAS calls both functions when it is loaded and unloaded. A BLAS without them leaves the pointers null.
+// OpenBLAS calls both functions at load and unload. Another BLAS leaves the pointers null.
 extern "C" {
 [[gnu::weak]] void gotoblas_dynamic_quit();
 [[gnu::weak]] void gotoblas_dynamic_init();

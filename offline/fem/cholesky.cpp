@@ -11,15 +11,14 @@
 #include <string>
 #include <vector>
 
-// What OpenBLAS does before a fork: ends its threads. It has no public name; not in every OpenBLAS.
+// OpenBLAS ends its threads with this function before a fork. It is not public, and some builds lack it.
 extern "C" int blas_thread_shutdown_() __attribute__((weak));
 
 namespace palpate {
 namespace {
 
-// The threads are ours, branches of the elimination tree or sites of a build. Those of BLAS would take turns
-// with them, and the last digits of a product would follow their number; one at least spins, when the library
-// is loaded, for the first tenth of a second.
+// Palpate parallelises over branches of the elimination tree and over sites. Threads of BLAS would compete,
+// and their number would change the last digits.
 void claim_threads() {
   static std::once_flag claimed;
   std::call_once(claimed, [] {
@@ -48,7 +47,7 @@ cholmod_sparse view(const SparseLower& matrix) {
   return sparse;
 }
 
-// CHOLMOD's workspace, for the time of one analysis.
+// Owns CHOLMOD's workspace during one analysis.
 class Workspace {
  public:
   Workspace() {
@@ -65,10 +64,9 @@ class Workspace {
   cholmod_common common;
 };
 
-// Equations that follow one another and are coupled to the same others, as the dofs of a node are, make one
-// block: where each block begins, and the end. Ordering blocks takes half the time of ordering equations.
-// Neighbourhoods are compared by a sum of hashes; should two differ unseen, the order is a little worse and
-// no less right.
+// Groups consecutive equations with equal couplings into blocks, as the dofs of a node are. Returns the first
+// equation of each block, and the end. Ordering blocks is faster than ordering equations. A hash sum compares
+// neighbourhoods: a collision degrades the ordering, not the result.
 std::vector<int> merge_alike(const SparseLower& pattern) {
   const auto hash = [](int equation) {  // splitmix64
     std::uint64_t bits = (static_cast<std::uint64_t>(equation) + 1) * 0x9e3779b97f4a7c15U;
@@ -76,7 +74,8 @@ std::vector<int> merge_alike(const SparseLower& pattern) {
     bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
     return bits ^ (bits >> 31);
   };
-  std::vector<std::uint64_t> neighbourhood(static_cast<size_t>(pattern.cols()), 0);  // itself included
+  // includes the equation itself
+  std::vector<std::uint64_t> neighbourhood(static_cast<size_t>(pattern.cols()), 0);
   for (int column = 0; column < pattern.outerSize(); ++column) {
     for (SparseLower::InnerIterator it(pattern, column); it; ++it) {
       neighbourhood[static_cast<size_t>(column)] += hash(static_cast<int>(it.row()));
@@ -92,7 +91,7 @@ std::vector<int> merge_alike(const SparseLower& pattern) {
   return first_of;
 }
 
-// The graph of the blocks, from the first equation of each.
+// Returns the graph of the blocks, from the first equation of each block.
 SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_of) {
   const int num_blocks = static_cast<int>(first_of.size()) - 1;
   std::vector<int> block_of(static_cast<size_t>(pattern.cols()));
@@ -118,7 +117,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
 }  // namespace
 
 CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::make_shared<FrontTree>()) {
-  if (pattern.rows() == 0) return;  // CHOLMOD takes no matrix without rows
+  if (pattern.rows() == 0) return;  // CHOLMOD refuses a matrix without rows
   claim_threads();
   Workspace workspace;
   const std::vector<int> first_of = merge_alike(pattern);
@@ -129,8 +128,8 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
   std::vector<int> order;
   cholmod_factor* symbolic = nullptr;
   {
-    // METIS draws from the C library's one random sequence, which it seeds anew each time: two analyses at
-    // once would order by each other's numbers, and the last digits of every solve would follow the schedule.
+    // METIS reseeds the C library's random sequence. Concurrent analyses would share the sequence, and the
+    // ordering would depend on the schedule.
     static std::mutex one_analysis;
     const std::lock_guard lock(one_analysis);
     if (cholmod_metis(&blocks, nullptr, 0, 0, block_order.data(), &workspace.common) != 0) {

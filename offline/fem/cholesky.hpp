@@ -1,5 +1,5 @@
-// Sparse Cholesky factor K = L L^T: one symbolic analysis by CHOLMOD, many numeric factors by the
-// multifrontal method, in double or in single precision. K = L S L^T, with signs S, where K is indefinite.
+// Sparse Cholesky factor K = L L^T, or K = L S L^T with signs S where K is indefinite. CHOLMOD makes one
+// symbolic analysis; the multifrontal method makes many numeric factors, in double or single precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +11,12 @@
 
 namespace palpate {
 
-// The ordering and the pattern of L, which all matrices of one pattern share. Constant; any number of threads
+// The ordering and the pattern of L, shared by all matrices of one pattern. Constant; any number of threads
 // may make factors from it.
 class CholeskyAnalysis {
  public:
-  // Nested dissection (METIS), which costs 1.4 times less to factor than AMD on organ meshes. Throws
-  // std::bad_alloc when memory runs out, std::runtime_error when CHOLMOD fails otherwise.
+  // Orders by nested dissection (METIS), cheaper to factor on organ meshes than AMD. Throws std::bad_alloc
+  // when memory runs out, std::runtime_error when CHOLMOD fails otherwise.
   explicit CholeskyAnalysis(const SparseLower& pattern);
   CholeskyAnalysis(const CholeskyAnalysis&) = delete;
   CholeskyAnalysis& operator=(const CholeskyAnalysis&) = delete;
@@ -32,29 +32,28 @@ class CholeskyAnalysis {
   double factor_operations_ = 0;
 };
 
-// Of a factor. Single takes half the time and memory, and leaves a solution about six digits less the
-// condition of the matrix.
+// Precision of a factor. Single halves time and memory; its solutions lose about six digits and the condition
+// of the matrix.
 enum class Precision { single_precision, double_precision };
 
-// Not thread-safe: one object a thread. Not copyable.
+// Not thread-safe: one object for each thread. Not copyable.
 class Cholesky {
  public:
   explicit Cholesky(const CholeskyAnalysis& analysis, int threads = 1);
   Cholesky(const Cholesky&) = delete;
   Cholesky& operator=(const Cholesky&) = delete;
 
-  // Numeric factor of a matrix with the analysed pattern. False where it is not positive definite to the
-  // rounding of that precision; solve() then must not be called. Throws std::bad_alloc when memory runs out.
+  // Factors a matrix with the analysed pattern. False where the matrix is not positive definite to rounding;
+  // solve() is then invalid. Throws std::bad_alloc when memory runs out.
   [[nodiscard]] bool factorize(const SparseLower& matrix, Precision precision = Precision::double_precision);
 
-  // L S L^T in double precision of a matrix that need not be positive definite (multifrontal.hpp). False where
-  // a pivot is only rounding: the matrix is singular, or as good as that.
+  // Factors an indefinite matrix as L S L^T in double precision (multifrontal.hpp). False where a pivot is
+  // rounding: the matrix is numerically singular.
   [[nodiscard]] bool factorize_indefinite(const SparseLower& matrix);
-  // Of the last factor: as many eigenvalues of the matrix are negative.
+  // Number of negative eigenvalues of the last factored matrix.
   int num_negative_pivots() const;
 
-  // Replaces each column of `right_hand_sides` (n rows) by K^-1 times it. Columns in blocks share each read
-  // of L.
+  // Replaces each column b of `right_hand_sides` (n rows) by K^-1 b. Blocks of columns share each read of L.
   void solve(Eigen::MatrixXd& right_hand_sides);
   void solve(Eigen::VectorXd& right_hand_side);
 
@@ -64,7 +63,7 @@ class Cholesky {
 
   std::shared_ptr<const FrontTree> fronts_;
   int threads_;
-  std::optional<Multifrontal<double>> double_;  // the last factor is in one of the two
+  std::optional<Multifrontal<double>> double_;  // one of the two holds the last factor
   std::optional<Multifrontal<float>> single_;
 };
 

@@ -1,8 +1,7 @@
-// Preconditioned conjugate gradients for K x = b: the linear solver of Zhong et al. 2005 section 2.3, the
-// alternative to a Cholesky factor. Slower on organ meshes, and lighter: its memory is a few times that of K.
+// Preconditioned conjugate gradients for K x = b: the linear solver of Zhong et al. 2005 section 2.3. On
+// organ meshes it is slower than a Cholesky factor and needs less memory.
 //
-// Source: Hestenes and Stiefel 1952; preconditioned by an incomplete Cholesky factor of the pattern of K (Lin
-// and More 1999, as Eigen has it).
+// Source: Hestenes and Stiefel 1952. Preconditioner: incomplete Cholesky factor (Lin and More 1999, in Eigen).
 #pragma once
 
 #include <Eigen/Core>
@@ -15,15 +14,16 @@ namespace palpate {
 
 class ConjugateGradient {
  public:
-  // Keeps a copy of the matrix and makes its preconditioner. Throws std::bad_alloc.
+  // Copies the matrix and makes its preconditioner. Throws std::bad_alloc.
   void prepare(const SparseLower& matrix);
 
-  // Replaces b by K^-1 b to |b - K x| <= 1e-9 |b|: Newton then loses none of its speed. False, with b as it
-  // was, where a direction of negative or no curvature shows that K is not positive definite, or where 10,000
-  // iterations were not enough.
+  // Replaces b by x with |b - K x| <= 1e-9 |b|, accurate enough for Newton's convergence. False, with b
+  // unchanged, where:
+  //   1. a direction has no positive curvature: K is not positive definite, or
+  //   2. 10,000 iterations did not converge.
   [[nodiscard]] bool solve(Eigen::Ref<Eigen::VectorXd> right_hand_side);
 
-  long iterations() const { return iterations_; }  // of all solves so far
+  long iterations() const { return iterations_; }  // sum over all solves so far
 
  private:
   SparseLower matrix_;

@@ -1,18 +1,16 @@
-// The dense kernels of the multifrontal factor, in double and single precision: BLAS and LAPACK under names
-// of what they do. All matrices are column-major, of triangles only the lower is read and written.
+// Dense kernels of the multifrontal factor: names for BLAS and LAPACK calls in double and single precision.
+// All matrices are column-major; triangular and symmetric kernels use the lower triangle only.
 #pragma once
 
 #include <cblas.h>
 
-// LAPACK's, which OpenBLAS carries: Cholesky factor of a dense matrix in place.
+// LAPACK in OpenBLAS: Cholesky factor of a dense matrix in place.
 extern "C" {
 void dpotrf_(const char* triangle, const int* n, double* a, const int* stride, int* info);
 void spotrf_(const char* triangle, const int* n, float* a, const int* stride, int* info);
 }
 
 namespace palpate {
-
-// The dense kernels, on column-major lower triangles.
 
 inline bool factor_in_place(int n, double* a, int stride) {
   int info = 0;
@@ -35,8 +33,8 @@ inline void solve_right(int rows, int n, const float* l, float* b, int stride) {
               stride);
 }
 
-// C := beta C + alpha A A^T over the first `columns` columns of the lower triangle of C, which has as many
-// rows as A.
+// C := beta C + alpha A A^T over the first `columns` columns of the lower triangle of C. C and A have the
+// same number of rows.
 inline void add_square(int rows, int columns, int inner, double alpha, const double* a, int stride,
                        double beta, double* c, int c_stride) {
   cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, columns, inner, alpha, a, stride, beta, c, c_stride);
@@ -72,7 +70,7 @@ inline void solve_left(CBLAS_TRANSPOSE transpose, int n, int columns, const floa
   }
 }
 
-// Y := Y - A X, or Y - A^T X, with A of (rows, inner); X and Y share their stride.
+// Y := Y - A X, or Y - A^T X, with A of shape (rows, inner); X and Y share their stride.
 inline void subtract_product(CBLAS_TRANSPOSE transpose, int rows, int inner, int columns, const double* a,
                              int a_stride, const double* x, double* y, int stride) {
   if (columns == 1) {

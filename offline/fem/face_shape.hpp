@@ -4,7 +4,7 @@
 //   3 nodes:   N_i = L_i
 //   6 nodes:   N_i = L_i (2 L_i - 1) at the corners, N_ij = 4 L_i L_j at the middles of the edges 01 12 20
 // The reference triangle has area 1/2. One point at the centroid integrates N_i exactly (Zhong et al. 2005
-// eq. (9)), three points (Hammer, Marlowe, Stroud 1956) polynomials of degree 2; CalculiX uses the same.
+// eq. (9)). Three points integrate polynomials of degree 2 (Hammer, Marlowe, Stroud 1956), as in CalculiX.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,7 +30,7 @@ struct FaceShape {
       d_eta = Eigen::Vector3d(-1, 0, 1);
     } else {
       L[point] = 2.0 / 3.0;
-      Eigen::Matrix<double, 6, 3> dL = Eigen::Matrix<double, 6, 3>::Zero();  // L_i taken as independent
+      Eigen::Matrix<double, 6, 3> dL = Eigen::Matrix<double, 6, 3>::Zero();  // treats the L_i as independent
       for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3;
         values[i] = L[i] * (2.0 * L[i] - 1.0);

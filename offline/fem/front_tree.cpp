@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// Turns counts at [1, n] into where each begins.
+// Turns counts at [1, n] into start offsets.
 void accumulate(std::vector<int>& counts) {
   std::partial_sum(counts.begin(), counts.end(), counts.begin());
 }
@@ -76,7 +76,7 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
   for (size_t column = 0; column < num_equations; ++column)
     column_of[static_cast<size_t>(permutation_[column])] = static_cast<int>(column);
 
-  // First by front, with the place as (row, column) of L; the rows are looked up front by front below.
+  // Entries first sort by front, with (row, column) of L; the loop below finds their places in each panel.
   struct Place {
     int source, row, column;
   };

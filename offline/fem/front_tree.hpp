@@ -1,13 +1,12 @@
-// The shape of a multifrontal Cholesky factor: which columns are eliminated together, and where their update
-// goes.
+// The structure of a multifrontal Cholesky factor: the columns of each elimination and the target of each update.
 //
-// Columns of L with the same pattern form a supernode. With the rows below it a supernode makes a *front*, a
-// dense lower triangle
+// Columns of L with the same pattern form a supernode. A supernode and the rows below it form a *front*, a
+// dense lower triangle:
 //   [ F11      ]   columns of the supernode
 //   [ F21  F22 ]   rows below
-// into which go the matrix' entries of those columns and the updates of the fronts below it in the tree.
-// Eliminating the columns leaves L11, L21 and the update U = F22 - L21 L21^T, whose rows are all rows of the
-// parent. The tree is in postorder: the descendants of a front are the fronts just before it.
+// A front sums the matrix entries of its columns and the updates of its children in the tree. Elimination
+// leaves L11, L21 and the update U = F22 - L21 L21^T. The parent contains all rows of U. The tree is in
+// postorder: the descendants of a front are the fronts just before it.
 //
 // Source: Duff and Reid 1983; Liu 1992, The multifrontal method for sparse matrix solution.
 #pragma once
@@ -21,53 +20,53 @@ struct cholmod_factor_struct;  // CHOLMOD's cholmod_factor
 
 namespace palpate {
 
-using SparseLower =
-    Eigen::SparseMatrix<double, Eigen::ColMajor, int>;  // lower triangle of a symmetric matrix
+// lower triangle of a symmetric matrix
+using SparseLower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 struct Front {
   int num_columns = 0;
-  int num_rows = 0;  // columns included
+  int num_rows = 0;  // includes the columns
   int first_column = 0;
   int parent = -1;       // -1: a root
-  int first_within = 0;  // of the fronts of its subtree, which ends at the front itself
+  int first_within = 0;  // first front of the subtree; the subtree ends at the front itself
   int depth = 0;         // number of ancestors
-  size_t panel = 0;      // of L11 and L21, column-major with num_rows rows, among the entries of L
-  size_t rows = 0;       // where its num_rows begin, in anything that has one entry a row of every front
-  size_t first_run = 0;  // of those in its parent, see FrontTree::runs_in_parent()
+  size_t panel = 0;      // offset of L11 and L21 in the entries of L, column-major with num_rows rows
+  size_t rows = 0;       // offset in arrays with one entry for each row of every front
+  size_t first_run = 0;  // offset of the runs in the parent, see FrontTree::runs_in_parent()
   int num_runs = 0;
-  double operations = 0;  // of its elimination, floating point
+  double operations = 0;  // floating-point operations of the elimination
 
   int num_updated() const { return num_rows - num_columns; }
-  size_t update_entries() const {  // U is kept as a square
+  size_t update_entries() const {  // U is stored as a square
     return static_cast<size_t>(num_updated()) * static_cast<size_t>(num_updated());
   }
 };
 
-// Constant once made.
+// Constant after construction.
 class FrontTree {
  public:
   FrontTree() = default;
-  // From CHOLMOD's supernodal analysis of `pattern`. Throws std::runtime_error where a front has more than
-  // 2^31 entries.
+  // Converts CHOLMOD's supernodal analysis of `pattern`. Throws std::runtime_error where a front has more
+  // than 2^31 entries.
   FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic);
 
   int size() const { return static_cast<int>(fronts_.size()); }
   const Front& operator[](int front) const { return fronts_[static_cast<size_t>(front)]; }
   std::span<const int> children(int front) const;
 
-  // Where the updated rows of a front stand among the rows of its parent, ascending, in runs of rows that
-  // stand side by side in both: all among the parent's columns, or all below them.
+  // Positions of a front's updated rows among the rows of its parent, in ascending runs. A run is contiguous
+  // in both fronts, and lies either among the parent's columns or below them.
   struct Run {
-    int row;  // of the updated ones, the first
+    int row;  // first row of the run, among the updated rows
     int length;
-    int place;  // in the parent
+    int place;  // first position in the parent
   };
   std::span<const Run> runs_in_parent(int front) const {
     const Front& at = (*this)[front];
     return {runs_.data() + at.first_run, static_cast<size_t>(at.num_runs)};
   }
 
-  // One stored entry of the matrix and its place in the panel of its front.
+  // A stored entry of the matrix and its position in the panel of its front.
   struct Entry {
     int source;  // position in the value array
     int target;
@@ -85,7 +84,7 @@ class FrontTree {
   void set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of);
 
   std::vector<Front> fronts_;
-  std::vector<int> children_;  // of front after front
+  std::vector<int> children_;  // front after front
   std::vector<int> first_child_;
   std::vector<Run> runs_;
   std::vector<Entry> entries_;

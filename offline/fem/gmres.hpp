@@ -1,7 +1,6 @@
-// Generalised minimal residuals for A x = b, A square and possibly unsymmetric, preconditioned from the
-// right.
+// Generalised minimal residuals (GMRES) for A x = b: A square, possibly unsymmetric, preconditioned from the right.
 //
-// Source: Saad and Schultz 1986. Without restarts: memory is two vectors a sweep.
+// Source: Saad and Schultz 1986. No restarts: each iteration stores two vectors.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +9,8 @@
 
 namespace palpate {
 
-// `apply(v)` gives A v; `precondition(v)` replaces v by about A^-1 v and says whether it could. True when |b
-// - A x| <= tolerance |b| was reached; x is then set.
+// `apply(v)` returns A v; `precondition(v)` replaces v by about A^-1 v and returns success. Returns true and
+// sets x where |b - A x| <= tolerance |b|.
 template <typename Apply, typename Precondition>
 [[nodiscard]] bool gmres(const Apply& apply, const Precondition& precondition, const Eigen::VectorXd& b,
                          double tolerance, int max_sweeps, Eigen::VectorXd& x) {

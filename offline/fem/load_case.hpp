@@ -1,4 +1,4 @@
-// What the outside does to the body in one state.
+// The loads and prescribed displacements on the body in one state.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,15 +8,15 @@
 
 namespace palpate {
 
-// Held degrees of freedom with their displacements, forces on the others, pressures on faces. The first three
-// are num_dofs long.
+// Held dofs with their displacements, forces on free dofs, pressures on faces. The first three members have
+// num_dofs entries.
 struct LoadCase {
   std::vector<char> held;
-  Eigen::VectorXd displacement;  // read where held; length unit
-  Eigen::VectorXd force;         // read where not held; force unit
+  Eigen::VectorXd displacement;  // valid at held dofs; length unit
+  Eigen::VectorXd force;         // valid at free dofs; force unit
   FacePressures pressures;       // follow their faces
 
-  // Nothing loaded, `model.fixed` held at zero.
+  // No loads; `model.fixed` is held at zero.
   static LoadCase rest(const Model& model);
 };
 

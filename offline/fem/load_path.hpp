@@ -1,4 +1,4 @@
-// The loads of a step over its time, joined to the equilibrium that it starts from.
+// The loads of a step over its time, continuous with the equilibrium at its start.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,18 +8,19 @@
 
 namespace palpate {
 
-// At time 0 it does what the outside does at the start, reactions included; where the step's own loads(0) is
-// something else, the difference ramps out over the step: a dof newly held moves from where it is, the
-// reaction of one that is released dies away, a load that stands in loads(t) at its full size all the time
-// grows linearly. Held are always the dofs that loads(1) holds.
+// At time 0 the path has the loads and reactions of the start. The difference between the start and loads(0)
+// ramps out linearly over the step:
+//   1. a newly held dof moves from its current place,
+//   2. the reaction of a released dof decays,
+//   3. a load of constant size in loads(t) grows.
+// The dofs held by loads(1) are held at all times.
 class LoadPath {
  public:
-  // `displacement` is the equilibrium of `from`, with the internal forces `internal`.
+  // `displacement` is the equilibrium of `from`; `internal` are its internal forces.
   LoadPath(const LoadCase& from, const std::function<LoadCase(double)>& loads, const Model& model,
            const Eigen::VectorXd& displacement, const Eigen::VectorXd& internal);
 
-  // Time in [0, 1], at 1 to the bit what the step's loads say; where those are the same at all times also
-  // beyond, along the same line.
+  // Time in [0, 1]; at 1 equal to loads(1) to the bit. For loads constant in time, times beyond 1 extrapolate.
   LoadCase at(double time) const;
 
  private:

@@ -13,19 +13,19 @@
 namespace palpate {
 namespace {
 
-// A front of more operations is cut into blocks of so many rows or columns, which the trunk's fronts share
-// out.
+// Fronts with more operations are cut into blocks of kBlock rows or columns. The threads share the blocks of
+// a trunk front.
 constexpr double kWideOperations = 2e8;
 constexpr int kBlock = 256;
-// So many pivots of either sign are found by plain loops, before BLAS takes them out of what is left.
+// Plain loops factor this number of pivots of either sign before BLAS updates the remaining columns.
 constexpr int kSignedBlock = 32;
 
 bool is_wide(const Front& front) {
   return front.operations > kWideOperations;
 }
 
-// L and S of a dense lower triangle A = L S L^T, in place, column after column; negative[j] says where S is
-// -1. False at a pivot that is 0 or no number.
+// Factors a dense lower triangle A = L S L^T in place, column by column; negative[j] tells whether S_j = -1.
+// False at a pivot that is 0 or not a number.
 template <typename Real>
 bool factor_with_signs(int n, Real* a, int stride, char* negative) {
   for (int j = 0; j < n; ++j) {
@@ -45,9 +45,9 @@ bool factor_with_signs(int n, Real* a, int stride, char* negative) {
   return true;
 }
 
-// Eliminates the columns of a front: L11 and L21 in place of F11 and F21, and `update` = - L21 S L21^T. The
-// cuts follow from its size alone, and so do its bits. Without `negative` S is 1, and a pivot that is not
-// positive ends it with false; else the signs of the pivots go there.
+// Eliminates the columns of a front: L11 and L21 replace F11 and F21, `update` = - L21 S L21^T. The cuts
+// depend on the front's size alone, so the bits do not depend on threads. A null `negative` requires S = 1
+// and returns false at the first non-positive pivot; otherwise `negative` receives the signs.
 template <typename Real>
 bool eliminate_columns(const Front& front, Real* panel, Real* update, char* negative, int threads) {
   const int rows = front.num_rows;
@@ -63,8 +63,8 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, char* nega
       work(first, std::min(block, end - first));
     });
   };
-  // C := beta C - A S A^T of the pivots from `begin` to `end`, by its lower triangle of `size` rows, with A
-  // in the panel from `row` on: the negative ones, which are few, are added twice to what all subtract.
+  // C := beta C - A S A^T over pivots `begin` to `end`. C is a lower triangle of `size` rows; A is the panel
+  // from `row` on. All pivots are subtracted; the few negative pivots are then added twice.
   const auto subtract = [&](int begin, int end, int row, int size, int count, Real beta, Real* c,
                             int stride) {
     add_square(size, count, end - begin, Real(-1), at(panel, row, begin), rows, beta, c, stride);
@@ -100,7 +100,7 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, char* nega
   return true;
 }
 
-// to += from, over the rows of a run but for the first few.
+// Adds `from` to `to` over a run's rows, without its first `first` rows.
 template <typename Real>
 void add_run(const FrontTree::Run& run, int first, const Real* from, Real* to) {
   from += run.row;
@@ -108,11 +108,11 @@ void add_run(const FrontTree::Run& run, int first, const Real* from, Real* to) {
   for (int i = first; i < run.length; ++i) to[i] += from[i];
 }
 
-// A pivot below this part of the diagonal entry that it was is what rounding left of a zero.
+// A pivot below this fraction of its original diagonal entry is rounding of a zero.
 template <typename Real>
 constexpr Real kSmallestPivot = 64 * std::numeric_limits<Real>::epsilon();
 
-// A power of two near 1 / magnitude, which changes no digit.
+// A power of two near 1 / magnitude: scaling by it is exact.
 double inverse_power_of_two(double magnitude) {
   if (!(magnitude > 0) || !std::isfinite(magnitude)) return 1;
   return std::ldexp(1.0, -std::clamp(std::ilogb(magnitude), -1000, 1000));
@@ -123,7 +123,7 @@ double inverse_power_of_two(double magnitude) {
 template <typename Real>
 Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tree), threads_(threads) {
   divide();
-  // As much as waits at any time, found by going through the elimination without doing it.
+  // Walks the elimination without arithmetic to find the largest memory of pending updates.
   std::array<size_t, 2> branch_room = {0, 0};
   updates_.resize(static_cast<size_t>(tree.size()));
   for (Branch& branch : branches_) {
@@ -151,12 +151,11 @@ Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tr
   panels_ = std::make_unique_for_overwrite<Real[]>(tree.panel_entries());
 }
 
-// A few splits of the costliest branch into its children; the division of those that would be done first is
-// kept.
+// Splits the costliest branch into its children, repeatedly. Keeps the division with the least estimated time.
 template <typename Real>
 void Multifrontal<Real>::divide() {
   const FrontTree& tree = *tree_;
-  std::vector<double> cost(static_cast<size_t>(tree.size()));  // of the subtree
+  std::vector<double> cost(static_cast<size_t>(tree.size()));  // cost of the subtree
   std::vector<std::pair<double, int>> roots;
   for (int front = 0; front < tree.size(); ++front) {
     double& mine = cost[static_cast<size_t>(front)];
@@ -205,8 +204,8 @@ void Multifrontal<Real>::divide() {
   }
 }
 
-// What making a front does to the two stacks: its update is put on one, those of its children leave the
-// other.
+// Tracks the two stacks during a front's elimination: pushes its update on one, pops its children's updates
+// from the other.
 template <typename Real>
 void Multifrontal<Real>::wait(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& most) const {
   const size_t parity = static_cast<size_t>((*tree_)[front].depth & 1);
@@ -221,7 +220,7 @@ template <typename Real>
 bool Multifrontal<Real>::factorize(const double* values, Pivots pivots) {
   double largest = 0;
   for (int entry = 0; entry < tree_->num_entries(); ++entry) {
-    if (!std::isfinite(values[entry])) return false;  // LAPACK may let it pass
+    if (!std::isfinite(values[entry])) return false;  // LAPACK may accept a NaN
     largest = std::max(largest, std::abs(values[entry]));
   }
   scale_ = inverse_power_of_two(largest);
@@ -275,8 +274,7 @@ bool Multifrontal<Real>::eliminate(int index, Workspace& workspace, int threads)
   return true;
 }
 
-// Adds the children's updates to the front: what falls in its columns to `panel`, or what lies above to
-// `update`.
+// Adds the children's updates to the front: to `panel` in its columns, or to `update` (`above`) below them.
 template <typename Real>
 void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool above) const {
   const Front& front = (*tree_)[index];
@@ -287,7 +285,7 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
       if (above != (columns->place >= front.num_columns)) continue;
       for (int j = 0; j < columns->length; ++j) {
         const ptrdiff_t place = columns->place + j;
-        // The front's rows in this column.
+        // Start of the front's rows in this column.
         Real* to = above ? update + (place - front.num_columns) * front.num_updated() - front.num_columns
                          : panel + place * front.num_rows;
         const Real* from = updates_[static_cast<size_t>(c)] + (columns->row + j) * n;
@@ -298,8 +296,8 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
   }
 }
 
-// With w a front's rows: forward, w1 = L11^-1 (b + what the children carry), w2 = what they carry - L21 w1
-// goes to the parent; back, w2 = the parent's x, w1 = L11^-T (S w1 - L21^T w2) = x.
+// Forward: w1 = L11^-1 (b + sum over children), w2 = sum over children - L21 w1; w2 goes to the parent.
+// Backward: w2 = x of the parent, w1 = L11^-T (S w1 - L21^T w2) = x.
 template <typename Real>
 void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
   const FrontTree& tree = *tree_;
@@ -390,7 +388,7 @@ int Multifrontal<Real>::num_negative_pivots() const {
 
 template <typename Real>
 void Multifrontal<Real>::solve(double* right_hand_sides, int columns) {
-  constexpr int kColumns = 16;  // share each read of the panels; more would only take more room
+  constexpr int kColumns = 16;  // columns that share each read of the panels; more columns need more memory
   const size_t rows = tree_->permutation().size();
   for (int first = 0; first < columns; first += kColumns)
     solve_block(right_hand_sides + static_cast<size_t>(first) * rows, std::min(kColumns, columns - first));

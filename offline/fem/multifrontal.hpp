@@ -1,19 +1,17 @@
-// Numeric factor K = L S L^T of a sparse symmetric matrix by the multifrontal method, on several threads, in
-// double or single precision. S is 1, the Cholesky factor, or holds the signs of the pivots, of which there
-// are as many below zero as K has negative eigenvalues (Sylvester's law of inertia).
+// Numeric factor K = L S L^T of a sparse symmetric matrix by the multifrontal method, threaded, in double or
+// single precision. S = 1 gives the Cholesky factor. Otherwise S holds the signs of the pivots; the number of
+// negative signs equals the number of negative eigenvalues of K (Sylvester's law of inertia).
 //
-// Pivots are not exchanged: one may be small by chance where K is indefinite, and L large beside it. Whoever
-// allows either sign looks at the residual of what is solved.
+// The factor exchanges no pivots. An indefinite K may meet an accidentally small pivot and a large L; the
+// caller must check the residual.
 //
-// The work is dense BLAS on the fronts of a FrontTree (which derives it). Disjoint subtrees, the *branches*,
-// are eliminated side by side; what stands above them, the *trunk*, after them. Every front is made by the
-// same operations in the same order whoever does it, so the bits do not depend on the threads. BLAS must be
-// single-threaded (openblas_set_num_threads(1)) where branches run side by side.
+// The work is dense BLAS on the fronts of a FrontTree. Threads eliminate disjoint subtrees, the *branches*,
+// side by side, then the *trunk* above them. The order of operations in a front is fixed, so the bits do not
+// depend on the threads. BLAS itself must be single-threaded (openblas_set_num_threads(1)).
 //
-// Updates wait for their parent on stacks. In postorder all that lies above the updates of a front's children
-// is gone when the front is made, but its own update must be made before theirs are dropped; two stacks, for
-// even and odd depth, let it. A branch has the stacks of the thread that makes it, and puts its root's update
-// aside for the trunk.
+// Pending updates wait for their parent on stacks. A front pushes its update before it pops its children's
+// updates. Two stacks, for even and odd depth, make this order possible. A branch uses its thread's stacks
+// and stores its root's update for the trunk.
 #pragma once
 
 #include <array>
@@ -26,33 +24,33 @@ namespace palpate {
 
 enum class Pivots { positive, of_either_sign };
 
-// Real: double or float. One object a thread; not copyable. `tree` must outlive it.
+// Real: double or float. One object for each thread; not copyable. `tree` must outlive the object.
 template <typename Real>
 class Multifrontal {
  public:
-  // Takes all the memory that factors need: panel_entries() of the tree and what waits on the stacks. Throws
-  // std::bad_alloc.
+  // Allocates all memory of a factor: panel_entries() of the tree and the stacks. Throws std::bad_alloc.
   Multifrontal(const FrontTree& tree, int threads);
 
-  // Factor of the matrix with these values on the tree's pattern. False where it is not positive definite to
-  // the rounding of Real or, with pivots of either sign, where one is only rounding; solve() must then not be
-  // called. Cost: the sum of Front::operations.
+  // Factors the matrix with these values on the tree's pattern. Cost: sum of Front::operations. False, and
+  // solve() is invalid, where:
+  //   1. pivots must be positive and the matrix is not positive definite to the rounding of Real, or
+  //   2. pivots may have either sign and a pivot is rounding.
   [[nodiscard]] bool factorize(const double* values, Pivots pivots = Pivots::positive);
   int num_negative_pivots() const;  // of the last factor
 
-  // Replaces `columns` columns of one entry an equation, one after another, by K^-1 times them. Cost: two
-  // passes over L for each 16 columns. Throws std::bad_alloc.
+  // Replaces each of `columns` contiguous columns b by K^-1 b. Cost: two passes over L for each 16 columns.
+  // Throws std::bad_alloc.
   void solve(double* right_hand_sides, int columns);
 
  private:
   struct Workspace {                   // of one thread
-    std::unique_ptr<Real[]> stack[2];  // updates that wait for their parent, at even and odd depth
+    std::unique_ptr<Real[]> stack[2];  // pending updates, at even and odd depth
     std::array<size_t, 2> top;
     std::vector<Real> diagonal;  // of the front's columns, before the elimination
   };
   struct Branch {
     int root;
-    std::unique_ptr<Real[]> update;  // of its root, for the trunk
+    std::unique_ptr<Real[]> update;  // of the root, for the trunk
   };
 
   void divide();
@@ -63,18 +61,19 @@ class Multifrontal {
 
   const FrontTree* tree_;
   int threads_;
-  std::vector<Branch> branches_;  // the most costly first
+  std::vector<Branch> branches_;  // in order of falling cost
   std::vector<char> is_branch_root_;
   std::vector<int> trunk_;
   std::vector<Workspace> workers_;
   Workspace trunk_workspace_;
   std::unique_ptr<Real[]> panels_;  // L11 and L21 of every front
-  std::vector<Real*> updates_;      // of every front, where they wait
+  std::vector<Real*> updates_;      // address of every front's update
   const double* values_ = nullptr;
   Pivots pivots_ = Pivots::positive;
-  std::vector<char> negative_;  // whether S is -1, of every column of L
-  double scale_ = 1;            // of the matrix that is factored, a power of two
-  std::vector<Real> carried_;   // of solve_block: one entry a row of every front and column
+  std::vector<char> negative_;  // for every column of L: whether S is -1
+  double scale_ = 1;            // scale of the factored matrix, a power of two
+  // scratch of solve_block: one entry for each row of every front and each column
+  std::vector<Real> carried_;
 };
 
 extern template class Multifrontal<double>;

@@ -1,10 +1,10 @@
-// The threads of a process that share its loops.
+// Threads of the process that share its loops.
 //
-//   caller                         gate                       the others
+//   caller                         gate                       other threads
 //   sets the job, opens it  -->  open | how many inside  -->  enter while it is open, run the job, leave
 //   runs the job, closes it, waits until nobody is inside
 //
-// Who comes after it was closed goes back to wait: a loop that is done waits for nobody to wake up.
+// A thread that arrives after the gate has closed waits again: a finished loop does not wait for late threads.
 #include "offline/fem/parallel_for.hpp"
 
 #include <chrono>
@@ -20,8 +20,8 @@
 namespace palpate {
 namespace {
 
-// Waits so long for the next loop before it sleeps: to be woken costs 50 us and more, and loops of one Newton
-// iteration follow one another sooner than this.
+// Spin time before a thread sleeps. Loops of one Newton iteration follow one another faster than the system
+// wakes a thread.
 constexpr std::chrono::microseconds kPatience{200};
 
 void pause() {
@@ -54,7 +54,7 @@ class Team {
     job(context, 0);
     gate_.fetch_and(~kOpen, std::memory_order_acq_rel);
     for (int spins = 0; gate_.load(std::memory_order_acquire) != 0; ++spins) {
-      constexpr int kSpins = 10000;  // 0.1 to 0.5 ms; then who is inside may need this processor
+      constexpr int kSpins = 10000;  // after these spins a thread inside may need this processor
       if (spins < kSpins) {
         pause();
       } else {
@@ -73,7 +73,7 @@ class Team {
       for (int worker = static_cast<int>(others_.size()) + 1; worker < threads; ++worker)
         others_.emplace_back([this, worker, seen = round_.load()] { serve(worker, seen); });
     } catch (const std::exception&) {
-      // No more threads or no memory for them: those at hand do it all.
+      // The system gives no more threads or memory: the existing threads run the loop.
     }
   }
 
@@ -116,7 +116,7 @@ class Team {
   alignas(64) std::atomic<unsigned> gate_ = 0;
   alignas(64) std::atomic<std::uint32_t> round_ = 0;
   std::atomic<bool> stopping_ = false;
-  std::vector<std::jthread> others_;  // last: they are joined before what they use is gone
+  std::vector<std::jthread> others_;  // last member: the threads end before their data
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// A loop shared out between threads that stay for the next one: a Newton iteration has some twenty loops of
-// a few tenths of a millisecond, which is what it costs to start a thread.
+// Shares a loop between threads that persist. A Newton iteration has many short loops; starting threads would
+// cost as much as a loop.
 #pragma once
 
 #include <algorithm>
@@ -8,14 +8,15 @@
 
 namespace palpate {
 
-// Calls run(context, worker) on the caller's thread, as worker 0, and, once or more, on as many of threads -
-// 1 others as come before that call has returned; returns when all have. Alone where another loop has the
-// threads at the time, as a loop within a loop does, or where the system gives none. `run` must not throw:
-// there is nobody to catch it.
+// Calls run(context, worker) on the caller's thread as worker 0, and on up to `threads` - 1 other threads.
+// Returns when all calls have returned. Runs on the caller's thread alone where:
+//   1. another loop has the threads, as in a nested loop, or
+//   2. the system gives no threads.
+// `run` must not throw.
 void run_on_threads(int threads, void (*run)(void* context, int worker), void* context);
 
-// Calls work(index, worker) once for each index below `count`, on as many threads as asked for or as there
-// are (run_on_threads). `worker` is below both; no two calls at a time have the same one.
+// Calls work(index, worker) once for each index below `count`, on at most `threads` threads. `worker` is
+// below both numbers; concurrent calls have different workers.
 template <typename Work>
 void parallel_for(int threads, int count, Work&& work) {
   struct Loop {

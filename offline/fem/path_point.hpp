@@ -1,4 +1,4 @@
-// The points of a path of equilibria, and the limit points between them.
+// Points of an equilibrium path, and the limit points between them.
 #pragma once
 
 #include <vector>
@@ -11,12 +11,12 @@ struct PathPoint {
   double arc_length = 0;
   double load_factor = 0;
   double current_stiffness = 1;
-  int negative_pivots = 0;  // of K, of its symmetric part under pressures; 0 = stable under given loads
+  int negative_pivots = 0;  // of K, or of its symmetric part under pressures; 0 = stable under given loads
   double min_jacobian = 1;
 };
 
-// The load factors at which it stopped growing or falling along the path: the tops of parabolas through three
-// points, so of third order in the increments.
+// Returns the load factors at the limit points of the load: vertices of parabolas through three points, of
+// third order in the increments.
 std::vector<double> limit_load_factors(const std::vector<PathPoint>& path);
 
 }  // namespace palpate

@@ -1,17 +1,17 @@
-// The volume changes that several elements, or the points of one, share (mean dilatation).
+// Volume changes that several elements, or the points of one element, share (mean dilatation).
 //
 // Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto, Andrade Pires
-// and Owen 2005 for patches of tetrahedra, whose F-bar has no energy; here the energy is stated and all else follows.
-// With W = W' + U(theta) of volume_split.hpp, a patch p of integration points q that stand for the volumes V_q stores
+// and Owen 2005 for patches of tetrahedra, without an energy. Here an energy defines the method. With W = W' + U(theta)
+// of volume_split.hpp, a patch p of integration points q with volumes V_q stores
 //
 //   sum_q V_q W'(F_q) + V_p U(theta_p),   V_p = sum_q V_q,   theta_p = sum_q V_q theta(F_q) / V_p.
 //
-// With the pressure U'(theta_p), one for the patch, and G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q . g_a:
+// The pressure U'(theta_p) is constant in the patch. With G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q . g_a:
 //
 //   P_q = dW'/dF + U' dtheta/dF,   K = sum_q V_q g_a . (d2W' + U' d2theta) . g_b + U''/V_p G G^T
 //
-// symmetric, of the patch's nodes alone, and positive definite where the parts are. The elements make V_q theta and
-// its gradient, and what stands inside the sums; this class makes pressures of them, and the dyad G G^T.
+// K is symmetric, couples the patch's nodes only, and is positive definite where both terms are. The elements compute
+// V_q theta, its gradient and the terms inside the sums; this class computes the pressures and the dyad G G^T.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,23 +31,23 @@ class SharedVolumes {
   bool empty() const { return volumes_.empty(); }
   int num_patches() const { return static_cast<int>(volumes_.size()); }
   std::span<const int> nodes(int patch) const;
-  // The patch of an element, counted without gaps; -1 if it shares its volume with no other point.
+  // Patch number of an element; -1 where the element shares its volume with no other point.
   int patch_of(int element) const { return patch_of_[static_cast<std::size_t>(element)]; }
 
   struct State {
-    // By element: sum over its points of V theta, and its gradient at the element's nodes.
+    // Per element: sum over its points of V theta, and the gradient of the sum at the element's nodes.
     std::vector<double> volumes;
-    std::vector<std::array<double, 30>> gradients;  // empty where not asked for
-    // By patch: U' and U''.
+    std::vector<std::array<double, 30>> gradients;  // empty unless requested
+    // Per patch: U' and U''.
     std::vector<double> pressures;
     std::vector<double> stiffnesses;
     double energy = 0;  // sum of V_p U
   };
-  // With zeros where the elements add.
+  // Returns zeros; the elements add their parts.
   State begin(bool with_gradients) const;
   void finish(State& state) const;
 
-  // G, three for each node of the patch.
+  // Computes G: three entries for each node of the patch.
   void gradient(const State& state, int patch, std::vector<double>& gradient) const;
   // U'' / V_p.
   double dyad_scale(const State& state, int patch) const;
@@ -55,7 +55,7 @@ class SharedVolumes {
  private:
   const Model* model_;
   std::vector<int> patch_of_;
-  // By patch, one behind the other from starts_[p] to starts_[p + 1].
+  // Patch after patch, from starts_[p] to starts_[p + 1].
   std::vector<int> elements_;
   std::vector<std::size_t> element_starts_;
   std::vector<int> nodes_;  // ascending in each patch

@@ -12,24 +12,23 @@
 namespace palpate {
 namespace {
 
-// Armijo's constant: the energy must fall by this part of what the slope promises. Any small number serves.
+// Armijo's constant: accepted fraction of the energy decrease that the slope predicts.
 constexpr double kSufficientDecrease = 1e-4;
-// A residual that shrinks to this part of itself is progress whatever the energy's rounding says.
+// A residual reduced to this fraction is progress, whatever the rounding of the energy.
 constexpr double kResidualDecrease = 0.9;
 constexpr int kMaxBacktracks = 12;
-// A residual within so many times the rounding of P is rounding too, once Newton stops reducing it.
+// Once Newton stagnates, a residual below this multiple of the rounding of P counts as rounding.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;
-// An increment that converged with so few factors, the predictor's included, is followed by one half as large
-// again.
+// An increment that needs at most this number of factors, the predictor's included, is followed by an
+// increment 1.5 times as long.
 constexpr int kEasyFactors = 7;
-// Whole steps that an increment may take against the merit.
+// Whole steps of an increment without a merit test.
 constexpr int kBoldSteps = 8;
-// The body may move so many times as far as the tangent at either end of an increment says: less far where the
-// load comes to its limit, as long as it does not pass it.
+// Accepted ratio of the body's motion to the motion that either end's tangent predicts. Near a limit point
+// the ratio is large only if the increment passes it.
 constexpr double kFurthestWay = 1.5;
-// Where the tangent has become so many times as soft and no increment succeeds, it is the load that has come to
-// its limit.
+// A tangent softened by this factor, without a successful increment, shows a limit point.
 constexpr double kLimitPace = 30;
 constexpr double kNoPrediction = std::numeric_limits<double>::infinity();
 
@@ -60,7 +59,7 @@ double StaticSolver::stored_energy(const Eigen::VectorXd& displacement) {
 void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
   const Stopwatch watch(seconds_.assembly);
   assembly_->tangent(displacement, project, stiffness_);
-  // The pressures' part has eigenvalues of either sign, which would undo the projection.
+  // The pressures' tangent has eigenvalues of either sign and would undo the projection.
   if (!project) subtract_pressure_tangent(*assembly_, load.pressures, displacement, stiffness_);
 }
 
@@ -70,7 +69,7 @@ bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& dis
 
 bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
                                 const Eigen::VectorXd& displacement, bool project) {
-  factor_valid_ = false;  // also should memory run out below
+  factor_valid_ = false;  // invalid also if an allocation below throws
   ++num_factorizations_;
   factor_precision_ = precision;
   factor_projected_ = project;
@@ -88,7 +87,7 @@ bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
 }
 
 bool StaticSolver::factor_fits(const LoadCase& load) const {
-  // An old matrix saves conjugate gradients nothing.
+  // Conjugate gradients gain nothing from an old matrix.
   if (!factor_valid_ || factor_projected_ || conjugate_gradient_) return false;
   return factored_held_ == held_equations(*assembly_, load);
 }
@@ -112,8 +111,8 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
       const bool single = precision == Precision::single_precision;
       if (single && (project || !single_serves_)) continue;
-      // Where single precision failed the tangent is ill-conditioned or the equilibrium unstable, which
-      // rounding soon leaves: the rest of the increment is in double.
+      // A failure in single precision indicates an ill-conditioned tangent or an unstable equilibrium. The
+      // rest of the increment uses double precision.
       single_serves_ = single;
       ++report.factorizations;
       if (!factorize_in(precision, load, displacement, project)) continue;
@@ -145,8 +144,8 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
 
 bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
   if (factor_precision_ == Precision::double_precision) return back_solve(columns);
-  // Newton's next residual is then at least this part of the last, which it seldom is; one correction usually
-  // brings it far below, and a factor that needs more is not worth its haste.
+  // Accepted relative residual of a solve with a single-precision factor; Newton's next residual is seldom
+  // smaller. One correction usually reaches the bound; a worse factor is not worth its speed.
   constexpr double kAccuracy = 1e-4;
   constexpr int kCorrections = 2;
   const Eigen::MatrixXd right = free_equations(columns);
@@ -202,7 +201,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   Eigen::VectorXd external = external_force(assembly_->model(), load, displacement);
   Eigen::VectorXd residual_force = out_of_balance(*assembly_, load, internal, external);
   double norm = residual_force.norm();
-  // Of the predictor, or of a neighbour: one back-solve tells whether it serves.
+  // The factor at hand belongs to the predictor or a nearby state; one back-solve tests its quality.
   bool reuse = settings.reuse_contraction > 0 && factor_fits(load);
   bool projected = false;
 
@@ -213,10 +212,10 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
   };
-  std::optional<double> energy;  // stored at `displacement`, once it is asked for
+  std::optional<double> energy;  // stored energy at `displacement`, once computed
   int bold_steps = 0;
   int fresh_iterations = 0;
-  bool stalled = false;  // a whole step with a fresh factor left the residual as it was
+  bool stalled = false;  // a whole step with a fresh factor did not reduce the residual
   for (int iteration = 1;; ++iteration) {
     const double scale = scale_now();
     if (!std::isfinite(norm)) return give_up(StopCause::not_finite);
@@ -238,7 +237,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
         return give_up(StopCause::no_tangent);
     }
     if (iteration == 1) predicted_way_ += projected ? kNoPrediction : direction.norm();
-    // dPi/ds; above 0 where a true tangent with pressures leads uphill: the energy must then not rise.
+    // dPi/ds. Under pressures a true tangent may point uphill; the bound 0 then forbids a rise of the energy.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
     IterationRecord record;
@@ -281,8 +280,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     }
     ++report.iterations;
     if (record.step == 0.0) {
-      // No trial was accepted: put the state back, and if the factor was an old one, try again with a fresh
-      // one.
+      // No trial was accepted: restore the state. An old factor gets a second attempt with a fresh factor.
       state = internal_force(displacement, internal);
       external = external_force(assembly_->model(), load, displacement);
       residual_force = out_of_balance(*assembly_, load, internal, external);
@@ -308,7 +306,7 @@ bool StaticSolver::in_either_precision(SolveReport& report, Attempt&& attempt) {
   single_serves_ = !conjugate_gradient_;
   single_served_ = false;
   bool converged = attempt();
-  // What inverts an element or overflows does so in double too.
+  // Inverted elements and overflow occur in double precision too.
   const bool may_be_rounding = report.stopped == StopCause::no_tangent ||
                                report.stopped == StopCause::no_descent ||
                                report.stopped == StopCause::iterations;
@@ -415,7 +413,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       return report;
     }
     const int attempt = report.increments + 1;
-    // A last increment that would leave a sliver is made whole.
+    // Extend the last increment instead of leaving a tiny remainder.
     const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
     const LoadCase load = path.at(target);
 
@@ -465,13 +463,13 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
                                     const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
                                     const Eigen::MatrixXd& forces) {
   constexpr double kTolerance = 1e-10;
-  constexpr double kContraction = 0.3;  // slower than this, a fresh factor is cheaper
-  // With the exact factor the second correction is rounding: of 1e-16 times the condition of K. Above this
-  // the answer would not have the digits that a fit needs.
+  constexpr double kContraction = 0.3;  // a slower contraction costs more than a fresh factor
+  // With the exact factor the second correction is rounding, eps times the condition of K. Above this bound
+  // the solution has too few digits for a fit.
   constexpr double kRounding = 1e-6;
   constexpr int kMaxSweeps = 40;
   if (!load.pressures.empty()) return false;
-  // Iterative refinement: the factor at hand belongs to a state nearby, so 1 - K_0^-1 K is small.
+  // Iterative refinement: the factor belongs to a nearby state, so 1 - K_0^-1 K is small.
   bool exact = false;
   if (!factor_fits(load)) {
     if (!factorize_at(load, displacement, false)) return false;

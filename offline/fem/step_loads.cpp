@@ -24,7 +24,7 @@ void add_gravity(const Model& model, const Tetrahedron& element, const Eigen::Ve
   }
 }
 
-// Forces of t dS at rest; with `pressure`, of -p n dS.
+// Nodal forces of t dS at rest, or of -p n dS with `pressure`.
 template <int kNodes>
 void add_traction(const Model& model, const std::array<int, 6>& nodes, const Eigen::Vector3d& traction,
                   double pressure, Eigen::VectorXd& force) {

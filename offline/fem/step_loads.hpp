@@ -1,8 +1,7 @@
-// The loads of one *STEP over its time, as forces at nodes: gravity, tractions, and at small strain pressures
-// are put on the nodes of the body at rest by its shape functions.
+// The loads of one *STEP over its time as nodal forces. Shape functions distribute gravity, tractions and, at
+// small strain, pressures over the nodes at rest.
 //
-// Source: Zhong et al. 2005 eqs. (7) to (9): f_a = sum over elements of int N_a rho b dV + sum over faces of
-// int N_a t dS.
+// Source: Zhong et al. 2005 eqs. (7) to (9): f_a = sum_elements int N_a rho b dV + sum_faces int N_a t dS.
 #pragma once
 
 #include <map>
@@ -16,8 +15,8 @@ class StepLoads {
   // Keeps references to both.
   StepLoads(const Model& model, const Step& step);
 
-  // At a fraction 0 .. 1 of the step's time. A load without amplitude has its value at once: to let it ramp
-  // is the business of StaticSolver::follow.
+  // Loads at a fraction 0 .. 1 of the step's time. A load without amplitude has its full value at once;
+  // StaticSolver::follow ramps it.
   LoadCase at(double fraction) const;
 
  private:
@@ -25,7 +24,7 @@ class StepLoads {
 
   const Model* model_;
   const Step* step_;
-  std::map<int, Eigen::VectorXd> forces_;  // those of each amplitude
+  std::map<int, Eigen::VectorXd> forces_;  // by amplitude
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Adds the time from its making to its end to a sum of seconds.
+// Adds the time of its life to a sum of seconds.
 #pragma once
 
 #include <chrono>

@@ -22,7 +22,7 @@ FaceNodes<kNodes> current_positions(const Model& model, const std::array<int, 6>
   return x;
 }
 
-// Calls visit(face nodes, pressure) with the number of nodes of the face as template argument.
+// Calls visit(face nodes, pressure); the template argument is the number of nodes of the face.
 template <typename Visitor>
 void for_each_face(const Model& model, const FacePressures& pressures, Visitor&& visit) {
   for (const auto& [face, pressure] : pressures) {
@@ -42,7 +42,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return matrix;
 }
 
-// df/dx of one face: a row and a column of 3x3 blocks for each node.
+// df/dx of one face: 3x3 blocks, a row and a column for each node.
 template <int kNodes>
 Eigen::Matrix<double, 3 * kNodes, 3 * kNodes> face_tangent(const FaceNodes<kNodes>& x, double pressure) {
   Eigen::Matrix<double, 3 * kNodes, 3 * kNodes> tangent;

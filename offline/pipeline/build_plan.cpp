@@ -17,20 +17,19 @@
 namespace palpate {
 namespace {
 
-// Opens in a twentieth of a second and is exact; what a surface of 1,900 nodes takes. It grows with the square.
+// Limit of a dense compliance: the runtime opens it fast and answers exactly. Bytes grow with the square of the nodes.
 constexpr double kMostDenseBytes = 256e6;
 
 double dense_bytes(const ContactSites& sites) {
   return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
 }
 
-constexpr size_t kChecksOfSeries = 2;  // solves of a site that need not be sampled
+constexpr size_t kChecksOfSeries = 2;  // check solves at a site without samples
 constexpr double kMostZoneBytes = 192e6;
-// Of survey targets from here on polynomials take more of everything.
+// Survey targets from this value down need more samples and higher degrees.
 constexpr double kFineTarget = 1e-3;
 
-// As many as the target asks for: p95 of sets of contacts that go as far as an edge is up to 2.7 % with one ring, 0.4 with
-// two and 0.15 with three (bench/zones/ZONES.md).
+// Rings by target; bench/zones/ZONES.md has the errors by number of rings.
 int rings_for(double target) {
   constexpr double kOfOneRing = 0.03;
   constexpr double kOfTwo = 0.004;
@@ -38,7 +37,7 @@ int rings_for(double target) {
   return target >= kOfTwo ? 2 : 3;
 }
 
-// Solves of a site that its polynomial is fitted to, at the least.
+// Estimates the least number of fitted solves at a site.
 size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
   if (!scene.polynomial) return 0;
   const bool half = scene.directions == Directions::inward;
@@ -59,13 +58,15 @@ bool is_nonlinear(const Model& model) {
   });
 }
 
-// Of contacts that move, each in a zone of its own or half of one that it shares: for each an iteration with its
-// substitutions and products, two evaluations of its elements, and a tenth of the next tangent
-// (runtime/src/nonlinear_zone.hpp).
+// Estimates the time of a frame with moving contacts. Each contact has its own zone, or half of a shared
+// zone, and needs:
+//   1. one iteration with substitutions and products,
+//   2. two evaluations of its elements,
+//   3. a tenth of the next tangent.
 double zone_frame_us(const ZoneTables& zone, int contacts) {
-  constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds, of an ordinary core
+  constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds of an ordinary core
   constexpr double kPerElement = 1200;
-  constexpr double kPerStiffness = 3000;  // of an element
+  constexpr double kPerStiffness = 3000;  // multiply-adds of an element stiffness
   const double m = 3.0 * zone.most_nodes;
   const double tangent = m * m * m / 6 + 8 * m * m + kPerStiffness * zone.most_elements;
   const double of_one = 2 * m * m + tangent / 10 + kPerElement * zone.most_elements;
@@ -99,7 +100,7 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
   }
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
   for (int rings = rings_for(scene.accuracy_target); rings > 0; --rings) {
-    // A ring is worth more than what is between near contacts, and that more than degrees outside of zones.
+    // Priority under the budget: rings, then interaction terms of near contacts, then degrees of the exterior.
     for (const bool between : {true, false}) {
       ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
       const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
@@ -118,17 +119,17 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
   SamplingPlan plan;
   plan.jobs = jobs;
-  constexpr int kSurveySets =
-      60;  // as many as it takes to tell 95 % of their errors with a confidence of 95 %
+  // 60 samples bound the p95 at a confidence of 95 %
+  constexpr int kSurveySets = 60;
   plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
-  // Where slivers turn under a small tip, 60 solves leave half a percent (bench/polynomials/POLYNOMIALS.md).
+  // Slivers under a small tip need more solves (bench/polynomials/POLYNOMIALS.md).
   constexpr size_t kSolvesForFineTargets = 150;
-  // Polynomials of a half-ball stay of degree 7, which 60 solves determine five times over.
+  // Inward directions keep degree 7, and 60 solves suffice for degree 7.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
     plan.most_samples = kSolvesForFineTargets;
   plan.rounded = rounds_fields(scene);
-  // Below it energies and forces lose to rounding what a polynomial is fitted to.
+  // Below this reach rounding of energies and forces spoils the fit.
   constexpr double kLeastReach = 1e-6;  // of h
   if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
     throw std::runtime_error(fmt::format(
@@ -136,9 +137,9 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
         "nonlinear model; raise it, or write [models] polynomial = false",
         scene.file.string(), scene.max_displacement, sites.mean_surface_edge));
   }
-  // A whole surface is given what its target needs, few sites more than that: they cost little.
+  // Many sites get the solves that their target needs. Few sites get more: the additional solves are cheap.
   constexpr int kManySites = 240;
-  // Few sites are measured more often, so that 95 % of each bin's errors are told with a confidence of 95 %.
+  // With few sites each bin still needs 60 samples for its p95 at a confidence of 95 %.
   constexpr int kFewestSurveySolves = 4 * 60;
   const int num_sites = static_cast<int>(sites.sites.size());
   plan.fewest = scene.polynomial && scene.polynomial_method == PolynomialMethod::hermite &&
@@ -147,13 +148,12 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.least_survey = plan.fewest ? kFewestSurveySolves / 4 : 0;
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
-    // Nothing is fitted at a site, so a survey of all of them would be most of the work: one push in each bin
-    // at sites all over the organ.
+    // Without fits the survey would dominate the build. One push in each bin at sites all over the organ suffices.
     num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
     plan.survey_samples = 4;
   }
   if (scene.polynomial && num_sites > kManySites) {
-    // On the brain 4 solves leave 0.5 % at 1 h, and sites of which that is not within the target get more.
+    // Sites that miss the target after these solves get more (bench/polynomials/POLYNOMIALS.md).
     plan.least_samples = 4;
     plan.survey_samples = 2;
     return plan;
@@ -175,14 +175,13 @@ std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, co
 
 std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
                                    const std::vector<InputFile>& inputs) {
-  // Another build of this program may solve otherwise, in the last digit or by a mended fault.
+  // Another build of this program may differ in the last digit or by a corrected fault.
   const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
-  // Where the fewest sites are sampled, two pushes come before all others, and a solve starts from the nearest before
-  // it.
+  // Builds with few sampled sites order their pushes differently. Each solve starts from the nearest solved push.
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);
-  for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first is the scene
+  for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first input is the scene
   if (scene.gravity) {
     for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
   }
@@ -194,7 +193,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan) {
   const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
-  // Displacement and three derivatives of all dofs, six second derivatives of what is packed; a survey's displacement.
+  // Displacement and three derivatives of all dofs, six second derivatives of packed rows; the survey's displacement.
   const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
   return sizeof(float) *
          (static_cast<double>(num_worked(plan, sites)) *
@@ -218,7 +217,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       static_cast<double>(worked) *
           static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
   const bool compressed = is_to_be_compressed(scene, sites);
-  constexpr double kFactorsPerSolve = 2.2;  // back-solves, assembly and tangents included
+  constexpr double kFactorsPerSolve = 2.2;  // includes back-solves, assembly and tangents
   double factors = kFactorsPerSolve * solves;
   constexpr double kFactorsPerSeries = 5;
   if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
@@ -251,11 +250,11 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
     const double of_zones = zone_bytes(*zone, sites);
     bytes += of_zones;
-    // What is outside of zones, order by order along rays (zone_exterior.hpp): as many factors as an order of a ray
-    // takes the time of, on the brain with one ring and two, and the same of pairs.
+    // The exterior is solved order by order along rays (zone_exterior.hpp). Factorisations that cost as much
+    // as one order:
     constexpr double kFactorsPerOrder = 0.15;
     constexpr double kFactorsPerRing = 0.055;
-    constexpr double kFactorsPerPair[] = {0.5, 1.0};  // to second order, to third
+    constexpr double kFactorsPerPair[] = {0.5, 1.0};  // second order, third order
     const int degree = zone->exterior_degree;
     const int orders = (degree - 1) * num_rays(degree);
     factors +=
@@ -277,17 +276,17 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
         "are answered by the linear model\n",
         scene.frame_budget_us, kMostZoneBytes / 1e6);
   }
-  // Of small meshes assembly, tangents and fits outweigh the factors.
+  // On small meshes assembly, tangents and fits cost more than the factorisation.
   constexpr double kSecondsPerElement = 5e-6;
   const double seconds =
       std::max(factor_seconds, kSecondsPerElement * static_cast<double>(model.elements.size()));
-  constexpr double kFactorsPerSet = 4;  // of contacts that may strain what is between them
+  constexpr double kFactorsPerSet = 4;  // close contacts may strain the tissue between them
   factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);
   fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
              solves, std::max(1.0, factors * seconds / jobs), jobs, bytes / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
-  std::fflush(stdout);  // also into a file: it is for before the wait
+  std::fflush(stdout);  // the user must see the plan before the wait, also in a file
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What a build is about to do: before any of it is done.
+// Plans a build before its first solve: models, sites, solves, precision, time.
 #pragma once
 
 #include <filesystem>
@@ -15,37 +15,39 @@
 
 namespace palpate {
 
-// Whether the compliance is to be packed compressed: as the scene says, or because dense it is too large.
+// Whether the pack compresses the compliance: on the scene's request, or because the dense matrix is too large.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
-// Whether it is to be at hand in full while sites are sampled; else each site solves for its own.
+// Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its own columns.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 
-// Nodes and elements of the nonlinear zones that the pack is to carry, their compliance left empty; none where the
-// scene does not want them, or leaves it open and has one contact at a time, no nonlinear material, or no budget for
-// them. Throws std::runtime_error where it wants them and linear_dd is not dense.
+// Plans the nodes and elements of the nonlinear zones and leaves their compliance empty. Returns no zones
+// where the scene:
+//   1. excludes zones, or
+//   2. leaves the choice open and has single contacts only, linear materials, or no budget for zones.
+// Throws std::runtime_error where the scene requires zones but linear_dd is not dense.
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
-// Sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where the scene leaves nothing to fit.
+// Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains to fit.
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs);
 
-// Sites that are sampled or surveyed.
+// Lists the sites that are sampled or surveyed.
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites);
 
-// The sets of several contacts that are surveyed: held out, as nothing is fitted to such.
+// Draws the sets of several contacts for the survey. All of them are held-out data: no model fits contact sets.
 std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                       const SamplingPlan& plan);
 
-// All that changes a digit of what sample_sites solves at a site, whose label names its file: this program among it.
-// Targets, degrees and precisions do not.
+// Hashes all inputs that change a digit of sample_sites() at a site, this program included. The site's label is not
+// part of the key: the label names the site's file. Targets, degrees and precisions do not change a solve.
 std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
                                    const std::vector<InputFile>& inputs);
 
-// Of them, about.
+// Estimates the bytes of the kept samples.
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan);
 
-// Organ, scene, and about how long it takes, to standard output. `keeps_samples`: on disk.
+// Prints organ, scene and estimated time to standard output. `keeps_samples`: samples stay on disk.
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
                 const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
                 bool keeps_samples);

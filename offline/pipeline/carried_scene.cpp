@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// A folder of its own, gone with it.
+// Makes a temporary folder and deletes it at the end.
 class ScratchFolder {
  public:
   ScratchFolder() {

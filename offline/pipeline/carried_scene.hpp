@@ -1,5 +1,4 @@
-// The scene that a pack was made from, read from the files that it carries: what it takes to solve the same organ
-// again.
+// Restores the scene of a pack from the files that the pack carries, so that a command can solve the same organ again.
 #pragma once
 
 #include "offline/fem/assembly.hpp"
@@ -10,11 +9,11 @@
 
 namespace palpate {
 
-// Throws std::runtime_error "PATH: REASON; REMEDY" where the pack carries no such files, or not what it was made from.
-// Paths that lead out of their folders, as absolute ones do, find what lies there today, or nothing.
+// Throws std::runtime_error "PATH: REASON; REMEDY" where the files are absent or are not the pack's inputs.
+// Absolute paths, and paths out of the model's folder, refer to files of this machine.
 LoadedScene read_carried_scene(const OpenedPack& opened, const std::filesystem::path& pack);
 
-// An organ to be solved. Stays where it is made: its assembly refers to its model.
+// An organ with its solver data. Not movable: the assembly refers to the model.
 struct Organ {
   Scene scene;
   Model model;
@@ -22,13 +21,13 @@ struct Organ {
   Assembly assembly;
   RestState rest;
 
-  // Throws std::runtime_error where no equilibrium is found at rest.
+  // Throws std::runtime_error where the organ has no equilibrium at rest.
   explicit Organ(LoadedScene loaded);
   Organ(const Organ&) = delete;
   Organ& operator=(const Organ&) = delete;
 };
 
-// Throws std::runtime_error "PACK: REASON; REMEDY" where the pack's sites are not the organ's.
+// Throws std::runtime_error "PACK: REASON; REMEDY" where the pack's sites differ from the organ's sites.
 void check_same_sites(const OpenedPack& opened, const Organ& organ, const std::filesystem::path& pack);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What a compressed compliance costs in accuracy: the runtime's answers against exact linear ones.
+// Measures the error of a compressed compliance: the runtime's responses against exact linear responses.
 #pragma once
 
 #include "offline/fem/assembly.hpp"
@@ -7,15 +7,14 @@
 
 namespace palpate {
 
-// The largest over all samples.
+// The largest errors over all samples.
 struct ComplianceErrors {
   int samples = 0;
-  double displacement = 0;  // of any packed node, as part of the largest |d| of the contacts
-  double force = 0;         // of any contact, as part of the largest of them
+  double displacement = 0;  // largest over packed nodes, relative to the largest |d| of the contacts
+  double force = 0;         // largest over contacts, relative to the largest force
 };
 
-// Sets of 1, 2, ... `max_contacts` contacts at random sites, the same ones each time. The pack carries
-// linear_dd.
+// Draws sets of 1, 2, ... `max_contacts` contacts at random sites, from a fixed seed. The pack must carry linear_dd.
 ComplianceErrors measure_compliance(const OpenedPack& opened, const Assembly& assembly,
                                     const ContactSites& sites, const RestState& rest, int max_contacts);
 

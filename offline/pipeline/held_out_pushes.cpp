@@ -19,7 +19,7 @@ std::vector<Push> draw_pushes(const OpenedPack& opened, const Scene& scene, cons
                               int count, std::int64_t seed) {
   const bool half = scene.directions == Directions::inward;
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
-  // Surveys of builders are seeded by labels, which this is not.
+  // Builders seed their surveys by labels. This seed is no label.
   const std::vector<Eigen::Vector3d> points =
       choose_survey_points(count, half, random() | std::uint64_t{1} << 63);
   std::vector<Push> pushes;

@@ -1,4 +1,4 @@
-// Pushes that the builder of a pack has not seen.
+// Draws pushes that the builder of a pack has not seen.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace palpate {
 
-// From the unit ball to the displacements that were sampled at a site, length unit.
+// Maps the unit ball to the sampled displacements of a site, length unit.
 Eigen::Matrix3d sampled_domain(const OpenedPack& opened, const Scene& scene, const ContactSites& sites,
                                size_t site);
 
-// At sites drawn with the same chance, as many in each quarter of the range.
+// Draws sites with equal probability and the same number of pushes in each quarter of the range.
 std::vector<Push> draw_pushes(const OpenedPack& opened, const Scene& scene, const ContactSites& sites,
                               int count, std::int64_t seed);
 

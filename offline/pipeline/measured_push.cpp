@@ -33,7 +33,7 @@ MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eig
   return answer;
 }
 
-// The truths by their first contact's site: a zone is then made ready once for all of a site's pushes.
+// Groups the truths by the site of their first contact: a session then prepares one zone for all pushes of a site.
 std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths) {
   std::map<size_t, std::vector<size_t>> groups;
   for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);

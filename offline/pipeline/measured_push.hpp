@@ -1,4 +1,4 @@
-// How wrong an answer to contacts is, push by push.
+// Measures the error of a method's responses, push by push.
 #pragma once
 
 #include <cstdint>
@@ -11,60 +11,60 @@
 
 namespace palpate {
 
-// What a method says to a set of contacts; lengths and forces in the model's units.
+// A method's response to a set of contacts; lengths and forces in model units.
 struct MethodAnswer {
   Eigen::VectorXd field;                // from rest, 3 packed nodes
-  std::vector<Eigen::Vector3d> forces;  // of each contact
-  double displacement_estimate =
-      0;  // the largest of the contacts', as the runtime gives them; 0 where it did not
+  std::vector<Eigen::Vector3d> forces;  // one for each contact
+  // the runtime's error estimate, largest over the contacts; 0: not estimated
+  double displacement_estimate = 0;
   double force_estimate = 0;
-  std::uint32_t flags = 0;  // PAL_FLAG_... of any contact
+  std::uint32_t flags = 0;  // PAL_FLAG_... of all contacts together
 };
 using Method = std::function<MethodAnswer(const std::vector<LinearContact>& contacts)>;
 
 struct MeasuredPush {
-  double displacement_error = 1;  // max over packed nodes |u - u_FE| / |d|, the largest |d| of the contacts
-  double force_error = 1;         // the largest over the contacts: |f - f_FE| / |f_FE|, |f_FE| floored
-  double force_error_unfloored = 1;  //   at 5 % of the largest of all truths; and not floored
+  // max over packed nodes |u - u_FE| / |d|, with the largest |d| of the contacts
+  double displacement_error = 1;
+  // largest over the contacts: |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force of all truths
+  double force_error = 1;
+  double force_error_unfloored = 1;  // the same without the floor
   double displacement_off = 0;       // length unit
   double force_off = 0;              // force unit
   double displacement_estimate = 0;
   double force_estimate = 0;
 };
 
-// Pushes of one contact.
+// Pushes with one contact.
 std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples);
 
-// The largest of any contact.
+// Returns the largest force of any contact.
 double largest_force(const std::vector<ContactTruth>& truths);
 
-// Of a truth that was solved. `floor`: no |f_FE| counts as less. `worst` (null: not wanted) as below.
+// Compares a response with one solved truth. `floor`: the least |f_FE| in the denominator. `worst`: see below.
 MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer, double floor,
                           std::vector<double>* worst = nullptr);
 
-// Of each truth; where there is none its defaults. `worst` (null: not wanted) gets the largest |u - u_FE| / |d| of each
-// packed node.
+// Compares responses with all truths; an unsolved truth gives default values. `worst` (null: not wanted) gets
+// the largest |u - u_FE| / |d| of each packed node.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst = nullptr);
 
-// The same on `jobs` threads, the pushes of each site by a method of their own, so that no digit depends on the
-// threads. `make_method` is called by any of them, and no two of its methods share a session. `progress` gets sites
-// done and their number.
+// Runs the comparison on `jobs` threads. Each site has its own method, so that no digit depends on the threads. Any
+// thread may call `make_method`; two methods never share a session. `progress` gets finished sites and their number.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
                                          const std::function<Method()>& make_method, int jobs,
                                          const std::function<void(int, int)>& progress = {},
                                          std::vector<double>* worst = nullptr);
 
-// The runtime's answer from rest, by a session that outlives it. `sites`: the pack's number of each site that
-// contacts name.
+// Asks the runtime from rest, in a session that outlives the method. `sites`: the pack's site for each site
+// of a contact.
 Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> sites);
 
-// The same, by a session of its own (ModelUnitSession), and of the pack's sites.
+// Asks the runtime in a session of its own (ModelUnitSession). Contacts name the pack's sites.
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                       std::uint32_t zone_rings = 0);
 
-// The same, but of contacts that come straight from rest in so many frames: what they are told in the frame in which
-// they arrive, however far a model that iterates has got by then.
+// Asks the runtime after `frames` frames straight from rest. The response is the last frame's, converged or not.
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
 
 }  // namespace palpate

@@ -86,7 +86,7 @@ OpenedPack::OpenedPack(const std::filesystem::path& file) {
 
 OpenedPack::OpenedPack(const AlignedBytes& bytes) {
   const pal_status status = pack_.open_memory(bytes.bytes().data(), bytes.bytes().size());
-  // The writer contradicts itself only by what its numbers cannot hold.
+  // A pack of our own writer fails this check only through numbers outside of their range.
   if (status == PAL_STATUS_CORRUPT_CONTENT)
     throw std::runtime_error(
         "the organ's forces or displacements are too large or too small for a pack's 32-bit numbers: state "
@@ -166,7 +166,7 @@ void ModelUnitSession::turn_patches(double part) {
   std::vector<double> orientations;
   for (const Eigen::Vector3d& rotation : rotations_) {
     const double angle = part * rotation.norm();
-    const Eigen::Vector3d along = std::sin(angle / 2) * rotation.normalized();  // of no rotation, zero
+    const Eigen::Vector3d along = std::sin(angle / 2) * rotation.normalized();  // zero without a rotation
     orientations.insert(orientations.end(), {std::cos(angle / 2), along[0], along[1], along[2]});
   }
   if (orientations.empty()) return;
@@ -219,7 +219,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   constexpr int kStepsOfForce = 16;
   constexpr double kStepsPerRadian = 16;
   constexpr int kMostSteps = 64;
-  constexpr int kMostFrames = 16;  // of a step
+  constexpr int kMostFrames = 16;  // for one load step
   constexpr int kMostHeld = 256;
   const auto is_in_balance = [&] { return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0; };
   double farthest = 0;
@@ -248,7 +248,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
       if (is_in_balance()) break;
     }
   }
-  // And held there, until the stiffness is that of this place and no digit changes.
+  // Hold the contacts until the stiffness belongs to this state and no digit changes.
   for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
     results = contact_frame(contacts);
     still = is_in_balance() ? still + 1 : 0;

@@ -1,4 +1,4 @@
-// A pack as the commands use it: opened by the runtime itself, with errors as exceptions and one session.
+// Opens a pack through the runtime. Errors become exceptions.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,16 +15,16 @@ namespace palpate {
 
 class OpenedPack {
  public:
-  // Throws std::runtime_error "PATH: REASON" when the runtime would not open it.
+  // Throws std::runtime_error "PATH: REASON" where the runtime refuses the pack.
   explicit OpenedPack(const std::filesystem::path& file);
   explicit OpenedPack(const AlignedBytes& bytes);
 
   const Pack& pack() const { return pack_; }
   pal_pack_info info() const { return pack_.info(); }
   const pack::Pack& tables() const;
-  std::string length_unit() const;  // "" when the scene states none
+  std::string length_unit() const;  // "" where the scene states no unit
   std::string force_unit() const;
-  // As they are printed behind a number: " mm", " mN"; nothing when the scene states none.
+  // Suffixes behind a number: " mm", " mN"; empty where the scene states no unit.
   std::string length_suffix() const;
   std::string force_suffix() const;
   int label_of_site(size_t site) const;
@@ -39,29 +39,29 @@ class OpenedPack {
   Pack pack_;
 };
 
-// A session with memory of its own that speaks model units. Throws std::runtime_error with the runtime's
-// reason.
+// A session in model units with its own memory. Throws std::runtime_error with the runtime's reason.
 class ModelUnitSession {
  public:
-  // Of the nonlinear zone: `zone_rings`, 0: all that the pack carries; Newton iterations of a frame, 0: the runtime's
-  // default; and whether patches turn.
+  // Settings of nonlinear_zone:
+  //   `zone_rings`: 0 takes all rings of the pack,
+  //   Newton iterations of a frame: 0 takes the runtime's default,
+  //   whether patches turn.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                    std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0,
                    bool patches_turn = false);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
-  // The pack lets it turn, and not only polynomials answer.
+  // Whether patches can turn: the pack allows turning, and the model is not polynomial alone.
   void set_gravity(const Eigen::Vector3d& acceleration);
-  // In length units. The session has zones.
+  // Lengths in length units. The session must have zones.
   void set_inclusion(pal_inclusion inclusion);
-  // How `settle` turns the patches of its contacts: rotation vectors, radians. Patches turn.
+  // Sets the rotation of each contact's patch for `settle`: rotation vectors, radians. The session must turn patches.
   void turn(std::vector<Eigen::Vector3d> rotations) { rotations_ = std::move(rotations); }
-  // Of the last frame's contact: force unit x length unit, and force unit.
+  // Torque and force of the last frame's contact: force unit x length unit, force unit.
   pal_contact_torque torque(std::uint32_t contact) const;
-  // Displacements in length units; the results' forces and stiffness are in force unit, force unit / length
-  // unit.
+  // Displacements in length units; forces in force unit, stiffness in force unit / length unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
-  // The same from rest, in so many frames as a model that iterates takes to come to rest there.
+  // Repeats frames from rest until an iterative model converges.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
 

@@ -48,7 +48,7 @@ PackContent content_of(const Model& model, const Scene& scene, const ContactSite
   return content;
 }
 
-// The errors of the real runtime on a pack that is complete but for them.
+// Measures the errors of the real runtime on a pack that lacks only its surveys.
 std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results,
                                        const SolvedSets& sets, int jobs) {
   const AlignedBytes bytes = write_pack(content);
@@ -98,8 +98,7 @@ AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest
   return write_pack(content);
 }
 
-// The sites of a build that several processes share, or its sets of contacts: each solves those that it is handed,
-// and keeps them where the first finds them.
+// Shares the sites or the contact sets of a build among processes. Each process stores its solves for the first rank.
 SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
   SolveCounts counts;
   {
@@ -113,7 +112,7 @@ SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(Ra
   return counts;
 }
 
-// Samples the sites and solves the sets, which the ranks share. False on every rank but the first.
+// Samples the sites and solves the contact sets on all ranks. Returns false on every rank but the first.
 bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
   const size_t num_sites = num_worked(from.plan, from.sites);
   const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
@@ -142,7 +141,7 @@ bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
   }
   SolveCounts here = sample([](int done) { return done; }, {});
   here += solve_sets({});
-  if (is_shared) here.reused = here.not_kept = 0;  // share() has counted these
+  if (is_shared) here.reused = here.not_kept = 0;  // share() has counted the reused and unkept solves
   build.counts += here;
   return true;
 }
@@ -177,7 +176,7 @@ void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSit
 std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs, Ranks* ranks) {
   auto build = std::make_unique<PackBuild>();
   const bool is_first = ranks == nullptr || ranks->is_first();
-  // The other ranks pin their fits to the dense compliance. A compressed compliance does not serve that.
+  // The ranks pin their fits to the dense compliance; a compressed compliance is not exact enough.
   if (is_first || is_dense_at_hand(from.scene, from.sites))
     build->compliance = compute_compliance(from.assembly, from.scene, from.sites, from.rest, from.plan.jobs);
   const auto start = std::chrono::steady_clock::now();

@@ -1,4 +1,4 @@
-// A scene becomes a pack: solves, fits, zones, survey by the real runtime, bytes. Each stage shows its progress.
+// Turns a scene into a pack: solves, fits, zones, survey by the real runtime, bytes. Each stage shows its progress.
 #pragma once
 
 #include <memory>
@@ -11,20 +11,20 @@
 
 namespace palpate {
 
-// linear_dd as it is to be packed: one of them, or neither.
+// linear_dd in its packed form: dense, compressed, or absent.
 struct Compliance {
   LinearDd dense;
   std::optional<CompressedCompliance> compressed;
 };
 
-// Compliance and exterior of planned zones.
+// Computes compliance and exterior of the planned zones.
 void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                   const RestState& rest, int jobs, ZoneTables& zone);
 
-// A pack and all that it was made from. Not movable: `content` refers to the other members.
+// A pack with its inputs. Not movable: `content` refers to the other members.
 struct PackBuild {
   Compliance compliance;
-  std::vector<SiteResult> results;  // by site
+  std::vector<SiteResult> results;  // one for each site
   SolvedSets sets;
   std::optional<ZoneTables> zone;
   std::optional<PackContent> content;
@@ -37,18 +37,18 @@ struct PackBuild {
   PackBuild& operator=(const PackBuild&) = delete;
 };
 
-// Everything that a build needs to know. The build refers to it while it lives.
+// The inputs of a build. The build keeps references to them.
 struct BuildInputs {
   const Assembly& assembly;
   const Scene& scene;
   const ContactSites& sites;
   const RestState& rest;
   const SamplingPlan& plan;
-  const SampleStore* store = nullptr;  // solves found here are not repeated; null: no solve is kept
+  const SampleStore* store = nullptr;  // solves in the store are not repeated; null: no solve is kept
 };
 
-// Makes the pack. `inputs`: the files that it carries. `ranks`: processes that share the solves; null: this one alone.
-// Returns null on every rank but the first.
+// Makes the pack. `inputs`: files that the pack carries. `ranks`: processes that share the solves; null: one
+// process. Returns null on every rank but the first.
 std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs,
                                       Ranks* ranks = nullptr);
 

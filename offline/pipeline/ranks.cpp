@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// As Open MPI, MPICH and Slurm's own launcher say.
+// Environment variables of Open MPI, MPICH and Slurm's launcher.
 bool is_started_by_mpirun() {
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     if (const char* size = std::getenv(variable)) return std::string(size) != "1";
@@ -27,10 +27,10 @@ bool is_started_by_mpirun() {
 #if PALPATE_MPI
 constexpr int kAsk = 1;
 constexpr int kAnswer = 2;
-constexpr auto kPause =
-    std::chrono::milliseconds(1);  // between looks for what has come, which MPI itself never makes
+// between polls; MPI itself polls without a pause
+constexpr auto kPause = std::chrono::milliseconds(1);
 
-// As MPI_Wait, but with the core left to those who solve.
+// Waits as MPI_Wait does, but leaves the core to the solving threads.
 void wait_for(MPI_Request request) {
   for (int done = 0; done == 0;) {
     MPI_Test(&request, &done, MPI_STATUS_IGNORE);

@@ -1,12 +1,11 @@
-// The processes that mpirun started to share one build: they hand out its sites among themselves. Without mpirun, or in
-// a program configured without MPI, one process that hands them out to its own threads.
+// Distributes the sites of a build over the processes of an mpirun. Without mpirun or MPI one process serves its
+// threads.
 //
 //   rank 0     threads ---- next() ----+
 //              serve() <--- which? ----+---- ranks 1 .. : threads, next()
 //
-// Nothing else passes between them: what each solves it keeps in the folder of samples, which all must see, and rank 0
-// takes it from there when all are done. A site that it does not find there it solves itself, so that the pack is the
-// same whatever the ranks did.
+// Ranks exchange site numbers only. Each rank keeps its solves in the shared folder of samples, and rank 0 reads them
+// from there at the end. Rank 0 solves a missing site itself, so that the pack does not depend on the ranks.
 #pragma once
 
 #include <atomic>
@@ -15,7 +14,7 @@
 
 namespace palpate {
 
-// Throws std::runtime_error where mpirun started this program but MPI cannot be had. One at a time.
+// Throws std::runtime_error where mpirun started this program without MPI. At most one instance exists.
 class Ranks {
  public:
   Ranks();
@@ -26,11 +25,11 @@ class Ranks {
   int count() const { return count_; }
   bool is_first() const { return rank_ == 0; }
   int on_this_machine() const { return on_this_machine_; }
-  // Every rank waits until all have come here.
+  // Waits until all ranks arrive.
   void wait_for_all();
-  // What went wrong here ends all of them; the first rank is let speak first, for most of it goes wrong everywhere.
+  // Ends all ranks after an error. Rank 0 reports first: most errors occur on every rank.
   [[noreturn]] void fail(const char* reason);
-  // The sum over all ranks, on the first; on the others its own share.
+  // Returns the sum over all ranks on rank 0, and the own value elsewhere.
   long sum(long number);
 
  private:
@@ -39,17 +38,17 @@ class Ranks {
   int on_this_machine_ = 1;
 };
 
-// Hands out 0, 1 .. count - 1, each to one thread of one rank. Made by all ranks at once.
+// Hands out 0, 1 .. count - 1, each to one thread of one rank. All ranks construct the queue together.
 class RankQueue {
  public:
   RankQueue(const Ranks& ranks, size_t count);
-  ~RankQueue();  // on the first rank waits until all others know that nothing is left, but for an exception
+  ~RankQueue();  // on rank 0 waits until all ranks know that the queue is empty; not during an exception
   RankQueue(const RankQueue&) = delete;
   RankQueue& operator=(const RankQueue&) = delete;
 
-  // `count` where nothing is left. From any thread.
+  // Returns `count` where the queue is empty. Thread-safe.
   size_t next();
-  // On the first rank: handed out so far, to anyone.
+  // On rank 0: the numbers handed out so far, to all ranks.
   size_t handed_out() const { return next_ < count_ ? next_.load() : count_; }
 
  private:
@@ -59,7 +58,7 @@ class RankQueue {
   size_t count_;
   std::atomic<size_t> next_ = 0;
   std::mutex asking_;
-  bool is_empty_ = false;  // as the first rank has said
+  bool is_empty_ = false;  // rank 0 has said that the queue is empty
   std::jthread server_;
 };
 

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Of what was measured push by push.
+// Collects the errors of all measured pushes.
 RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vector<MeasuredPush>& pushes,
                         double max_displacement) {
   RuntimeSurvey survey;
@@ -27,7 +27,7 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   return survey;
 }
 
-// Both as the runtime has them (ErrorSurvey in schemas/pack.fbs).
+// The slopes have the definitions of ErrorSurvey in schemas/pack.fbs.
 double reach_of(const OpenedPack& opened, const ContactTruth& set) {
   double reach = 0;
   for (const LinearContact& contact : set.contacts)

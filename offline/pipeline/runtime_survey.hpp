@@ -1,4 +1,4 @@
-// The errors of the real runtime, in its own precision, at pushes that were solved in full.
+// Measures the errors of the real runtime, in its own precision, at fully solved pushes.
 #pragma once
 
 #include <vector>
@@ -10,36 +10,34 @@ namespace palpate {
 
 struct RuntimeSurvey {
   SurveyTable table;
-  std::vector<SampleErrors> errors;  // of each push
-  // Pushes with an equilibrium, and those of them whose error is within what the runtime estimated for it.
+  std::vector<SampleErrors> errors;  // one for each push
+  // Counts of pushes with an equilibrium, and of pushes whose error lies within the runtime's estimate.
   int solved = 0;
   int displacement_covered = 0;
   int force_covered = 0;
 };
 
-// Of a model that the pack carries, at the sites that it answers: of polynomial_dd those that were sampled, of
-// affine_site the others. Sites of `samples` are the pack's, lengths and forces in the model's units. Throws
-// std::runtime_error with the status where the runtime gives no answer. Cost: one haptic and one visual frame a
-// sample, and for each site a session and what its model makes ready there. On `jobs` threads, on which no digit
-// depends, with a progress bar.
+// Surveys a packed model at its own sites: polynomial_dd at sampled sites, affine_site at the others. Sites
+// of `samples` are the pack's; lengths and forces in model units. Throws std::runtime_error with the status
+// where the runtime fails. Runs on `jobs` threads with a progress bar; no digit depends on the threads.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
                              const std::vector<SurveySample>& samples, double max_displacement, int jobs);
 
-// Of sets of several contacts.
+// Errors at sets of several contacts.
 struct RuntimeSetSurvey {
   SetSurvey table;
-  std::vector<SetAnswer> answers;  // to each set
-  // Of nonlinear_zone, which alone estimates them: those without a flag, and of them those whose error is within that.
+  std::vector<SetAnswer> answers;  // one for each set
+  // nonlinear_zone alone estimates errors: counts of unflagged responses, and of responses within the estimate.
   int estimated = 0;
   int displacement_covered = 0;
   int force_covered = 0;
 };
 
-// Of linear_dd or nonlinear_zone; each set has a session. Throws, and takes threads, as survey_runtime() does.
+// Surveys linear_dd or nonlinear_zone; each set has its own session. Errors and threads as in survey_runtime().
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
                                      int jobs);
 
-// Whether a model answers several contacts at once.
+// Whether a model accepts several contacts at once.
 inline bool answers_sets(pal_model model) {
   return model == PAL_MODEL_LINEAR || model == PAL_MODEL_ZONE;
 }

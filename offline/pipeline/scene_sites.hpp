@@ -1,4 +1,4 @@
-// A scene at some of its sites, far from one another: what a report has time for.
+// Reduces a scene to a few distant sites, to bound the time of a report.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace palpate {
 
-// So many of an organ's sites, or all where there are no more.
+// Chooses `count` sites of an organ, or all sites where the organ has fewer.
 std::vector<size_t> compared_sites(const Organ& organ, int most);
 
-// The organ again, touchable at these of its sites; a scene, at no more than so many.
+// Returns the organ with only these sites; returns the scene with at most `count` sites.
 LoadedScene with_sites(const Organ& organ, const std::vector<size_t>& sites);
 LoadedScene with_at_most_sites(LoadedScene scene, int most);
 

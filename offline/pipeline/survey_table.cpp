@@ -67,7 +67,7 @@ SetSurvey sets_of(const pack::ErrorSurvey& survey) {
 std::vector<ModelErrors> surveys_of(const pack::Pack& tables) {
   std::vector<ModelErrors> surveys;
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
-    if (survey->model() > pack::ResponseModel::MAX) continue;  // of a model that a later builder knows
+    if (survey->model() > pack::ResponseModel::MAX) continue;  // skip models of later builders
     ModelErrors errors = {
         pack::EnumNameResponseModel(survey->model()), runtime_model(survey->model()), {}, sets_of(*survey)};
     for (unsigned i = 0; i < std::min(survey->bins()->size(), pack::kSurveyBins); ++i)

@@ -1,4 +1,4 @@
-// Tables of errors, as `build`, `info` and `validate` print them.
+// Formats the error tables of `build`, `info` and `validate`.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -18,21 +18,20 @@ struct ModelErrors {
   SetSurvey sets = {};
 };
 
-// What a pack says of itself.
+// Reads the surveys of a pack.
 std::vector<ModelErrors> surveys_of(const pack::Pack& tables);
 
-// A text table: a row for each model and bin of |d|, median / p95 / max of displacement and force error in
-// percent.
+// Formats a row for each model and bin of |d|: median / p95 / max of displacement and force error in percent.
 std::string survey_text(const std::vector<ModelErrors>& surveys);
 
-// The same of sets of several contacts, a row for each model and kind of set; "" where there are none.
+// Formats a row for each model and kind of contact set; "" without sets.
 std::string set_survey_text(const std::vector<ModelErrors>& surveys);
 
 nlohmann::json survey_json(const SurveyTable& table);
 nlohmann::json set_survey_json(const SetSurvey& sets);                // a list, by kind
 nlohmann::json survey_json(const std::vector<ModelErrors>& surveys);  // by model
 
-// How linear_dd keeps the compliance, and what that costs; null without the model.
+// Storage and error of the compliance of linear_dd; null without the model.
 nlohmann::json compliance_json(const pack::Pack& tables);
 
 }  // namespace palpate

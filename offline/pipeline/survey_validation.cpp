@@ -7,17 +7,17 @@
 namespace palpate {
 namespace {
 
-// A new p95 may be so many times the pack's; errors below the rounding of fields in float32 are alike.
+// Accepted ratio of a new p95 to the pack's p95. Errors below the rounding of float32 fields count as equal.
 constexpr double kMostRatio = 1.5;
 constexpr double kRounding = 1e-5;
-// 95 % of errors are as said, or of so few pushes not so many less that chance does it once in a hundred times.
+// Accepts a share below 95 % if chance alone gives so few with a probability of at least 1 %.
 constexpr double kLeastChance = 0.01;
 
 double ratio(const ErrorFigures& found, const ErrorFigures& claim) {
   return std::max(found.p95, kRounding) / std::max(claim.p95, kRounding);
 }
 
-// Whether 95 % of all errors may lie within kMostRatio times the claim: of few pushes the p95 itself is mostly chance.
+// Whether 95 % of all errors may lie within kMostRatio times the claim. The p95 of few pushes is mostly chance.
 bool keeps(const std::vector<SampleErrors>& errors, double SampleErrors::*error, const ErrorFigures& claim) {
   const double most = kMostRatio * std::max(claim.p95, kRounding);
   const auto within = std::count_if(errors.begin(), errors.end(),
@@ -54,7 +54,7 @@ double SurveyValidation::force_coverage() const {
 }
 
 bool SurveyValidation::agrees() const {
-  if (measured.errors.empty()) return true;  // none of the pushes was at a site of this model
+  if (measured.errors.empty()) return true;  // no push was at a site of this model
   return keeps(measured.errors, &SampleErrors::displacement, claimed.displacement) &&
          keeps(measured.errors, &SampleErrors::force, claimed.force) &&
          chance_of_covering(measured.displacement_covered, measured.solved) >= kLeastChance &&
@@ -108,7 +108,7 @@ std::vector<SurveyValidation> judge_pack(const OpenedPack& opened, const std::ve
     if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
     KeptSets& kept = models.back().sets;
     kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets, jobs)};
-    // Of few sites the builder may not have drawn all kinds.
+    // With few sites the builder may lack a kind of set.
     std::erase_if(kept.measured.table.kinds,
                   [&](const SetKindErrors& errors) { return of_kind(claimed.sets, errors.kind) == nullptr; });
   }

@@ -1,4 +1,4 @@
-// Whether a pack's models are as good as the pack says, judged by pushes that its builder has not seen.
+// Tests a pack's survey against pushes that its builder has not seen.
 #pragma once
 
 #include <string>
@@ -8,42 +8,43 @@
 
 namespace palpate {
 
-// What a model says of sets of several contacts, and what it is worth there. Empty where nothing is said or was solved.
+// Claimed and measured errors of a model at contact sets. Empty without a claim or without solved sets.
 struct KeptSets {
   SetSurvey claimed = {};
   RuntimeSetSurvey measured = {};
 
-  // As SurveyValidation has them, of a kind of sets that was measured.
+  // Ratios as in SurveyValidation, for one measured kind of set.
   double displacement_ratio(SetKind kind) const;
   double force_ratio(SetKind kind) const;
-  double displacement_coverage() const;  // of the answers without a flag
+  double displacement_coverage() const;  // share of unflagged responses within the estimate
   double force_coverage() const;
-  // As SurveyValidation::agrees(), each set beside what is said of its kind.
+  // Applies the test of SurveyValidation::agrees() to each set and its kind's claim.
   bool agrees() const;
 
  private:
   bool keeps_sets(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const;
 };
 
-// One model of the pack, as it says and as it is.
+// One model of the pack: claimed and measured errors.
 struct SurveyValidation {
   std::string model;  // "linear_dd", ...
   SurveyBin claimed;
   RuntimeSurvey measured;
   KeptSets sets = {};
 
-  // New p95 over the pack's; errors below the rounding of fields in float32 are alike.
+  // New p95 / the pack's p95. Errors below the rounding of float32 fields count as equal.
   double displacement_ratio() const;
   double force_ratio() const;
-  // Of the pushes with an equilibrium, those within what the runtime estimated for them.
+  // Share of the pushes with an equilibrium whose error lies within the runtime's estimate.
   double displacement_coverage() const;
   double force_coverage() const;
-  // Whether 95 % of all errors of single contacts may lie within 1.5 times the pack's p95, and within the estimates:
-  // as few of the measured ones as chance leaves once in a hundred times, or more.
+  // Tests two hypotheses, each at a significance level of 1 %:
+  //   1. 95 % of all errors of single contacts lie within 1.5 times the pack's p95,
+  //   2. 95 % of all errors lie within the runtime's estimates.
   bool agrees() const;
 };
 
-// Of each model that the pack carries.
+// Validates each model of the pack.
 std::vector<SurveyValidation> judge_pack(const OpenedPack& opened, const std::vector<SurveySample>& samples,
                                          double max_displacement, int jobs, const SolvedSets& sets = {});
 
