@@ -1,5 +1,14 @@
-# What every target of Palpate is compiled with. Third-party headers come in as SYSTEM (imported targets).
+# Sets the compile options of a target. Third-party headers come in as SYSTEM (imported targets).
+# TEST: the target is built to be compiled quickly, not to run quickly. The libraries under test keep their options.
+# HEADERS: the precompiled headers that the target uses; a target of the same options made them.
 function(palpate_target name)
+  cmake_parse_arguments(arg TEST HEADERS "" ${ARGN})
+  if(arg_TEST)
+    target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O1;-g0>")
+  endif()
+  if(arg_HEADERS)
+    target_precompile_headers(${name} REUSE_FROM ${arg_HEADERS})
+  endif()
   target_compile_options(${name} PRIVATE
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Werror
     # A product and a sum are contracted to one rounding only where the code says fma: the same source then gives
