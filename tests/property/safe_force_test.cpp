@@ -32,7 +32,7 @@ pal_session_config completed(const pal_pack* pack, const pal_session_config& con
 TEST(SafeForce, DefaultBoundFollowsFromThePack) {
   const OpenPack pack(small_pack_bytes());
   const pal_session_config config = pal_default_session_config(pack.get());
-  EXPECT_GT(config.max_force, 0);
+  EXPECT_TRUE(config.max_force > 0 && std::isfinite(config.max_force));
   EXPECT_DOUBLE_EQ(config.max_force_rate, config.max_force / 0.01);
   EXPECT_EQ(config.max_torque, kInfinity);
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR);

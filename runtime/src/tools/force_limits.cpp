@@ -13,7 +13,7 @@ double stiffness_of(const pal_pack& pack, uint32_t site) {
   PolynomialAnswer at_rest = {};
   if (pack.site_forces != nullptr) {
     for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      for (int i = 0; i < 9; ++i) at_rest.stiffness[i] += pack.site_forces[size_t{9} * p + i];
+      for (uint32_t i = 0; i < 9; ++i) at_rest.stiffness[i] += pack.site_forces[size_t{9} * p + i];
     }
   } else {
     constexpr double kRest[3] = {};
@@ -45,8 +45,8 @@ void fill_limits(const pal_pack& pack, pal_session_config& config) {
     if (config.max_force == 0) config.max_force = most;
     if (config.max_force_rate == 0) config.max_force_rate = most / kRiseSeconds;
   }
-  if (config.max_torque == 0) config.max_torque = INFINITY;
-  if (config.max_torque_rate == 0) config.max_torque_rate = INFINITY;
+  if (config.max_torque == 0) config.max_torque = HUGE_VAL;
+  if (config.max_torque_rate == 0) config.max_torque_rate = HUGE_VAL;
 }
 
 }  // namespace palpate
