@@ -44,7 +44,7 @@ std::optional<double> as_finite(const toml::node& node) {
 
 toml::table parse_toml(const std::string& file) {
   std::string text;
-  const std::string unreadable = read_text_file(file, text);
+  const std::string unreadable = read_text_file(file, text, kMaxSceneBytes);
   if (!unreadable.empty()) throw InputError({file, 0}, unreadable);
   try {
     return toml::parse(text, file);
