@@ -1,5 +1,7 @@
 #include "offline/mesh/inp_resolve_steps.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <tuple>
@@ -156,7 +158,7 @@ class StepResolver {
             const char* what, Where&& where) const {
     const auto [known, is_new] = given.try_emplace(key, load);
     if (is_new || (known->second.value == load.value && known->second.amplitude == load.amplitude)) return;
-    fail(place, std::string("conflicting ") + what + " " + where() + " in one step; keep one");
+    fail(place, fmt::format("conflicting {} {} in one step; keep one", what, where()));
   }
 
   template <typename Map>
