@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kContacts = 4096;
 
-// As time_frames, with nothing of the pack or the session in a cache.
+// Times frames with cold caches: neither pack nor session is cached.
 template <typename Frame>
 Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   constexpr int kFrames = 200;
@@ -40,7 +40,7 @@ class RandomBall {
   std::uniform_real_distribution<double> unit_{-1, 1};
 };
 
-// Contacts in the sampled ball, all at the first site, or each at the one after the one before.
+// Draws contacts in the sampled ball: all at the first site, or each at the next site.
 std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
   const pal_pack_info info = opened.info();
   RandomBall random;
@@ -53,12 +53,12 @@ std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site
   return contacts;
 }
 
-// Half of the scene's reach: at 1 kHz some 0.1 m/s on an organ of centimetres.
+// Half of the scene's range: a realistic speed of a hand at 1 kHz.
 pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame) {
   return on_path(site, 0.5 * opened.info().max_displacement, frame);
 }
 
-// Contacts that the scene may have and zones answer.
+// Number of simultaneous zone contacts that the scene allows.
 std::uint32_t num_in_zones(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
   return std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
@@ -78,7 +78,7 @@ std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
   return positions;
 }
 
-// The first site, and one after the other that which is farthest from all before.
+// Chooses the first site, then repeatedly the site farthest from all chosen sites.
 std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t count) {
   const std::vector<Eigen::Vector3d> positions = site_positions(opened);
   std::vector<std::uint32_t> sites = {0};
@@ -92,7 +92,7 @@ std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t c
   return sites;
 }
 
-// The first site, and those next to it that are as far from each other as patches take; fewer where there are none.
+// Chooses the first site and near sites whose mutual distance exceeds two patch radii; possibly fewer than `count`.
 std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_t count) {
   const std::vector<Eigen::Vector3d> positions = site_positions(opened);
   const pal_pack_info info = opened.info();
@@ -109,7 +109,7 @@ std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_
   return sites;
 }
 
-// Each on that path.
+// Returns a contact on its path for each site.
 std::vector<pal_contact> all_on_paths(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
                                       int frame) {
   std::vector<pal_contact> contacts;
@@ -117,7 +117,7 @@ std::vector<pal_contact> all_on_paths(const OpenedPack& opened, const std::vecto
   return contacts;
 }
 
-// Places an edge and less around sites, one after the other: metres, organ frame.
+// Draws places within one edge of the sites, site after site: metres, organ frame.
 std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
   const std::vector<Eigen::Vector3d> sites = site_positions(opened);
   RandomBall random;
@@ -133,9 +133,9 @@ pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d&
   return point;
 }
 
-// About half an edge above the surface from the first site to the one farthest from it and back, as what is nearest
-// to a point that goes along the chord in steps of a hundredth of an edge, without what is nearer to the wall across
-// a fissure: metres, organ frame.
+// Returns a path half an edge above the surface, from the first site to the farthest site and back. The path
+// follows the surface points nearest to the chord, in steps of 0.01 edges. Places near the opposite wall of a
+// fissure are left out. Metres, organ frame.
 std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
   const double edge = opened.info().mean_surface_edge;
   const std::vector<Eigen::Vector3d> sites = site_positions(opened);
@@ -157,7 +157,7 @@ std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
   return path;
 }
 
-// The contacts of random_contacts at those places.
+// Places the contacts of random_contacts() at the places of random_places().
 std::vector<pal_contact> random_points(const OpenedPack& opened) {
   std::vector<pal_contact> contacts;
   const std::vector<pal_contact> pushes = random_contacts(opened, true);
@@ -168,19 +168,19 @@ std::vector<pal_contact> random_points(const OpenedPack& opened) {
   return contacts;
 }
 
-// Of linear_dd, as many contacts as the scene may have and are not moved to sites.
+// Number of linear_dd contacts between sites. The runtime moves further contacts to the nearest site.
 std::uint32_t num_between(const OpenedPack& opened) {
   constexpr std::uint32_t kMostBetween = 3;
   return std::min({opened.info().max_contacts, opened.info().num_sites, kMostBetween});
 }
 
-// Each at a place of its own, or all at new ones in each frame.
+// Times several contacts at fixed places, or with `anew` at new places in each frame.
 Timing time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, bool anew,
                             int frames) {
   const std::uint32_t count = num_between(opened);
   TimedSession session(opened, PAL_MODEL_LINEAR, count);
   std::vector<pal_contact> contacts(count);
-  // Those of random_places() go round the sites.
+  // random_places() cycles through the sites; this stride separates the contacts.
   const size_t apart = opened.info().num_sites / count;
   return time_frames(model_name(PAL_MODEL_LINEAR),
                      fmt::format("{} contacts{}", count, anew ? ", new places each frame" : " between sites"),
@@ -195,8 +195,8 @@ Timing time_several_between(const OpenedPack& opened, const std::vector<pal_cont
                      });
 }
 
-// Tools take hold where nothing is held and nothing ready: the frames in which their zones are made ready, a slice in each, and
-// the one that answers by them first.
+// Times the frames in which tools take hold and their zones are prepared slice by slice. The last frame is
+// the first with a zone response.
 Timing time_slices(const OpenedPack& opened, std::uint32_t count, int frames) {
   constexpr double kSlice = 40e-6;
   TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, kSlice);
@@ -236,7 +236,7 @@ pal_contact on_path(std::uint32_t site, double reach, int frame) {
 }
 
 Timing time_loop(int frames) {
-  volatile double start = 1;  // so that the compiler has nothing to take away
+  volatile double start = 1;  // volatile keeps the loop
   volatile double end = 0;
   return time_frames("", "a loop in registers", frames, [&](int) {
     double sum = start;
@@ -282,7 +282,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
     const double* d = staying[static_cast<size_t>(frame) % staying.size()].displacement;
     held.tool({{d[0], d[1], d[2]}, {1, 0, 0, 0}});
   }));
-  // At a single site nothing moves: the same row again would claim a new factor in each frame.
+  // A single site would repeat the previous row.
   if (opened.info().num_sites > 1)
     timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
   std::vector<pal_real> field(size_t{3} * opened.info().num_nodes);
@@ -414,7 +414,7 @@ std::optional<Timing> time_new_places(const OpenedPack& opened, int frames) {
 
 SceneTiming time_scene(const OpenedPack& opened, int frames) {
   const pal_pack_info info = opened.info();
-  const bool several = info.has_linear != 0;  // polynomials answer one contact alone
+  const bool several = info.has_linear != 0;  // polynomials support one contact only
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
   if (info.zone_rings > 0 && (count > 1 || info.has_polynomial == 0)) {
@@ -424,7 +424,7 @@ SceneTiming time_scene(const OpenedPack& opened, int frames) {
         time_frames("", "scene", frames, [&](int at) { session.haptic(all_on_paths(opened, sites, at)); });
     return {frame, in_zones, true};
   }
-  // One set of different sites after the other, in any order, so that none is known from the frame before.
+  // Draws sets of different sites in random order, so that no set recurs from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);
   std::vector<std::uint32_t> order(info.num_sites);
   std::iota(order.begin(), order.end(), 0u);
