@@ -1,4 +1,4 @@
-// A whole text file in memory.
+// Reads a whole text file.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// Reads `file` into `content`. Returns "" or the reason why it could not, with the remedy:
-// "cannot be read (No such file or directory); check its name".
+// Reads `file` into `content`. Returns "", or the failure with its remedy: "cannot be read (No such file or
+// directory); check its name".
 std::string read_text_file(const std::filesystem::path& file, std::string& content);
 
 }  // namespace palpate
