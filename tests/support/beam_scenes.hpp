@@ -1,7 +1,8 @@
 // A slender bar of unit section, clamped at one end, bent and twisted through large rotations.
 //
-//   z ^   |=====================  tip face, x = length
-//     +---> x     (the axis is y = z = 0)
+//      z ^
+//        |=====================  tip face, x = length
+//        +---> x     (the axis is y = z = 0)
 #pragma once
 
 #include <Eigen/Geometry>

@@ -38,7 +38,7 @@ inline LoadCase times(LoadCase load, double factor) {
   return load;
 }
 
-// Tests that arc length and displacement control must both pass, where the loaded point moves monotonically.
+// Tests that both kinds of stepping must pass: the loaded point never snaps back.
 class LimitPointsBy : public ::testing::TestWithParam<Stepping> {};
 
 }  // namespace palpate::limit_points_fixture

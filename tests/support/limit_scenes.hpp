@@ -1,12 +1,12 @@
 // Bodies with limit points, and their closed forms: von Mises' truss, a shallow arch, a strip that buckles.
 // Each is a bent block, modelled by half where it is symmetric.
 //
-//                        P                                   P
-//              stiff     v                                   v
-//   z ^            __--+   apex, x held             ___----+   crown, x and turning held
-//     |        __--    |                        _---       |
+//                P                                   P
+//        stiff   v                                   v
+//   z ^      __--+   apex, x held             ___----+   crown, x and turning held
+//     |  __--    |                        _---       |
 //     +--> x     (mirror)                /           (mirror)
-//              hinge: a line of nodes held         clamped face
+//   hinge: a line of nodes held         clamped face
 #pragma once
 
 #include <Eigen/Geometry>
@@ -31,7 +31,7 @@ struct PathScene {
 struct PathRun {
   SolveReport report;
   std::vector<PathPoint> points;
-  std::vector<Eigen::VectorXd> states;  // displacement at each load factor
+  std::vector<Eigen::VectorXd> states;  // displacement at each point
 
   double moved(std::size_t point, int dof) const { return states[point][dof]; }
 };

@@ -4,7 +4,7 @@
 //     |####___          inner radius 1, outer 2, one unit deep; z is held everywhere
 //     |###     \        x is held on the plane x = 0, y on y = 0
 //     +  \ p     \      p follows the inner face
-//        |#######|--> x
+//         |#######|--> x
 #pragma once
 
 #include <algorithm>
