@@ -50,9 +50,6 @@ class CacheEvictor {
   std::vector<unsigned char> other_ = std::vector<unsigned char>(size_t{96} << 20);
 };
 
-// Returns a contact on a smooth path at radius `reach`, 0.01 radians a frame; the runtime's units.
-pal_contact on_path(std::uint32_t site, double reach, int frame);
-
 // Copies the bytes of a field: the bound that memory sets.
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "offline/study/timed_contacts.hpp"
 #include "offline/study/timed_session.hpp"
 
 namespace palpate {

@@ -49,7 +49,7 @@ class MethodTimer {
   Stage visual_;
 };
 
-// Of frames that are no runtime's: so many calls, each timed alone; with `caches` those are emptied before each.
+// Times `calls` calls singly. A non-null `caches` is emptied before each call.
 TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches = nullptr);
 
 // `medians`: of the rounds, nanoseconds; empty: a single round.

@@ -47,8 +47,8 @@ struct MethodRow {
   bool carried = false;  // the reported pack carries the method; else another setting, for comparison
   int contacts = 1;
   double part = 1;                         // fraction of the pack's largest |d|
-  int pushes = 0;                          // that its errors are of,
-  int diverged = 0;                        //   those without an answer among them: errors as of a zero one
+  int pushes = 0;  // pushes behind the errors
+  int diverged = 0;  // pushes without a response among them; such a response counts as zero
   ErrorSummary displacement;               // max over shown nodes |u - u_FE| / |d|
   ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
   ErrorSummary force_unfloored;            // the same without the floor

@@ -10,6 +10,7 @@
 #include "offline/output/progress_bar.hpp"
 #include "offline/study/held_organ.hpp"
 #include "offline/study/method_timing.hpp"
+#include "offline/study/timed_contacts.hpp"
 
 namespace palpate {
 namespace {
