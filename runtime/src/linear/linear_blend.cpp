@@ -183,8 +183,8 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
   }
   gather_given(pack, state.given_axes, count, state);
   constexpr double kLeastPart = 1e-12;
-  if (!factor_given(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
-  solve_given(state.given_factor, count, x);
+  if (!factor_semidefinite(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
+  solve_semidefinite(state.given_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 

@@ -59,8 +59,8 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     }
   }
   if (size == 0) return {true, 0};
-  uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
-  solve_given(K, size, step);
+  uint32_t flags = factor_semidefinite(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
+  solve_semidefinite(K, size, step);
   if (set.num_groups > 1 && set.num_fixed == 0) {
     const uint32_t count = 3 * set.num_contacts;
     double moves[kMostAxes] = {};
@@ -70,7 +70,7 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     multiply(set.others, count, forces, moves);
     multiply(set.stiffness, count, moves, forces);
     for (uint32_t i = 0; i < size; ++i) forces[i] = forces[axes[i]];
-    solve_given(K, size, forces);
+    solve_semidefinite(K, size, forces);
     // The correction is first order only while it stays below the step.
     const double most = std::max(largest_of(step, size), largest_of(forces, size));
     const double less = most > 0 ? largest_of(step, size) / most : 0;
