@@ -42,7 +42,7 @@ struct PolynomialAnswer {
   double stiffness[9];  // row-major
 };
 
-// Whether the survey's domain at the site contains the displacement. In a pack without polynomials the domain
+// Whether the sampled domain at the site contains the displacement. In a pack without polynomials the domain
 // is the ball of the scene's largest displacement.
 bool is_sampled(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
