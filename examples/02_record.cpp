@@ -1,5 +1,5 @@
-// record PACK OUT.rec: a tool comes down on the organ, touches it where it happens to be, presses and goes; what
-// happened is saved, for `palpate replay PACK OUT.rec`.
+// record PACK OUT.rec: a tool approaches the organ, touches the surface, presses and leaves. The program
+// saves a recording for `palpate replay PACK OUT.rec`.
 #include <cmath>
 #include <cstdio>
 #include <palpate/palpate.hpp>
@@ -18,10 +18,10 @@ int main(int argc, char** argv) {
   palpate::Session session;
   if (session.init(pack, config, {arena, bytes}) != PAL_STATUS_OK) return 1;
 
-  std::vector<uint64_t> recording(1 << 17);  // a megabyte: some five seconds of four tools
+  std::vector<uint64_t> recording(1 << 17);  // about five seconds of four tools
   if (session.record(recording.data(), recording.size() * sizeof recording[0]) != PAL_STATUS_OK) return 1;
 
-  // Above the first site, on the way in along the surface's normal.
+  // Start above the first site, on the surface's normal.
   const pal_geometry geometry = pack.geometry();
   uint32_t node = 0;
   if (pack.get_site_node(0, node) != PAL_STATUS_OK) return 1;

@@ -1,11 +1,11 @@
-// The order of the monomials of three variables in a pack, and their values.
+// The order of monomials of three variables in a pack, and their values. This order is part of the format.
 //
-// Monomials x^a y^b z^c go by total degree n = a + b + c, and within a degree by falling a, then falling b:
+// Monomials x^a y^b z^c ascend by degree n = a + b + c. Within a degree, a descends, then b descends:
 //   1 | x y z | xx xy xz yy yz zz | xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz | ...
-// There are (n + 1)(n + 2)/2 of degree n. Degree n follows from degree n - 1: x times all of it, then y times
-// its last n, then z times its last one.
+// Degree n has (n + 1)(n + 2)/2 monomials. They follow from degree n - 1: x times all monomials, y times the
+// last n monomials, then z times the last monomial.
 //
-// Part of the format, and header-only, so that builder and runtime evaluate the same polynomial.
+// The file is header-only, so that builder and runtime evaluate the same polynomial.
 #pragma once
 
 #include <stdint.h>
@@ -16,14 +16,14 @@ constexpr uint32_t num_monomials(uint32_t degree) {
   return (degree + 1) * (degree + 2) / 2;
 }
 
-// Monomials of degrees first .. last together.
+// The number of monomials of degrees first .. last.
 constexpr uint32_t num_monomials(uint32_t first, uint32_t last) {
   uint32_t count = 0;
   for (uint32_t degree = first; degree <= last; ++degree) count += num_monomials(degree);
   return count;
 }
 
-// Position of the first monomial of a degree when counting from degree 0.
+// The position of a degree's first monomial, counted from degree 0.
 constexpr uint32_t monomial_start(uint32_t degree) {
   return degree * (degree + 1) * (degree + 2) / 6;
 }
@@ -53,8 +53,9 @@ struct Inverses {
   }
 };
 
-// Writes x^a/a! y^b/b! z^c/c! of degrees 0 .. degree <= kMost, like evaluate_monomials. As the x-derivative of x^a/a!
-// is x^(a-1)/(a-1)!, a polynomial in these has derivatives whose coefficients are its own, from other places.
+// Writes x^a/a! y^b/b! z^c/c! of degrees 0 .. degree <= kMost, in the same order. The x-derivative of x^a/a!
+// is x^(a-1)/(a-1)!, so a derivative of a polynomial in these monomials has the same coefficients at other
+// places.
 template <uint32_t kMost>
 void evaluate_divided_monomials(const double x[3], uint32_t degree, const Inverses<kMost>& inverses,
                                 double* values) {
@@ -83,7 +84,7 @@ void for_each_monomial(uint32_t degree, Visitor&& visit) {
   }
 }
 
-// Position of x^a y^b z^c when counting from degree 0.
+// The position of x^a y^b z^c, counted from degree 0.
 constexpr uint32_t monomial_index(uint32_t a, uint32_t b, uint32_t c) {
   const uint32_t rest = b + c;  // monomials of the same degree with a higher power of x: rest (rest + 1)/2
   return monomial_start(a + b + c) + rest * (rest + 1) / 2 + c;

@@ -1,5 +1,5 @@
-// The checksum of a pack file: XXH3-64 of all bytes after the header, seeded with XXH3-64 of the header in
-// which the checksum itself is zero. Part of the format. Cost: memory speed.
+// The checksum of a pack file: XXH3-64 of all bytes after the header. The seed is XXH3-64 of the header with
+// a zero checksum. This checksum is part of the format.
 #pragma once
 
 #include <string.h>

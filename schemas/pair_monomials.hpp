@@ -1,7 +1,8 @@
-// The monomials of two loads x and y that what a pair of contacts adds to each other is a polynomial of:
-//   x_a y_b at 3 a + b | xx xy xz yy yz zz of x | of y |
-//   m_j(x) y_b at 3 j + b | x_a m_j(y) at 6 a + j | xxx xxy ... zzz of x | of y          m_j the quadratic ones
-// the first line to second order, the other to third. Part of the format.
+// The monomials of two contacts' loads x and y, for the interaction terms of a pair. m_j are the quadratic
+// monomials:
+//   x_a y_b at 3 a + b | xx xy xz yy yz zz of x | the same of y |
+//   m_j(x) y_b at 3 j + b | x_a m_j(y) at 6 a + j | xxx xxy ... zzz of x | the same of y
+// The first line has degree 2, the second line degree 3. This order is part of the format.
 #pragma once
 
 #include <stdint.h>
@@ -12,7 +13,7 @@
 
 namespace palpate::pack {
 
-// Positions of its factors among the monomials of x and of y, counting from degree 0.
+// The positions of the factors among the monomials of x and of y, counted from degree 0.
 struct PairMonomial {
   uint32_t of_x;
   uint32_t of_y;
@@ -26,7 +27,7 @@ constexpr uint32_t num_pair_monomials(uint32_t degree) {
   return degree < 3 ? of_second : of_second + 2 * 3 * num_monomials(2) + 2 * num_monomials(3);
 }
 
-// All of them, in order.
+// All pair monomials in order.
 inline constexpr std::array<PairMonomial, num_pair_monomials(kMostPairDegree)> kPairMonomials = [] {
   std::array<PairMonomial, num_pair_monomials(kMostPairDegree)> all = {};
   uint32_t count = 0;

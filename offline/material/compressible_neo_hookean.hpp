@@ -5,9 +5,9 @@
 //   P     = mu (F - H) + lambda J (J - 1) H
 //   dP[dF] = mu dF + (mu - lambda J (J - 1)) H dF^T H + lambda J (2 J - 1) (H : dF) H
 //
-// Cauchy stress P F^T / J = mu/J (g - 1) + lambda (J - 1) 1 is their eq. (2). At F = 1 the tangent is Hooke's
-// law with Lame parameters mu and lambda. P itself stays finite for J < 0 (only W holds ln J), so whoever
-// iterates must refuse J <= 0; these functions require J > 0.
+// Cauchy stress P F^T / J = mu/J (g - 1) + lambda (J - 1) 1 is eq. (2). At F = 1 the tangent is Hooke's law
+// with Lame parameters mu and lambda. These functions require J > 0: P stays finite for J < 0, so a solver
+// must refuse such states itself.
 #pragma once
 
 #include "offline/material/dyadic_tangent.hpp"

@@ -1,4 +1,4 @@
-// Energy, stress and tangent of whatever law a material holds.
+// Evaluates energy, stress and tangent of the law that a material holds.
 #pragma once
 
 #include "offline/material/compressible_neo_hookean.hpp"
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// W, per reference volume. All laws but LinearElastic and StVenantKirchhoff require det F > 0.
+// W per reference volume. Requires det F > 0, except for LinearElastic and StVenantKirchhoff.
 inline double strain_energy_density(const Law& law, const Eigen::Matrix3d& F) {
   return std::visit([&](const auto& one) { return strain_energy_density(one, F); }, law);
 }
@@ -28,7 +28,7 @@ inline bool has_dyadic_tangent(const Law& law) {
          (invariant != nullptr && invariant->c01 == 0.0);
 }
 
-// For these laws only. Called for every element in every pass: not left to the compiler.
+// Requires has_dyadic_tangent(). Forced inline: the element loop calls this function in every pass.
 [[gnu::always_inline]] inline DyadicTangent dyadic_tangent(const Law& law, double I1, double J) {
   const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law);
   return neo_hookean != nullptr ? dyadic_tangent(*neo_hookean, I1, J)

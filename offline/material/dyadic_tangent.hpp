@@ -1,4 +1,4 @@
-// The whole response of a law whose energy depends on I1 and J alone, from its coefficients.
+// Stress and tangent of laws in I1 and J alone, as coefficients of F and F^-T.
 #pragma once
 
 #include "offline/material/stress_and_tangent.hpp"

@@ -1,12 +1,11 @@
 // Hooke's law, for small strain and for large rotations.
 //
 // LinearElastic, e = (F + F^T)/2 - 1:      W = mu e : e + lambda/2 (tr e)^2,  P = 2 mu e + lambda (tr e) 1
-// It is linear in the displacement and knows no rotation; J plays no part.
+// The stress is linear in the displacement and not invariant under rotation; J has no role.
 //
 // StVenantKirchhoff, E = (F^T F - 1)/2:    W = mu E : E + lambda/2 (tr E)^2,  S = 2 mu E + lambda (tr E) 1
 //   P = F S,   dP[dF] = dF S + F (2 mu dE + lambda (tr dE) 1),   dE = (dF^T F + F^T dF)/2
-// Exact for rigid rotations, for large stretch a law of nothing: it softens in compression and has no energy
-// against inversion.
+// Exact for rigid rotations. Unsuitable for large stretch: the law softens in compression and permits inversion.
 #pragma once
 
 #include "offline/material/stress_and_tangent.hpp"

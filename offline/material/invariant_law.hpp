@@ -7,7 +7,7 @@
 //
 // With G1 = dI1/dF = 2 F and G2 = dI2/dF = 2 (I1 F - F F^T F):
 //   dA/dF = J^(-2/3) (G1 - 2/3 I1 H)                dB/dF = J^(-4/3) (G2 - 4/3 I2 H)
-// and, with p = 2/3 for A and 4/3 for B, G and I the one or the other,
+// and, with p = 2/3 for A and 4/3 for B, and (G, I) of I1 or I2,
 //   d(dA/dF)[dF] = J^-p (dG[dF] - p (G : dF) H - p (H : dF) G + p^2 I (H : dF) H + p I H dF^T H)
 //   dG1[dF] = 2 dF,   dG2[dF] = 2 ((G1 : dF) F + I1 dF - dF F^T F - F dF^T F - F F^T dF)
 //
@@ -43,7 +43,7 @@ inline Eigen::Matrix3d gradient_of_i2(const Kinematics& k, const Eigen::Matrix3d
   return 2.0 * (k.i1 * F - F * k.right_cauchy_green);
 }
 
-// Adds scale times the second derivative of J^-p I, but for that of I itself.
+// Adds scale times the second derivative of J^-p I, without the second derivative of I.
 inline void add_volume_terms(double scale, double p, double I, const Eigen::Matrix3d& G,
                              const Eigen::Matrix3d& H, Matrix9d& tangent) {
   add_dyad(-scale * p, H, G, tangent);
@@ -73,7 +73,7 @@ inline void add_curvature_of_i2(double scale, const Kinematics& k, const Eigen::
 
 }  // namespace invariant_law
 
-// Of all but C01's term.
+// All terms except that of C01.
 inline YeohLaw yeoh_part(const InvariantLaw& law) {
   const auto& [d1, d2, d3] = law.volumetric.inverse_d;
   return {law.c10, law.c20, law.c30, {d1, d2, d3}};

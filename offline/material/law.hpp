@@ -1,7 +1,5 @@
-// The constitutive laws a material may follow, as their parameters; moduli in force unit / length unit^2.
-//
-// Each law has a header of its own with its energy, first Piola-Kirchhoff stress and consistent tangent;
-// constitutive_response.hpp picks the one that a Law holds.
+// The parameters of the constitutive laws; moduli in force unit / length unit^2. Each law has its own header with
+// energy, first Piola-Kirchhoff stress and consistent tangent. constitutive_response.hpp selects the law.
 #pragma once
 
 #include <array>
@@ -16,8 +14,8 @@ struct CompressibleNeoHookean {
   double lambda = 0;
 };
 
-// Terms of the volumetric energy that Abaqus' hyperelastic laws share: sum over i of (J - 1)^(2 i) / D_i,
-// i = 1 .. 3. Kept as 1 / D_i, so that 0 means an absent term.
+// Volumetric energy of Abaqus' hyperelastic laws: sum over i of (J - 1)^(2 i) / D_i, i = 1 .. 3. Stores 1 /
+// D_i; 0 omits a term.
 struct VolumetricEnergy {
   std::array<double, 3> inverse_d = {};
 };
@@ -55,7 +53,7 @@ struct StVenantKirchhoff {
 
 using Law = std::variant<CompressibleNeoHookean, InvariantLaw, Ogden, LinearElastic, StVenantKirchhoff>;
 
-// Hooke's law at rest.
+// Hooke's law at F = 1.
 struct SmallStrainModuli {
   double shear = 0;
   double bulk = 0;

@@ -1,5 +1,5 @@
-// Ogden's hyperelastic law in the principal stretches, with Abaqus' split into isochoric and volumetric parts:
-// isotropic_law.hpp has its energy and derivation.
+// Ogden's law in the principal stretches with Abaqus' isochoric-volumetric split.
+// runtime/kernels/isotropic_law.hpp derives energy and stress.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ inline OgdenLaw ogden_law(const Ogden& law) {
   return numbers;
 }
 
-// MOONEY-RIVLIN in the stretches: q_1^2 + q_2^2 + q_3^2 is the first isochoric invariant, that of -2 the second.
+// MOONEY-RIVLIN in the stretches: alpha = 2 gives the first isochoric invariant, alpha = -2 the second.
 inline Ogden as_ogden(const InvariantLaw& mooney_rivlin) {
   return {{{2 * mooney_rivlin.c10, 2}, {2 * mooney_rivlin.c01, -2}}, mooney_rivlin.volumetric};
 }

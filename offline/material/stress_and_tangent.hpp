@@ -1,4 +1,4 @@
-// What every law answers at one deformation gradient, and the pieces that several laws are made of.
+// Stress and tangent at one deformation gradient, and the terms that several laws share.
 //
 // Notation: F the deformation gradient, J = det F, H = F^-T. dJ/dF = J H and dH[dF] = -H dF^T H.
 #pragma once
@@ -18,7 +18,7 @@ struct StressAndTangent {
   Matrix9d tangent;  // dP_iJ / dF_kL at (i + 3 J, k + 3 L)
 };
 
-// Adds scale * a b^T, both as columns of nine.
+// Adds scale * a b^T, both as vectors of nine entries.
 inline void add_dyad(double scale, const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, Matrix9d& tangent) {
   tangent.noalias() += (scale * a.reshaped()) * b.reshaped().transpose();
 }

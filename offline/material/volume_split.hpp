@@ -1,5 +1,4 @@
-// A law in two parts, W(F) = W'(F) + U(theta): U holds what makes the tissue nearly incompressible, and theta(F) is the
-// measure of volume that it is a function of.
+// Splits a law, W(F) = W'(F) + U(theta). U is the nearly incompressible part, theta(F) its measure of volume.
 //
 //                                        W'                       U                            theta
 //   COMPRESSIBLE NEO HOOKE               that of lambda = 0       lambda/2 (theta - 1)^2       J
@@ -33,7 +32,7 @@ inline Law without_volume_term(const Law& law) {
 // U and its derivatives by theta.
 struct VolumeTerm {
   double energy = 0;
-  double pressure = 0;   // U'; the mean stress, tension above 0
+  double pressure = 0;   // U', the mean stress; positive in tension
   double stiffness = 0;  // U''
 };
 

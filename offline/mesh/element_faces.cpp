@@ -8,12 +8,11 @@
 namespace palpate {
 namespace {
 
-// Seen from outside a tetrahedron of positive volume, counter-clockwise. Abaqus' faces are 123, 142, 243,
-// 341, counted from 1.
+// Corners counter-clockwise seen from outside. Abaqus' faces are 123, 142, 243, 341, counted from 1.
 constexpr std::array<std::array<std::size_t, 3>, 4> kOutwardFaces = {
     {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 
-// Place of the node between two corners of a ten-node element.
+// Local number of the node between two corners of a ten-node element.
 std::size_t middle_of(std::size_t a, std::size_t b) {
   std::size_t edge = 0;
   while (static_cast<std::size_t>(kTetrahedronEdges[edge][0]) != std::min(a, b) ||
@@ -41,7 +40,7 @@ std::array<int, 6> outward_face(const Tetrahedron& element, int face) {
 }
 
 std::vector<ElementFace> sorted_faces(const Model& model) {
-  // A counting sort by the smallest node leaves short runs to sort by the other two.
+  // A counting sort by the smallest node leaves short runs for the final sort.
   std::vector<std::size_t> start(model.positions.size() + 1, 0);
   std::vector<ElementFace> unsorted;
   unsorted.reserve(4 * model.elements.size());

@@ -1,5 +1,5 @@
-// What an .inp file says, before its labels are looked up: Abaqus lets an element name nodes that come later
-// in the file, so keywords only note what they read, and inp_resolve.hpp turns the draft into a Model.
+// The content of an .inp file before label look-up. Elements may name nodes that follow later, so keywords
+// only record their data. inp_resolve.hpp turns the draft into a Model.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// The labels first, first + step, ... up to last: one entry of a set.
+// One entry of a set: the labels first, first + step, ... up to last.
 struct LabelRange {
   int first = 0;
   int last = 0;
@@ -26,16 +26,16 @@ struct DraftSet {
   std::vector<LabelRange> ranges;
 };
 
-// The node sets of a model, or its element sets, in the order in which they were first named.
+// The node sets or the element sets of a model, in order of first mention.
 class DraftSets {
  public:
-  // Index of the set, made when it is new.
+  // Returns the index of the set; adds a new set.
   int add(const std::string& name) {
     const auto [found, is_new] = index_.try_emplace(name, static_cast<int>(sets_.size()));
     if (is_new) sets_.push_back({name, {}});
     return found->second;
   }
-  // Index of the set, or -1.
+  // Returns the index of the set, or -1.
   int find(const std::string& name) const {
     const auto found = index_.find(name);
     return found == index_.end() ? -1 : found->second;
@@ -80,13 +80,13 @@ struct DraftSection {
   Place place;
 };
 
-// A node or element by its label, or every one of a set.
+// A node or element by label, or all members of a set.
 struct DraftTarget {
   int label = 0;
-  int set = -1;  // used when it is not -1
+  int set = -1;  // valid unless -1
 };
 
-// Faces 0 .. 3 as in outward_face(), or every face that no other element shares.
+// Faces 0 .. 3 as in outward_face(); kOuterFaces: every face without a neighbour.
 constexpr int kOuterFaces = -1;
 
 struct DraftFaces {
@@ -124,26 +124,26 @@ struct DraftGravity {
   Place place;
 };
 
-// A pressure or traction on the faces of one line of *DLOAD, or on a surface (*DSLOAD).
+// A pressure or traction: on the faces of a *DLOAD line, or on a *DSLOAD surface.
 template <typename Value>
 struct DraftFaceLoad {
   DraftFaces faces;  // of *DLOAD
-  int surface = -1;  // of *DSLOAD: index in Draft::surfaces, used when it is not -1
+  int surface = -1;  // of *DSLOAD: index in Draft::surfaces, valid unless -1
   Value value;
   int amplitude = kRamp;
   Place place;
 };
 
-// What OP= of the first line of a keyword in a step says for the whole step: whether what earlier steps gave
-// by this keyword goes (NEW) or stays (MOD, the default).
+// OP= of the first line of a keyword decides for the whole step: NEW removes the keyword's values of earlier
+// steps, MOD (default) keeps them.
 struct DraftOp {
   bool given = false;
   bool is_new = false;
 };
 
-// The node that *STATIC, RIKS names and the sets whose nodes are watched, each with its line.
+// The monitored node of *STATIC, RIKS and the sets of watched nodes, each with its line.
 struct DraftRiks {
-  ArcLengthControl control;  // without nodes
+  ArcLengthControl control;  // its node indices are not resolved yet
   int node_label = 0;        // 0 = none
   struct Watched {
     int set = 0;

@@ -1,4 +1,4 @@
-// The fields of a data line as numbers and names, with the message that says what is wrong with one.
+// Reads the fields of a data line as numbers and names; a wrong field gives a message.
 #pragma once
 
 #include <string>
@@ -10,9 +10,8 @@ namespace palpate {
 
 class FieldReader {
  public:
-  // A line with more than `most` fields, empty ones at its end not counted, or fewer than `least`, is
-  // refused: "expected `layout`, found 3 fields". Every field up to `most` may then be asked for; those not
-  // there are empty.
+  // Refuses a line with fewer than `least` or more than `most` fields: "expected `layout`, found 3 fields".
+  // Empty fields at the end do not count. Every field up to `most` may be read; absent fields are empty.
   FieldReader(const InpLexer& lexer, const DataLine& line, std::size_t least, std::size_t most,
               const std::string& layout);
 
@@ -25,7 +24,7 @@ class FieldReader {
   int label(std::size_t field, const char* meaning) const;  // an integer above 0
   int axis(std::size_t field) const;                        // degree of freedom 1, 2, 3 -> 0, 1, 2
 
-  // A label, or the name of a set that is already known.
+  // Reads a label, or the name of a known set.
   DraftTarget node_or_set(std::size_t field, const Draft& draft) const;
   DraftTarget element_or_set(std::size_t field, const Draft& draft) const;
 
@@ -36,10 +35,10 @@ class FieldReader {
   const DataLine& line_;
 };
 
-// Whether a field of a set or load is a name: it does not begin like a number.
+// Whether a field of a set or load is a name: its first character cannot start a number.
 bool is_name(std::string_view field);
 
-// Index of a set named at `place`, or InputError with the nearest known name.
+// Returns the index of a set named at `place`; throws InputError with the nearest known name.
 int known_set(const InpLexer& lexer, const DraftSets& sets, const char* kind, std::string_view name,
               Place place);
 

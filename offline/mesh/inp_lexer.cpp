@@ -11,16 +11,16 @@
 namespace palpate {
 namespace {
 
-// Deeper than any model is nested, shallow enough that a chain of generated files ends in a message.
+// Deeper than the nesting of any model; ends a chain of generated files with a message.
 constexpr std::size_t kDeepestInclude = 32;
-// More files than any model has: a few files that include each other twice would be read for hours.
+// More than the files of any model; ends files that include each other repeatedly.
 constexpr int kMostIncludes = 10000;
 
 bool is_comment(std::string_view line) {
   return line.substr(0, 2) == "**";
 }
 
-// Appends what stands between the commas that are not inside double quotes.
+// Splits at commas outside of double quotes.
 void split_fields(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
   std::size_t begin = 0;
@@ -62,7 +62,7 @@ struct InpLexer::OpenFile {
   std::filesystem::path canonical;
   std::string content;
   std::size_t next = 0;
-  Place place;  // of the line last read
+  Place place;  // of the last line
 };
 
 const Parameter* KeywordLine::find(std::string_view parameter) const {
@@ -111,12 +111,12 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
 void InpLexer::include(const KeywordLine& keyword) {
   allow_parameters(keyword, {"INPUT"});
   std::filesystem::path path = unquoted(required_value(keyword, "INPUT"));
-  // Relative to the folder of the file that names it, so that a model can be read from anywhere.
+  // Relative to the including file, so that a model reads from any working directory.
   if (path.is_relative()) path = open_.back()->path.parent_path() / path;
   open(path, keyword.place);
 }
 
-// The next line of the innermost file that is neither blank nor a comment, trimmed.
+// Reads the next line of the innermost file, trimmed; skips blank lines and comments.
 bool InpLexer::next_line(std::string_view& line, Place& place) {
   OpenFile& file = *open_.back();
   while (file.next < file.content.size()) {

@@ -1,11 +1,11 @@
-// The lines of an .inp file, its *INCLUDEs opened in place: keyword lines with their parameters, data lines
-// with their fields. What a keyword means is inp_reader.cpp's business.
+// Splits an .inp file into keyword lines with parameters and data lines with fields, and opens its *INCLUDEs
+// in place. inp_reader.cpp gives keywords their meaning.
 //
 //   ** a comment
 //   *ELEMENT, TYPE=C3D4,        <- keyword line; the trailing comma continues it
 //      ELSET = Eall
 //   1, 10, 11, 12, 13           <- data line of *ELEMENT
-//   *INCLUDE, INPUT=more.inc    <- its lines follow here, data lines of *ELEMENT if it begins with such
+//   *INCLUDE, INPUT=more.inc    <- its lines follow here, and may begin with data lines of *ELEMENT
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ namespace palpate {
 struct Parameter {
   std::string name;                  // normalised, blanks removed: "NEOHOOKE"
   std::string shown;                 // for messages: "NEO HOOKE"
-  std::optional<std::string> value;  // as written, blanks around it removed; none for a bare parameter
+  std::optional<std::string> value;  // as written, without surrounding blanks; none for a bare parameter
 };
 
 struct KeywordLine {
@@ -48,11 +48,10 @@ class InpLexer {
   explicit InpLexer(const std::filesystem::path& file);
   ~InpLexer();
 
-  // Passes the data lines left over and returns the next keyword line; null at the end of the model.
+  // Skips remaining data lines and returns the next keyword line; null at the end of the model.
   const KeywordLine* next_keyword();
 
-  // The next data line of the keyword; null when another keyword or the end follows. Valid until the next
-  // call.
+  // Returns the next data line of the keyword; null at another keyword or the end. Valid until the next call.
   const DataLine* next_data();
 
   const SourceFiles& files() const { return files_; }
@@ -60,13 +59,13 @@ class InpLexer {
   // Throws InputError at `place`: "file:line: message".
   [[noreturn]] void fail(Place place, const std::string& message) const;
 
-  // Refuses the parameters of `keyword` that are not in `known`, and those given twice.
+  // Refuses parameters of `keyword` outside of `known`, and repeated parameters.
   void allow_parameters(const KeywordLine& keyword, std::span<const std::string_view> known) const;
   void allow_parameters(const KeywordLine& keyword, std::initializer_list<std::string_view> known) const {
     allow_parameters(keyword, std::span(known.begin(), known.size()));
   }
 
-  // The value of a parameter that must be there and must not be empty.
+  // Returns the value of a required, non-empty parameter.
   std::string required_value(const KeywordLine& keyword, std::string_view parameter) const;
 
  private:
@@ -82,7 +81,7 @@ class InpLexer {
   void read_data(std::string_view line, Place place);
 
   SourceFiles files_;
-  std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE last
+  std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE is last
   int num_opened_ = 0;
   Kind kind_ = Kind::unread;
   KeywordLine keyword_;

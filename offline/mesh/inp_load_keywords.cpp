@@ -9,8 +9,7 @@
 namespace palpate {
 namespace {
 
-// Notes OP=. As in CalculiX the first line of a keyword in a step decides for all of them; as in Abaqus the
-// others must say the same.
+// Records OP=. The first line of a keyword decides for the step (CalculiX); other lines must agree (Abaqus).
 void read_op(const InpLexer& lexer, const KeywordLine& keyword, DraftOp& op) {
   std::string value = "MOD";
   if (keyword.find("OP") != nullptr) value = normalised_name(lexer.required_value(keyword, "OP"));
@@ -25,13 +24,13 @@ void read_op(const InpLexer& lexer, const KeywordLine& keyword, DraftOp& op) {
   op = {true, is_new};
 }
 
-// The near name that was meant, or where to define this one.
+// Suggests a near name, or the keyword that defines a new one.
 std::string remedy_for(const std::string& name, const std::vector<std::string>& known, const char* keyword) {
   const std::string suggestion = did_you_mean(name, known);
   return suggestion.empty() ? std::string("; define it with ") + keyword : suggestion;
 }
 
-// A magnitude that must be there: left out, it is more likely forgotten than meant to be 0.
+// Reads a required magnitude: an empty field is more likely an omission than 0.
 double magnitude_of(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
   if (fields.is_empty(2)) lexer.fail(line.place, "the magnitude is missing; write it in the third field");
   return fields.number(2);
@@ -44,7 +43,7 @@ void refuse_direction(const InpLexer& lexer, const DataLine& line, const FieldRe
   }
 }
 
-// Index of the amplitude that AMPLITUDE= names, or kRamp.
+// Returns the index of the amplitude of AMPLITUDE=, or kRamp.
 int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft& draft) {
   if (keyword.find("AMPLITUDE") == nullptr) return kRamp;
   const std::string name = normalised_name(lexer.required_value(keyword, "AMPLITUDE"));
@@ -57,7 +56,7 @@ int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft&
                                 remedy_for(name, names, "*AMPLITUDE"));
 }
 
-// OP= and AMPLITUDE= of a load; any other parameter is refused but those that the caller reads itself.
+// Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except those in `more`.
 int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, const Draft& draft, DraftOp& op,
                          std::initializer_list<std::string_view> others = {}) {
   std::vector<std::string_view> known = {"OP", "AMPLITUDE"};
@@ -67,7 +66,7 @@ int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, cons
   return amplitude_of(lexer, keyword, draft);
 }
 
-// ENCASTRE and PINNED hold all that a solid's node has: three displacements.
+// ENCASTRE and PINNED both hold the three displacements of a solid's node.
 bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view field) {
   if (!is_name(field)) return false;
   const std::string type = normalised_name(field);
@@ -76,7 +75,7 @@ bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view
                              " is not supported; write the degrees of freedom, such as 1, 3");
 }
 
-// The unit vector of fields 3 to 5.
+// Returns the unit vector of fields 3 to 5.
 Eigen::Vector3d direction_of(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
   const Eigen::Vector3d direction(fields.number(3), fields.number(4), fields.number(5));
   const double length = direction.stableNorm();
@@ -85,7 +84,7 @@ Eigen::Vector3d direction_of(const InpLexer& lexer, const DataLine& line, const 
   return direction / length;
 }
 
-// Whether YES stands behind a parameter, or `fallback` when it is not there.
+// Whether a parameter is YES; `fallback` where the parameter is absent.
 bool is_yes(const InpLexer& lexer, const KeywordLine& keyword, std::string_view parameter, bool fallback) {
   const Parameter* found = keyword.find(parameter);
   if (found == nullptr) return fallback;

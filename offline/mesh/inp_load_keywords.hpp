@@ -1,4 +1,4 @@
-// The keywords that say what is done to the body: *AMPLITUDE, *BOUNDARY, *CLOAD, *DLOAD, *DSLOAD.
+// Reads the keywords of loads and supports: *AMPLITUDE, *BOUNDARY, *CLOAD, *DLOAD, *DSLOAD.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -6,8 +6,7 @@
 
 namespace palpate {
 
-// Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
-// mistake.
+// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake.
 void read_amplitude(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_cload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

@@ -10,13 +10,13 @@
 namespace palpate {
 namespace {
 
-// The numbers of a law and the line they begin in, for messages.
+// The numbers of a law and their first line, for messages.
 struct Constants {
-  std::vector<double> values;  // as many as asked for; those left out at the end are 0, as in Abaqus
+  std::vector<double> values;  // absent numbers at the end are 0, as in Abaqus
   Place place;
 };
 
-// Reads `count` numbers, eight to a line as Abaqus has them; the first `required` must be there.
+// Reads `count` numbers, eight to a line as in Abaqus; the first `required` numbers must be present.
 Constants read_constants(InpLexer& lexer, const KeywordLine& keyword, std::size_t required, std::size_t count,
                          const char* layout) {
   constexpr std::size_t kPerLine = 8;
@@ -46,7 +46,7 @@ DraftMaterial& material_without_law(const InpLexer& lexer, const KeywordLine& ke
   return material;
 }
 
-// D_1, D_2, ... from `first` on. D_1 must be above 0; a D_i of 0 behind it leaves its term out.
+// Reads D_1, D_2, ... from `first` on. D_1 must be positive; a later D_i = 0 omits its term.
 VolumetricEnergy volumetric_of(const InpLexer& lexer, const Constants& constants, std::size_t first) {
   VolumetricEnergy energy;
   for (std::size_t i = first; i < constants.values.size(); ++i) {
@@ -144,7 +144,7 @@ Law read_ogden(InpLexer& lexer, const KeywordLine& keyword) {
 
 struct LawRule {
   const char* name;   // normalised
-  const char* shown;  // as people write it
+  const char* shown;  // for messages
   Law (*read)(InpLexer&, const KeywordLine&);
 };
 constexpr std::array kLaws = {
@@ -221,7 +221,7 @@ void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   if (E <= 0) lexer.fail(constants.place, "Young's modulus must be above 0; correct it");
   if (nu <= -1 || nu >= 0.5)
     lexer.fail(constants.place, "Poisson's ratio must lie above -1 and below 0.5; correct it");
-  // Of small strain until the steps tell (*STEP, NLGEOM): see inp_resolve.
+  // Small strain until a step with NLGEOM changes the law (inp_resolve).
   material.material.law = LinearElastic{E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))};
   material.has_law = true;
 }
@@ -239,7 +239,7 @@ void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draf
   section.place = keyword.place;
   draft.sections.push_back(section);
   if (const DataLine* line = lexer.next_data()) {
-    // Abaqus/CAE writes an empty line or the attribute 1 here, which says nothing about a solid.
+    // Abaqus/CAE writes an empty line or the attribute 1; both are meaningless for a solid.
     const FieldReader fields(lexer, *line, 1, 1, "nothing or 1");
     if (fields.number(0, 1.0) != 1.0) {
       lexer.fail(line->place,

@@ -1,5 +1,4 @@
-// The keywords that describe what a body is made of: *MATERIAL, *DENSITY, *HYPERELASTIC, *ELASTIC, *SOLID
-// SECTION.
+// Reads the keywords of materials: *MATERIAL, *DENSITY, *HYPERELASTIC, *ELASTIC, *SOLID SECTION.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -7,8 +6,8 @@
 
 namespace palpate {
 
-// Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
-// mistake. Density and laws belong to the last *MATERIAL.
+// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake.
+// Density and laws belong to the last *MATERIAL.
 void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_density(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

@@ -9,14 +9,13 @@
 namespace palpate {
 namespace {
 
-// The set that NSET= or ELSET= of a *NODE or *ELEMENT line names, or -1.
+// Returns the set of NSET= or ELSET= of a *NODE or *ELEMENT line, or -1.
 int set_of(const InpLexer& lexer, const KeywordLine& keyword, const char* parameter, DraftSets& sets) {
   if (keyword.find(parameter) == nullptr) return -1;
   return sets.add(normalised_name(lexer.required_value(keyword, parameter)));
 }
 
-// Adds what `other` holds at this line. Sorted and unique afterwards, so that sets built from sets built from
-// sets do not hold an entry many times over.
+// Adds the current members of `other`. Sorting and removing duplicates bounds the size of nested sets.
 void include_set(DraftSets& sets, int set, int other) {
   const auto key = [](const LabelRange& range) { return std::tuple(range.first, range.last, range.step); };
   std::vector<LabelRange>& ranges = sets[set].ranges;
@@ -101,7 +100,7 @@ void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   const int set = set_of(lexer, keyword, "ELSET", draft.element_sets);
   const std::size_t num_nodes = type == "C3D4" ? 4 : 10;
   const std::size_t wanted = 1 + num_nodes;
-  // Abaqus lets an element go on in the next line when its own ends in a comma.
+  // An Abaqus element continues on the next line after a trailing comma.
   std::array<int, 11> numbers = {};
   std::size_t count = 0;
   DraftElement element;

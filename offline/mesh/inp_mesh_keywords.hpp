@@ -1,4 +1,4 @@
-// The keywords that describe the mesh: *NODE, *ELEMENT, *NSET, *ELSET, *SURFACE.
+// Reads the keywords of the mesh: *NODE, *ELEMENT, *NSET, *ELSET, *SURFACE.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -6,8 +6,7 @@
 
 namespace palpate {
 
-// Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
-// mistake.
+// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake.
 void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_node_set(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

@@ -20,7 +20,7 @@ enum class Where { before_steps, in_step, anywhere };
 
 struct KeywordRule {
   const char* name;   // normalised
-  const char* shown;  // as people write it
+  const char* shown;  // for messages
   Where where;
   void (*read)(InpLexer&, const KeywordLine&, Draft&);
 };
@@ -33,8 +33,8 @@ void read_heading(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   }
 }
 
-// Output requests change nothing in the model: `solve` always writes the whole field. In a step with *STATIC,
-// RIKS the node sets that they name are watched along the path.
+// Output requests do not change the model: `solve` writes the whole field. With *STATIC, RIKS the requested
+// node sets are watched along the path.
 void read_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   for (const char* set : {"NSET", "ELSET"}) {
     const Parameter* parameter = keyword.find(set);
@@ -92,7 +92,7 @@ constexpr std::array kRules = {
     KeywordRule{"ENDSTEP", "*END STEP", Where::in_step, read_end_step},
 };
 
-// What to do about keywords that models exported from other programs often hold.
+// Remedies for frequent keywords of other programs' exports.
 struct Remedy {
   const char* name;
   const char* text;

@@ -17,7 +17,7 @@ std::string location(const SourceLine& line) {
   return line.file + ":" + std::to_string(line.line);
 }
 
-// (label, index), sorted; a label twice is refused at its second place.
+// Returns sorted pairs (label, index); refuses the second place of a repeated label.
 template <typename Item>
 std::vector<std::pair<int, int>> index_labels(const std::vector<Item>& items, const SourceFiles& files,
                                               const char* kind) {
@@ -36,7 +36,7 @@ std::vector<std::pair<int, int>> index_labels(const std::vector<Item>& items, co
   return index;
 }
 
-// Index of the item with this label, or -1.
+// Returns the index of the item with this label, or -1.
 int find_label(const std::vector<std::pair<int, int>>& index, int label) {
   const auto found = std::lower_bound(index.begin(), index.end(), std::pair(label, 0));
   return found != index.end() && found->first == label ? found->second : -1;
@@ -103,8 +103,7 @@ class Resolver {
     }
   }
 
-  // A range ends at its first undefined label, so that a range over more labels than there are memory cannot
-  // be asked for.
+  // Stops at the first undefined label, so that a huge range needs no memory.
   std::vector<int> members(const DraftSet& set, const std::vector<std::pair<int, int>>& index,
                            const char* kind, const char* item, const char* keyword) const {
     std::vector<int> found;
@@ -196,7 +195,7 @@ class Resolver {
   Model model_;
   ModelOrigin origin_;
   std::vector<std::pair<int, int>> element_index_;  // (label, index), sorted
-  std::vector<int> volume_groups_;  // of each element: its section if it shares its volume, or -1
+  std::vector<int> volume_groups_;  // for each element: its section if the section shares volumes, else -1
 };
 
 }  // namespace

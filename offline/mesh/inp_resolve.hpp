@@ -1,4 +1,4 @@
-// From what an .inp file says to a Model: labels become indices, steps carry over, the model is checked.
+// Turns the draft of an .inp file into a Model: resolves labels to indices, carries steps over, checks the model.
 #pragma once
 
 #include <string>
@@ -7,8 +7,7 @@
 
 namespace palpate {
 
-// `file` is the name of the model file in messages. Throws InputError. Cost: O(n log n) in nodes and
-// elements.
+// `file` names the model file in messages. Throws InputError. Cost: O(n log n) in nodes and elements.
 Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file);
 
 }  // namespace palpate

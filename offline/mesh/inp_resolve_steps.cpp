@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Size and history of a load; where it acts is the key of a map.
+// Magnitude and history of a load; its place is the key of a map.
 template <typename Value>
 struct Scaled {
   Value value;
@@ -21,12 +21,12 @@ struct Scaled {
 };
 using NodeAxis = std::pair<int, int>;
 
-// What acts in a step: begins as what acted in the one before.
+// The loads of a step; starts as a copy of the loads of the step before.
 struct Acting {
   std::map<NodeAxis, Scaled<double>> prescribed;
-  std::map<NodeAxis, std::vector<Scaled<double>>> forces;  // they add up
-  std::map<int, Scaled<Eigen::Vector3d>> gravity;          // of each element
-  // Of *DLOAD and of *DSLOAD, which OP=NEW of the one does not remove for the other.
+  std::map<NodeAxis, std::vector<Scaled<double>>> forces;  // forces at one place add up
+  std::map<int, Scaled<Eigen::Vector3d>> gravity;          // by element
+  // Separate for *DLOAD and *DSLOAD: OP=NEW of one keyword keeps the loads of the other.
   std::map<FaceId, Scaled<double>> dload_pressures;
   std::map<FaceId, Scaled<double>> dsload_pressures;
   std::map<FaceId, Scaled<Eigen::Vector3d>> tractions;
@@ -110,7 +110,7 @@ class StepResolver {
     return members;
   }
 
-  // The faces that a line names, all of them outer ones.
+  // Returns the faces of a line; all of them must be outer faces.
   std::vector<FaceId> faces(const DraftFaces& named, const char* keyword) {
     if (is_outer_.empty()) find_outer_faces();
     std::vector<FaceId> found;
@@ -151,8 +151,8 @@ class StepResolver {
     return all;
   }
 
-  // Puts `load` in `given`, what this step says; said twice it must be said alike. `where` is for the
-  // message.
+  // Adds `load` to the loads `given` by this step. A repeated load must be equal. `where` describes the place
+  // in messages.
   template <typename Key, typename Value, typename Where>
   void note(std::map<Key, Scaled<Value>>& given, const Key& key, const Scaled<Value>& load, Place place,
             const char* what, Where&& where) const {
@@ -179,7 +179,7 @@ class StepResolver {
     replace(acting_.prescribed, given);
   }
 
-  // As in CalculiX, forces at one node and axis add up within a step and replace those of the step before.
+  // As in CalculiX, forces at one node and axis add up within a step and replace the forces of the step before.
   void apply_forces(const std::vector<DraftForce>& drafts) {
     std::map<NodeAxis, std::vector<Scaled<double>>> given;
     for (const DraftForce& draft : drafts) {
@@ -241,7 +241,7 @@ class StepResolver {
     replace(acting, given);
   }
 
-  // A load whose history counts from the begin of its step stays, in the steps behind, at what it came to.
+  // A load with a history in step time keeps its last value in later steps.
   void end_step_amplitudes(double period) {
     acting_.for_each([&](auto& load) {
       if (load.amplitude == kRamp) return;
@@ -252,7 +252,7 @@ class StepResolver {
     });
   }
 
-  // One factor scales what the step changes: nothing in it may have a history of its own.
+  // One factor scales all changes of the step, so no change may have its own history.
   ArcLengthControl resolve_riks(const DraftStep& draft) {
     bool changes =
         draft.boundary_op.is_new || draft.cload_op.is_new || draft.dload_op.is_new || draft.dsload_op.is_new;
@@ -339,7 +339,7 @@ class StepResolver {
   const std::vector<std::pair<int, int>>& element_index_;
   Model& model_;
   std::vector<char> used_;      // whether an element has the node
-  std::vector<char> is_outer_;  // of each face of each element; empty until asked for
+  std::vector<char> is_outer_;  // for each face of each element; empty until needed
   Acting acting_;
 };
 

@@ -1,4 +1,4 @@
-// The steps of a draft with their labels looked up: what holds and loads the body at each of them.
+// Resolves the steps of a draft: supports and loads of the body in each step.
 #pragma once
 
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Sets Model::fixed, amplitudes and steps; all else of `model` is resolved already. `element_index`: (label,
+// Sets Model::fixed, amplitudes and steps; the rest of `model` is resolved already. `element_index`: (label,
 // index), sorted. Throws InputError.
 void resolve_steps(const Draft& draft, const SourceFiles& files,
                    const std::vector<std::pair<int, int>>& element_index, Model& model);

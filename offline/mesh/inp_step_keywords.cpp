@@ -13,8 +13,8 @@ void require(const InpLexer& lexer, const DataLine& line, bool good, const std::
   if (!good) lexer.fail(line.place, message);
 }
 
-// Increments of time or of arc length, put in the step as fractions of their total. Empty and zero mean the
-// default in Abaqus: a total of 1, the whole of it at once, 1e-5 of it at least.
+// Reads increments of time or arc length as fractions of their total. Empty and zero take Abaqus' defaults:
+// total 1, initial increment = total, least increment 1e-5 of the total.
 void read_increments(const InpLexer& lexer, const DataLine& line, const FieldReader& fields, bool riks,
                      Step& step) {
   const std::string total_name = riks ? "total arc length" : "period";
@@ -41,7 +41,7 @@ void read_increments(const InpLexer& lexer, const DataLine& line, const FieldRea
   step.smallest_increment = smallest / total;
 }
 
-// Where the path of *STATIC, RIKS ends: fields 5 to 8 of its data line.
+// Reads the end of the path of *STATIC, RIKS from fields 5 to 8 of its data line.
 void read_path_end(const InpLexer& lexer, const DataLine& line, const FieldReader& fields, DraftRiks& riks) {
   riks.data_place = line.place;
   if (!fields.is_empty(4)) {
@@ -64,7 +64,7 @@ void read_path_end(const InpLexer& lexer, const DataLine& line, const FieldReade
 }  // namespace
 
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  // NAME is what Abaqus/CAE calls the step: it changes nothing.
+  // NAME is Abaqus/CAE's name of the step and has no effect.
   lexer.allow_parameters(keyword, {"NLGEOM", "INC", "NAME"});
   if (draft.in_step()) {
     lexer.fail(keyword.place, "*STEP inside the step of line " +
@@ -84,7 +84,7 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   DraftStep step;
   step.place = keyword.place;
   step.nlgeom = value == "YES";
-  // As in Abaqus, what follows a step with NLGEOM has it too.
+  // As in Abaqus, NLGEOM holds for all later steps.
   if (!draft.steps.empty() && draft.steps.front().nlgeom) step.nlgeom = true;
   if (!draft.steps.empty() && step.nlgeom != draft.steps.front().nlgeom) {
     lexer.fail(keyword.place,

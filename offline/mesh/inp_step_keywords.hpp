@@ -1,4 +1,4 @@
-// The keywords that say when things are done to the body: *STEP, *STATIC, *END STEP.
+// Reads the keywords of steps: *STEP, *STATIC, *END STEP.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -6,8 +6,7 @@
 
 namespace palpate {
 
-// Each reads its data lines from the lexer and notes what they say in the draft. InputError on the first
-// mistake.
+// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake.
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

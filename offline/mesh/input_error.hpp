@@ -1,4 +1,4 @@
-// The one exception of the offline toolchain that people meet: their input cannot be used as it is.
+// The exception for input that the user must correct.
 #pragma once
 
 #include <stdexcept>
@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// what() is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes".
-// A line of 0 (the file as a whole) prints as "liver.inp: ...".
+// what() is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes". Line 0
+// means the whole file and prints as "liver.inp: ...".
 class InputError : public std::runtime_error {
  public:
   InputError(const SourceLine& where, const std::string& message)

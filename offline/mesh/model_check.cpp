@@ -15,9 +15,8 @@
 namespace palpate {
 namespace {
 
-// Volume over the cube of the longest edge below which an element is flat (a regular one has 0.118).
-// Coordinates are often written with seven digits: an element meant to be flat then keeps about 1e-7 of
-// thickness per edge, and one ten times flatter still has no shape left to compute with.
+// An element is flat below this ratio of volume to longest edge cubed (regular element: 0.118). Coordinates
+// with seven digits give a flat element about 1e-7.
 constexpr double kFlat = 1e-8;
 
 const Eigen::Vector3d& position(const Model& model, int node) {
@@ -40,7 +39,7 @@ double longest_edge(const Model& model, const Tetrahedron& element) {
   return longest;
 }
 
-// Each integration point of a ten-node element stands for more than rounding of a quarter of its volume.
+// Whether each integration point of a ten-node element has a volume above rounding.
 bool is_upright_at_every_point(const Model& model, const Tetrahedron& element) {
   const double edge = longest_edge(model, element);
   Eigen::Matrix<double, 3, 10> positions;
@@ -65,7 +64,7 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
     if (twice != sorted.end()) fail(fmt::format("names node {} twice; correct it", label(model, *twice)));
     const double volume = signed_volume(model, element);
     const double edge = longest_edge(model, element);
-    // Written so that an overflow of the cube, or of a coordinate difference, is refused too.
+    // This form also refuses an overflow of the cube or of a coordinate difference.
     if (!(std::abs(volume) > kFlat * edge * edge * edge)) {
       fail(fmt::format("is flat (volume {:.3g}, longest edge {:.3g}); remesh there", volume, edge));
     }
@@ -124,12 +123,11 @@ void warn_unused_nodes(Model& model) {
                   unused == 1 ? "node belongs" : "nodes belong", label(model, static_cast<int>(first))));
 }
 
-// Above it linear tetrahedra are too stiff by tens of percent: a block compressed by a tenth came out 20 %
-// too stiff at 0.45 on a coarse mesh, and twice as stiff at 0.49.
+// Linear tetrahedra are far too stiff above this Poisson ratio (docs/solver_validation.md).
 constexpr double kLockingPoissonRatio = 0.45;
 
 void warn_locking(Model& model) {
-  std::vector<char> linear(model.materials.size(), 0);  // has elements of four nodes that lock
+  std::vector<char> linear(model.materials.size(), 0);  // has four-node elements that lock
   for (const Tetrahedron& element : model.elements) {
     if (element.num_nodes == 4 && element.volume_patch < 0)
       linear[static_cast<std::size_t>(element.material)] = 1;
@@ -147,7 +145,7 @@ void warn_locking(Model& model) {
   }
 }
 
-// Whether `second` lets go of something that `first` holds.
+// Whether `second` releases a dof that `first` holds.
 bool releases(const Step& first, const Step& second) {
   const auto before = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
     return std::pair(a.node, a.axis) < std::pair(b.node, b.axis);

@@ -10,8 +10,8 @@ char to_lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-// Letters inserted, left out, replaced, or exchanged with their neighbour, to get from one to the other: the
-// table of optimal string alignment, three rows of it at a time.
+// Counts insertions, deletions, replacements and swaps of neighbours between two words (optimal string
+// alignment, three rows of the table at a time).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -35,7 +35,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
-  // Nobody misspells a name this long by a letter or two, and the table is quadratic in it.
+  // The table is quadratic, and no misspelt name is this long.
   constexpr std::size_t kLongest = 200;
   if (name.size() > kLongest) return {};
   std::string nearest;

@@ -1,4 +1,4 @@
-// "did you mean ...": the known name that a misspelt one was probably meant to be.
+// Suggests a known name for a misspelt name.
 #pragma once
 
 #include <string>
@@ -7,12 +7,11 @@
 
 namespace palpate {
 
-// The name in `known` that `name` becomes with the fewest letters inserted, left out or replaced, upper and
-// lower case alike; the first of equals. Empty when even the nearest needs more than a third of the letters
-// changed.
+// Returns the name in `known` with the fewest letter changes from `name`, ignoring case; the first of equals.
+// Empty where more than a third of the letters differ.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
 
-// "; did you mean PROBE?", or nothing when no name is near.
+// "; did you mean PROBE?", or "" where no name is near.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace palpate

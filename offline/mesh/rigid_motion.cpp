@@ -14,9 +14,9 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Smallest eigenvalue of the rows' Gram matrix over the number of rows, lengths measured in the radius of the
-// held nodes, below which a motion counts as free: three held nodes whose offset from one line is a millionth
-// of their spread no longer stop the turn about that line. Rounding leaves about 1e-15.
+// A motion is free below this smallest eigenvalue of the rows' Gram matrix, divided by the number of rows.
+// Lengths are relative to the radius of the held nodes. Three nodes within a millionth of a line do not stop
+// the rotation about the line; rounding is about 1e-15.
 constexpr double kFreeMotion = 1e-12;
 
 int root_of(std::vector<int>& parent, int node) {
@@ -28,7 +28,7 @@ int root_of(std::vector<int>& parent, int node) {
   return node;
 }
 
-// What is free, in words: one of the six motions along and about the axes when one of these is.
+// Describes the free motion: one of the six motions along and about the axes, where one fits.
 std::string free_motion(const Matrix6d& gram) {
   const char* names[6] = {"move along x",
                           "move along y",
@@ -67,7 +67,7 @@ std::string free_motion(const Model& model, const std::vector<PrescribedDisplace
   return free_motion(gram / static_cast<double>(held.size()));
 }
 
-// The part of each element among those joined face to face, numbered from 0.
+// Numbers the parts of elements joined face to face, from 0.
 std::vector<int> face_joined_parts(const Model& model) {
   std::vector<int> parent(model.elements.size());
   std::iota(parent.begin(), parent.end(), 0);

@@ -1,7 +1,5 @@
-// Where every part of a model was said, in eight bytes a part.
-//
-// A SourceLine holds a string, too much for each of 100,000 elements: readers keep a Place and turn it into a
-// SourceLine when a message needs one.
+// Stores the place of an input item in eight bytes. A SourceLine holds a string, too large for each of
+// 100,000 elements. Readers keep a Place and convert it to a SourceLine for a message.
 #pragma once
 
 #include <string>

@@ -11,8 +11,7 @@
 namespace palpate {
 namespace {
 
-// Path lengths are sums of rounded edges: on a regular grid a node at exactly the radius would be in or out
-// by chance.
+// Rounding of path lengths would otherwise decide whether a node at exactly the radius is inside.
 constexpr double kRadiusTolerance = 1e-9;
 
 std::size_t at(int index) {
@@ -23,7 +22,7 @@ double distance(const Model& model, int a, int b) {
   return (model.positions[at(a)] - model.positions[at(b)]).norm();
 }
 
-// The distinct edges in both directions, sorted.
+// Lists distinct edges in both directions, sorted.
 std::vector<std::pair<int, int>> directed_edges(const std::vector<std::array<int, 3>>& triangles) {
   std::vector<std::pair<int, int>> edges;
   edges.reserve(6 * triangles.size());

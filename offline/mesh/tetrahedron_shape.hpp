@@ -4,9 +4,8 @@
 //   4 nodes:   N_i = L_i
 //   10 nodes:  N_i = L_i (2 L_i - 1) at the corners, N_ij = 4 L_i L_j at the middles of the edges
 //              01 12 02 03 13 23, in this order, which is that of Abaqus' C3D10 and of VTK.
-// Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. One point at the centroid
-// integrates the constant strain of four nodes exactly, four points (Hammer, Marlowe, Stroud 1956)
-// polynomials of degree 2.
+// Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. Four-node elements use one point
+// at the centroid. Ten-node elements use four points, exact for degree 2 (Hammer, Marlowe, Stroud 1956).
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +25,7 @@ struct TetrahedronShape {
   static constexpr int kPoints = kNodes == 4 ? 1 : 4;
   using Nodal = Eigen::Matrix<double, 3, kNodes>;  // a column for each node
 
-  // Barycentric coordinates of an integration point. All points weigh the same.
+  // Barycentric coordinates of an integration point. All points have equal weights.
   static Eigen::Vector4d point(int index) {
     if constexpr (kNodes == 4) return Eigen::Vector4d::Constant(0.25);
     Eigen::Vector4d L = Eigen::Vector4d::Constant((5.0 - std::sqrt(5.0)) / 20.0);
@@ -51,8 +50,8 @@ struct TetrahedronShape {
 
   // dN_a / dL_i for i = 1 .. 3, with L_0 = 1 - L_1 - L_2 - L_3.
   static Nodal local_gradients(const Eigen::Vector4d& L) {
-    Eigen::Matrix<double, 4, kNodes> dN =
-        Eigen::Matrix<double, 4, kNodes>::Zero();  // L_i taken as independent
+    // treats the L_i as independent
+    Eigen::Matrix<double, 4, kNodes> dN = Eigen::Matrix<double, 4, kNodes>::Zero();
     for (int i = 0; i < 4; ++i) dN(i, i) = kNodes == 4 ? 1.0 : 4.0 * L[i] - 1.0;
     if constexpr (kNodes == 10) {
       for (int edge = 0; edge < 6; ++edge) {
@@ -65,18 +64,17 @@ struct TetrahedronShape {
   }
 };
 
-// dN_a/dX at an integration point of an element with these node positions, and the volume the point stands
-// for.
+// dN_a/dX at an integration point of an element with these node positions, and the volume of the point.
 template <int kNodes>
 struct ShapeAtPoint {
   typename TetrahedronShape<kNodes>::Nodal gradients;
-  double volume = 0;  // at or below 0 where the element is inverted; the gradients then mean nothing
+  double volume = 0;  // not above 0 where the element is inverted; the gradients are then undefined
 
   ShapeAtPoint(const typename TetrahedronShape<kNodes>::Nodal& positions, int point) {
     using Shape = TetrahedronShape<kNodes>;
     const typename Shape::Nodal local = Shape::local_gradients(Shape::point(point));
-    // dX_i / dL_j. The local gradients add up to 0: positions count from the first one, so that far from the
-    // origin no digits go.
+    // dX_i / dL_j. Positions relative to the first node keep all digits far from the origin; the local
+    // gradients sum to 0.
     const Eigen::Matrix3d jacobian = (positions.colwise() - positions.col(0).eval()) * local.transpose();
     volume = jacobian.determinant() / (6.0 * Shape::kPoints);
     gradients = jacobian.inverse().transpose() * local;

@@ -1,4 +1,4 @@
-// A whole text file in memory.
+// Reads a whole text file.
 #pragma once
 
 #include <cstddef>

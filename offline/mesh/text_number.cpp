@@ -17,7 +17,7 @@ char to_upper(char c) {
   return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
 }
 
-// std::from_chars knows no leading plus. A second sign behind it stays an error.
+// std::from_chars refuses a leading plus. A second sign remains an error.
 std::string_view without_plus(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   return text;
@@ -43,8 +43,7 @@ std::optional<double> parse_number(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || end != text.data() + text.size()) return std::nullopt;
-  // from_chars does not say whether 1e-400 or 1e400 was out of range: the first is a good zero, the second
-  // infinite.
+  // from_chars reports both 1e-400 and 1e400 as out of range; strtod returns 0 and infinity.
   if (error == std::errc::result_out_of_range) value = std::strtod(std::string(text).c_str(), nullptr);
   if (!std::isfinite(value)) return std::nullopt;
   return value;

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// Elements of four nodes and their neighbours of the same group through a face.
+// The four-node elements with their face neighbours of the same group.
 class Neighbours {
  public:
   Neighbours(const Model& model, const std::vector<int>& group) : of_(model.elements.size()) {
@@ -41,8 +41,7 @@ class PatchGrower {
     }
   }
 
-  // Patches one after the other, each begun where the fewest free neighbours are left, so that few elements are left
-  // behind alone.
+  // Grows patch after patch. Each seed has the fewest free neighbours, so that few single elements remain.
   std::vector<std::vector<int>> grow() {
     std::size_t next = 0;
     while (true) {
@@ -78,7 +77,7 @@ class PatchGrower {
     return next < all_.size() ? all_[next] : -1;
   }
 
-  // Takes next whichever neighbour brings the fewest new nodes, of those the one nearest to the patch's centre.
+  // Adds the neighbour with the fewest new nodes; ties go to the neighbour nearest to the patch's centre.
   void grow_from(int seed) {
     const auto number = static_cast<int>(patches_.size());
     std::vector<int> patch;
@@ -115,14 +114,14 @@ class PatchGrower {
     patches_.push_back(std::move(patch));
   }
 
-  // To the neighbour that is smallest, counting a shared face as half an element less.
+  // Joins a small patch to its smallest neighbour; a shared face counts as minus half an element.
   void join_small_ones() {
     std::vector<std::size_t> order(patches_.size());
     for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
     std::ranges::stable_sort(order, {}, [&](std::size_t p) { return patches_[p].size(); });
     for (const std::size_t p : order) {
       if (2 * patches_[p].size() > wanted_) continue;
-      std::map<int, int> faces;  // shared with each neighbour
+      std::map<int, int> faces;  // number of shared faces, by neighbour
       for (const int e : patches_[p]) {
         for (const int other : neighbours_.of(e)) {
           const int neighbour = patch_of_[other];
@@ -152,7 +151,7 @@ class PatchGrower {
   std::vector<int> all_;
   std::map<int, int> patch_of_;
   std::map<int, int> free_neighbours_;
-  // Free elements beside a patch, those with the fewest free neighbours first; may hold outdated ones.
+  // Free elements beside a patch, fewest free neighbours first; may hold outdated entries.
   std::priority_queue<std::pair<int, int>, std::vector<std::pair<int, int>>, std::greater<>> front_;
   std::vector<std::vector<int>> patches_;
 };

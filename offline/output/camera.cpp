@@ -43,11 +43,11 @@ Camera fit_camera(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d
       sideways.norm() > 1e-6 ? Eigen::Vector3d(sideways.normalized()) : perpendicular_to(camera.forward);
   camera.up = camera.right.cross(camera.forward);
 
-  // Five radii away the perspective is that of a long lens: depth is felt, near parts do not swell.
+  // A distance of five radii gives the perspective of a long lens.
   const double radius = scene_radius(points);
   camera.eye = bounding_box(points).center() - 5.0 * radius * camera.forward;
 
-  double left = -1e-9, right = 1e-9, top = -1e-9, bottom = 1e-9;  // of slopes on the screen
+  double left = -1e-9, right = 1e-9, top = -1e-9, bottom = 1e-9;  // slopes on the screen
   for (const Eigen::Vector3d& point : points) {
     const ScreenPoint seen = camera.project(point);
     left = std::min(left, seen.x);

@@ -14,8 +14,7 @@
 #include "offline/output/finished_file.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
-// Fontconfig, behind cairo's text, keeps a few patterns until the process ends and loses sight of them; no
-// call of ours can free them, so the leak check of sanitizer builds must not report them.
+// Fontconfig keeps a few patterns until the process ends, and no call frees them. The leak check must ignore them.
 extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
   return "leak:libfontconfig\n";
 }
@@ -28,7 +27,7 @@ void set_colour(cairo_t* context, const Colour& encoded) {
   cairo_set_source_rgb(context, encoded[0], encoded[1], encoded[2]);
 }
 
-// 1, 2 or 5 times a power of ten, so that 0 to `largest` takes about five steps.
+// Returns 1, 2 or 5 times a power of ten, for about five ticks from 0 to `largest`.
 double round_step(double largest) {
   const double power = std::pow(10.0, std::floor(std::log10(largest / 4.0)));
   for (const double factor : {1.0, 2.0, 5.0})
@@ -42,7 +41,7 @@ double text_width(cairo_t* context, const std::string& text) {
   return extents.x_advance;
 }
 
-// Drops the last character of UTF-8 text, whole.
+// Drops the last UTF-8 character.
 void drop_last_character(std::string& text) {
   while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) text.pop_back();
   if (!text.empty()) text.pop_back();
@@ -66,7 +65,7 @@ Canvas::Canvas(int width, int height, const Colour& background) : surface_(std::
   }
   set_colour(surface_->context, background);
   cairo_paint(surface_->context);
-  // Grey anti-aliasing without hinting: the same page whatever screen the machine thinks it has.
+  // Grey anti-aliasing without hinting makes the page independent of the screen.
   cairo_font_options_t* options = cairo_font_options_create();
   cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
   cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
@@ -135,7 +134,7 @@ void Canvas::draw_colour_bar(double x, double top, double width, double height, 
                              double text_size, const std::function<Colour(double)>& encoded_colour) {
   cairo_t* context = surface_->context;
   const int rows = std::max(1, static_cast<int>(height));
-  // Whole pixels: rows that share a pixel would let the page shine through.
+  // Whole pixels: shared pixels would show the page through.
   x = std::round(x);
   top = std::round(top);
   width = std::round(width);
@@ -150,7 +149,7 @@ void Canvas::draw_colour_bar(double x, double top, double width, double height, 
   const int last = largest > 0 ? static_cast<int>(std::floor(largest / step * (1 + 1e-9))) : 0;
   std::vector<double> ticks;
   for (int tick = 0; tick <= last; ++tick) ticks.push_back(tick * step);
-  // The largest value is what a reader looks for first; it gets its own tick where there is room.
+  // The largest value gets its own tick where space permits.
   if (largest - ticks.back() > 0.4 * step) ticks.push_back(largest);
   for (const double tick : ticks) {
     const double y = std::round(top + rows * (largest > 0 ? 1.0 - tick / largest : 1.0)) - 0.5;

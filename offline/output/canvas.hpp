@@ -1,5 +1,4 @@
-// A page on which a figure is put together: rendered images, text, a colour bar. Coordinates are pixels from
-// the upper left corner.
+// A page for a figure: rendered images, text, a colour bar. Coordinates are pixels from the upper left corner.
 #pragma once
 
 #include <array>
@@ -33,27 +32,26 @@ struct TextStyle {
 
 class Canvas {
  public:
-  // Filled with `background` (encoded). Throws std::runtime_error if there is no memory for it.
+  // Fills the page with `background` (encoded). Throws std::runtime_error when memory runs out.
   Canvas(int width, int height, const Colour& background);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
 
-  // Lays `image` over the page, its upper left corner at (left, top), mixed in linear light.
+  // Draws `image` with its upper left corner at (left, top); blends in linear light.
   void draw_image(const LinearImage& image, int left, int top);
 
-  // One line with its baseline at y. Where it is wider than max_width it is set smaller, down to 70 %, then
-  // cut with an ellipsis.
+  // Draws one line with its baseline at y. Text wider than max_width shrinks to 70 % at most, then gets an ellipsis.
   void draw_text(const std::string& text, double x, double y, double max_width, TextStyle style);
 
-  // A vertical bar, its left border at x, with ticks on its right at round values from 0 to `largest`. Where
-  // `largest` is 0 the bar has the one tick 0.
+  // Draws a vertical bar with left border x and ticks at round values from 0 to `largest`; a single tick for
+  // `largest` = 0.
   void draw_colour_bar(double x, double top, double width, double height, double largest, double text_size,
                        const std::function<Colour(double)>& encoded_colour);
 
   PixelImage pixels() const;
 
-  // Throws std::runtime_error "PATH: REASON". The file appears whole or not at all.
+  // Throws std::runtime_error "PATH: REASON". Writes the whole file or none.
   void write_png(const std::filesystem::path& path) const;
 
  private:

@@ -18,15 +18,14 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
 
-// A device or a pipe, such as /dev/stdout: it is written into, for a rename would put a plain file in its
-// place.
+// A device or a pipe, such as /dev/stdout, is written directly: a rename would replace it by a plain file.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-// Where the file really lies: a link keeps pointing at it.
+// Resolves links, so that a link keeps its target.
 fs::path behind_links(const fs::path& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;
@@ -34,14 +33,14 @@ fs::path behind_links(const fs::path& path) {
   return error ? path : target;
 }
 
-// The process id keeps two programs that write the same result at once out of each other's temporary file.
+// The process id separates temporary files of concurrent programs.
 fs::path temporary_beside(const fs::path& path) {
   fs::path temporary = path;
   temporary += kUnfinished + std::to_string(::getpid());
   return temporary;
 }
 
-// Removes what killed processes left of earlier attempts to write this file.
+// Removes temporary files of killed processes.
 void remove_left_overs(const fs::path& path) {
   const std::string front = path.filename().string() + kUnfinished;
   std::error_code ignored;

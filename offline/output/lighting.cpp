@@ -15,14 +15,14 @@ namespace {
 constexpr int kDomeLamps = 96;
 constexpr int kKeyLamps = 20;
 constexpr int kRimLamps = 6;
-constexpr double kExposure = 1.12;  // received by the surface that studio_lamps() is scaled to
-constexpr double kLeak =
-    0.08;  // of the dome and the rim reaches shadow all the same: light that walls scatter
+constexpr double kExposure = 1.12;  // light on the reference surface of studio_lamps()
+// fraction of dome and rim light in shadow: stands for scattered light
+constexpr double kLeak = 0.08;
 constexpr int kShadowSize = 384;  // samples along each side of a lamp's depth image
 
 const double kGoldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
 
-// `count` lamps spread evenly over a disc of the sky around `centre`, `light` in all.
+// Adds `count` lamps, spread evenly over a disc of the sky around `centre`, with `light` in total.
 void add_bunch(std::vector<Lamp>& lamps, const Eigen::Vector3d& centre, double radius_radians, int count,
                const Colour& light, bool is_key) {
   const Eigen::Vector3d first = perpendicular_to(centre);
@@ -53,8 +53,7 @@ class ShadowImage {
     rasterise(projected_, triangles, buffer_);
   }
 
-  // 1 where the lamp sees the point, 0 in shadow, between them at a border: the mean of the four samples
-  // around.
+  // Fraction of the lamp that the point sees: mean of the four surrounding samples, 1 lit, 0 in shadow.
   double visibility(const Eigen::Vector3d& point) const {
     const ScreenPoint seen = project(point);
     const double x = std::clamp(seen.x - 0.5, 0.0, kShadowSize - 1.001);
@@ -95,7 +94,7 @@ std::vector<Lamp> studio_lamps(const Camera& camera) {
     const double ring = std::sqrt(1.0 - height * height);
     const Eigen::Vector3d towards = ring * std::cos(i * kGoldenAngle) * camera.right + height * camera.up +
                                     ring * std::sin(i * kGoldenAngle) * camera.forward;
-    // Brighter above, and fill from the viewer's side; cool above and warm below, as under an open sky.
+    // Brighter above, with fill light from the viewer; cool above, warm below, like an open sky.
     const double strength = 0.55 + 0.30 * height + 0.45 * std::max(0.0, -towards.dot(camera.forward));
     const double cool = 0.05 * height;
     const double share = 2.9 / kDomeLamps;
@@ -121,8 +120,7 @@ std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::spa
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : points) box.extend(point);
   const double radius = scene_radius(points);
-  // A surface must not shade itself through the rounding of its depth image: a point is tested a few of that
-  // image's samples off the surface.
+  // Points are tested a few samples above their surface, so that rounding of the depth image causes no self-shadow.
   const double lift = 3.0 * 2.0 * radius / kShadowSize;
 
   ShadowImage shadow;

@@ -1,9 +1,7 @@
-// Light that reaches a point of the scene: many distant lamps, each of which casts shadows.
+// Computes the light at points of the scene from many distant lamps with shadows.
 //
-// A dome of faint lamps stands for the sky and gives ambient occlusion (fissures and dents darken, because
-// they see little of the dome); a tight bunch is the key light with its soft shadow; a second bunch from
-// behind draws the rim. One depth image a lamp answers "does this lamp see the point?", so the cost is lamps
-// * points.
+// A dome of faint lamps is the sky and darkens fissures (ambient occlusion). A tight bunch is the key light with soft
+// shadows; a second bunch from behind lights the silhouette. Each lamp has a depth image. Cost: lamps * points.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +21,8 @@ struct Lamp {
   bool is_key = false;
 };
 
-// The studio: key light over the viewer's left shoulder, all lamps turned with the camera. A white matt
-// surface that faces half way between viewer and key light receives a little more than 1.
+// Returns the studio: key light over the viewer's left shoulder, all lamps turned with the camera. A white
+// matt surface half-way between viewer and key light receives a little more than 1.
 std::vector<Lamp> studio_lamps(const Camera& camera);
 Eigen::Vector3d key_direction(const Camera& camera);  // unit vector from the scene towards the key light
 
@@ -35,8 +33,8 @@ struct LitPoint {
 };
 
 struct ReceivedLight {
-  Colour diffuse = {0, 0, 0};  // linear, weighted with the cosine to each lamp
-  double key_visibility = 0;   // share of the key light's lamps that the point sees, 0 to 1
+  Colour diffuse = {0, 0, 0};  // linear; lamps weighted with the cosine
+  double key_visibility = 0;   // fraction of the key light's lamps that the point sees, 0 to 1
 };
 
 std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::span<const Lamp> lamps,

@@ -19,12 +19,11 @@ namespace {
 
 constexpr Colour kPage = {1, 1, 1};
 constexpr Colour kTissue = {0.86, 0.66, 0.64};  // encoded, grey-pink
-constexpr Colour kTool = {0.84, 0.24, 0.16};    // encoded; a hue that the colour map does not have
-constexpr double kLargestNumber = 1e100;        // lengths beyond it overflow when squared and multiplied
-constexpr double kGhost = 0.16;                 // how far a tool behind tissue shines through
+constexpr Colour kTool = {0.84, 0.24, 0.16};    // encoded; the colour map has no similar hue
+constexpr double kLargestNumber = 1e100;        // lengths beyond it overflow in products
+constexpr double kGhost = 0.16;                 // opacity of a tool behind tissue
 
-// The colours start a quarter up the map: on its darkest part no shading could be seen, and the shape would
-// be lost.
+// The lowest quarter of the map is too dark to show shading and shape.
 constexpr double kFirstColour = 0.25;
 
 Colour displacement_colour(double share_of_largest) {
@@ -65,8 +64,7 @@ void check(const PictureInput& input, const PictureOptions& options) {
     throw std::invalid_argument("the view direction is zero or not finite");
 }
 
-// The drawn part of the input: nodes on triangles only, around their own centre, so that an organ far from
-// the origin loses no digits to its distance.
+// The drawn part of the input: nodes of triangles, relative to their centre, so that a distant origin costs no digits.
 struct Organ {
   std::vector<Eigen::Vector3d> rest, pushed;
   std::vector<double> distance;  // length of the displacement
@@ -95,8 +93,7 @@ Organ drawn_part(const PictureInput& input) {
   return organ;
 }
 
-// A second image of the tools alone is laid thinly over the first: one behind tissue shows as a shadow of
-// itself.
+// Blends an image of the tools alone into the first image: a tool behind tissue shows faintly.
 void add_ghost(LinearImage& image, const LinearImage& tools) {
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const double share = kGhost * tools.pixels[i][3];
@@ -106,7 +103,7 @@ void add_ghost(LinearImage& image, const LinearImage& tools) {
   }
 }
 
-// The middle of what the points cover on the screen, pixels from the panel's left border.
+// Returns the middle of the points' extent on the screen, pixels from the panel's left border.
 double middle_on_screen(const std::vector<Eigen::Vector3d>& points, const Camera& camera, int panel_width) {
   if (points.empty()) return 0.5 * panel_width;
   double low = panel_width, high = 0;

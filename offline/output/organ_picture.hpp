@@ -1,4 +1,4 @@
-// The picture of a touched organ, for a README, a report or a quick look: two panels from the same eye.
+// Draws a touched organ for a README, a report or a quick look: two panels from the same eye.
 //
 //     +------------------------------------------------+
 //     | title                                          |
@@ -9,8 +9,7 @@
 //     | caption                                        |
 //     +------------------------------------------------+
 //
-// Drawn in software, so that it needs neither screen nor graphics driver, and the same input gives the same
-// bytes (with the same fonts).
+// Drawn in software: needs no screen or graphics driver. Equal input and fonts give equal bytes.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +26,7 @@ namespace palpate {
 struct PictureTool {
   Eigen::Vector3d position;      // the touched point of the surface at rest, length unit
   Eigen::Vector3d displacement;  // of that point, length unit
-  double radius = 0;  // of the tool's tip, length unit; where too small to be seen, a small ball is drawn
+  double radius = 0;  // of the tool's tip, length unit; a tiny radius is drawn as a small visible ball
 };
 
 struct PictureInput {
@@ -35,28 +34,26 @@ struct PictureInput {
   std::vector<Eigen::Vector3d> displacement;  // of the same nodes, length unit
   std::vector<std::array<int, 3>> triangles;  // indices in `rest`, counter-clockwise from outside
   std::vector<PictureTool> tools;
-  std::string title;  // "" for none; so too the caption
+  std::string title;  // "" for none; also the caption
   std::string caption;
-  std::string length_unit;  // "mm"; "" where the model does not say
+  std::string length_unit;  // "mm"; "" where the model states none
 };
 
 struct PictureOptions {
   int width = 1600;  // pixels, 200 to 10000
   int height = 800;
   std::optional<Eigen::Vector3d>
-      view_direction;  // from the eye into the scene; empty: chosen from the first tool
+      view_direction;  // from the eye into the scene; empty: derived from the first tool
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // points up in the picture
   std::string rest_label = "at rest";
   std::string pushed_label = "pushed";
 };
 
-// The picture as pixels, and as a PNG file that appears whole or not at all.
+// Returns the picture as pixels, or writes a whole PNG file.
 //
-// Nodes on no triangle are not drawn and do not count for the camera or the colours. What is degenerate is
-// drawn as far as it goes: no triangles give empty panels, no displacement gives one colour. Throws
-// std::invalid_argument where sizes or indices do not fit or a number is not finite (it names the node),
-// std::runtime_error "PATH: REASON" where the file cannot be written. Cost: about 2 s for 1600 x 800 on one
-// core.
+// Nodes without triangles are not drawn and do not influence camera or colours. No triangles give empty panels; no
+// displacement gives one colour. Throws std::invalid_argument where sizes or indices do not match or a number is not
+// finite, with the node. Throws std::runtime_error "PATH: REASON" where the file cannot be written.
 PixelImage draw_before_after(const PictureInput& input, const PictureOptions& options);
 void write_before_after(const PictureInput& input, const PictureOptions& options,
                         const std::filesystem::path& png);

@@ -36,7 +36,7 @@ void ProgressBar::show(int done) {
   const std::string line =
       fmt::format("\r\033[K{}  [{}{}]  {}/{}  {}:{:02} left", label_, std::string(filled, '#'),
                   std::string(kWidth - filled, '-'), done, total_, left / 60, left % 60);
-  std::fputs(line.c_str(), stderr);  // a terminal that is gone is no reason to stop the work
+  std::fputs(line.c_str(), stderr);  // a lost terminal must not stop the work
   std::fflush(stderr);
 }
 

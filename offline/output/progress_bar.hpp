@@ -1,4 +1,4 @@
-// The progress of work longer than a second, on standard error, if that is a terminal.
+// Shows the progress of work longer than a second on standard error, if standard error is a terminal.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@ namespace palpate {
 class ProgressBar {
  public:
   ProgressBar(std::string label, int total);
-  ~ProgressBar();  // leaves an empty line's start, so that what is printed next stands alone
+  ~ProgressBar();  // clears the line for later output
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 

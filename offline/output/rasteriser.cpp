@@ -7,8 +7,8 @@
 namespace palpate {
 namespace {
 
-// Barycentric coordinates may fall this far below 0: a sample on the seam of two triangles, missed by both
-// through rounding, would be a hole. A thousand times their rounding error, and far below what can be seen.
+// Tolerance of barycentric coordinates below 0. It closes holes on seams, where rounding makes both triangles
+// miss a sample.
 constexpr double kSeam = 1e-10;
 
 int clamp_sample(double value, int count) {
@@ -34,14 +34,13 @@ void rasterise(std::span<const ScreenPoint> points, std::span<const std::array<i
     const ScreenPoint& a = points[static_cast<std::size_t>(triangles[t][0])];
     const ScreenPoint& b = points[static_cast<std::size_t>(triangles[t][1])];
     const ScreenPoint& c = points[static_cast<std::size_t>(triangles[t][2])];
-    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);  // twice, signed
+    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);  // twice the signed area
     if (area == 0.0 || !std::isfinite(area)) continue;
     const int left = clamp_sample(std::min({a.x, b.x, c.x}), buffer.width);
     const int right = clamp_sample(std::max({a.x, b.x, c.x}) + 1.0, buffer.width);
     const int top = clamp_sample(std::min({a.y, b.y, c.y}), buffer.height);
     const int bottom = clamp_sample(std::max({a.y, b.y, c.y}) + 1.0, buffer.height);
-    // Barycentric coordinates on the screen: linear in x and y, and of the area's sign inside whichever way
-    // it winds.
+    // Barycentric coordinates on the screen, linear in x and y; positive inside for either winding.
     const double a_per_x = (b.y - c.y) / area, a_per_y = (c.x - b.x) / area;
     const double b_per_x = (c.y - a.y) / area, b_per_y = (a.x - c.x) / area;
     for (int y = top; y < bottom; ++y) {

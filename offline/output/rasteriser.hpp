@@ -1,8 +1,7 @@
-// Which triangle is seen where: scan conversion with a depth buffer.
+// Finds the visible triangle of each sample: scan conversion with a depth buffer.
 //
-// The same few lines serve the eye (perspective) and every lamp (parallel light). All they need is that
-// "nearness" is linear over a projected triangle, which holds for 1/z under a perspective and for -z under a
-// parallel projection.
+// The eye (perspective) and every lamp (parallel light) use this code. "Nearness" must be linear over a
+// projected triangle: 1/z in perspective, -z in parallel projection.
 #pragma once
 
 #include <array>
@@ -29,12 +28,12 @@ struct VisibilityBuffer {
 
   int width;
   int height;
-  std::vector<float> nearness;  // of what is seen at each sample, -infinity where nothing is
-  std::vector<int> triangle;    // its number, kNothing where nothing is
+  std::vector<float> nearness;  // of the visible surface; -infinity where empty
+  std::vector<int> triangle;    // number of the visible triangle; kNothing where empty
 };
 
-// Draws triangles over what the buffer holds. Both sides are visible: an open surface has no inside. A sample
-// is covered when its centre (x + 0.5, y + 0.5) is; of two triangles equally near the first drawn stays.
+// Draws triangles into the buffer; both sides are visible. A triangle covers a sample whose centre (x + 0.5,
+// y + 0.5) lies inside. Of equally near triangles the first stays.
 void rasterise(std::span<const ScreenPoint> points, std::span<const std::array<int, 3>> triangles,
                VisibilityBuffer& buffer);
 

@@ -12,8 +12,8 @@ namespace palpate {
 namespace {
 
 constexpr int kSamples = 4;             // along each side of a pixel
-constexpr int kOutlineReach = 5;        // samples: outlines are about 1.2 pixels wide
-constexpr double kOutlineDepth = 0.02;  // a step in depth that makes an outline, in radii of the scene
+constexpr int kOutlineReach = 5;        // samples; outlines are about 1.2 pixels wide
+constexpr double kOutlineDepth = 0.02;  // least step in depth of an outline, in radii of the scene
 constexpr double kOutlineDarkness = 0.62;
 constexpr double kMeshLineWidth = 0.9;  // pixels, half on each side of the edge
 
@@ -43,22 +43,22 @@ MergedScene merge(std::span<const LitSurface> surfaces) {
   return scene;
 }
 
-// What one pixel sees of one triangle.
+// The part of one triangle in one pixel.
 struct Fragment {
   std::size_t pixel = 0;
   int triangle = 0;
   double x = 0, y = 0;  // centre of its samples, in samples; inside the triangle, as triangles are convex
   double coverage = 0;  // of the pixel
   double outline = 0;   // share of its samples that lie on an outline
-  std::array<double, 3> corners = {};  // barycentric coordinates on the triangle itself
+  std::array<double, 3> corners = {};  // barycentric coordinates on the triangle in space
   double mesh_line = 0;                // 1 on an edge of the mesh, 0 away from it
 };
 
-// A sample is on an outline when the surface behind it, a little to one side, starts further away than its
-// own slope explains. Only the near side of a step is marked, so an outline belongs to what it bounds.
+// Whether a sample lies on an outline: the surface beside it is farther away than the own slope explains.
+// Only the near side is marked, so an outline belongs to the near surface.
 bool on_outline(const VisibilityBuffer& buffer, int x, int y, double step) {
   const double depth = 1.0 / static_cast<double>(buffer.nearness[buffer.at(x, y)]);
-  const auto depth_at = [&](int column, int row) {  // negative where nothing is
+  const auto depth_at = [&](int column, int row) {  // negative where empty
     if (column < 0 || row < 0 || column >= buffer.width || row >= buffer.height) return depth;
     const std::size_t sample = buffer.at(column, row);
     return buffer.triangle[sample] == VisibilityBuffer::kNothing
@@ -91,7 +91,7 @@ void place_on_triangle(Fragment& fragment, const MergedScene& scene, std::span<c
     const double share = std::clamp(doubled_area(a, b, fragment.x, fragment.y) / area, 0.0, 1.0);
     edge_distance =
         std::min(edge_distance, share * std::abs(area) / std::max(1e-12, std::hypot(b.x - a.x, b.y - a.y)));
-    // Shares on the screen become shares on the triangle: share_k w_k / sum(share_i w_i), w the nearness.
+    // Perspective correction: share_k w_k / sum(share_i w_i), w the nearness.
     fragment.corners[k] = share * corner[k].nearness;
     sum += fragment.corners[k];
   }

@@ -1,4 +1,4 @@
-// Draws lit triangle meshes: visibility at 4 x 4 samples a pixel, shading once a pixel and triangle.
+// Draws lit triangle meshes: visibility at 4 x 4 samples a pixel, shading once for each pixel and triangle.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,20 +15,20 @@ namespace palpate {
 struct LitSurface {
   std::vector<Eigen::Vector3d> points;        // length unit
   std::vector<std::array<int, 3>> triangles;  // counter-clockwise from outside
-  std::vector<double> values;  // one a point; interpolated, then turned into a colour: a coarse mesh
-  std::function<Colour(double)> colour;  // never shows colours that are not on the map. Linear
-  double gloss = 0;                      // strength of the highlight of the key light
-  double mesh_lines = 0;                 // darkness of the lines along triangle edges, 0 to 1
+  std::vector<double> values;                 // one for each point; interpolated before the colour map,
+  std::function<Colour(double)> colour;       // so that all colours are on the map; linear
+  double gloss = 0;                           // strength of the key light's highlight
+  double mesh_lines = 0;                      // darkness of the lines along triangle edges, 0 to 1
 };
 
-// Linear red, green, blue, each times coverage, and coverage.
+// Linear red, green, blue, premultiplied by coverage, and coverage.
 struct LinearImage {
   int width = 0;
   int height = 0;
   std::vector<std::array<double, 4>> pixels;
 };
 
-// Nothing lit: an image of zero coverage. Same input, same bits.
+// Empty scenes give zero coverage. Equal input gives equal bits.
 LinearImage render(std::span<const LitSurface> surfaces, const Camera& camera, int width, int height);
 
 }  // namespace palpate

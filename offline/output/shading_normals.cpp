@@ -8,11 +8,10 @@
 namespace palpate {
 namespace {
 
-// Cosines of the angle between two faces: closer than 25 degrees they blend fully, beyond 65 degrees not at
-// all.
+// Cosines of the angle between two faces: full blending below 25 degrees, none above 65 degrees.
 constexpr double kSmooth = 0.906;
 constexpr double kFolded = 0.423;
-constexpr double kFaceShare = 0.2;  // of the flat triangle's own normal in every corner: facets stay readable
+constexpr double kFaceShare = 0.2;  // weight of the flat normal in every corner; keeps facets readable
 
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);

@@ -12,9 +12,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kSides = 40;  // of the round parts
+constexpr int kSides = 40;  // of round parts
 
-// Sizes as shares of the scene's radius.
+// Sizes relative to the scene's radius.
 constexpr double kSmallestBall = 0.03;
 constexpr double kArrowLength = 0.32;
 constexpr double kShaftRadius = 0.017;
@@ -42,13 +42,13 @@ Eigen::Vector3d outward_normal_near(const Eigen::Vector3d& position, std::span<c
   return sum.norm() > 0 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d::UnitZ();
 }
 
-// A point of a profile that is turned about an axis.
+// A point of the profile of a solid of revolution.
 struct ProfilePoint {
   double along = 0;   // the axis
   double radius = 0;  // from the axis
 };
 
-// Adds the solid that the profile sweeps out about the axis through `origin`. The profile runs against the
+// Adds the solid of revolution of a profile about the axis through `origin`. The profile runs against the
 // axis, from the tip backwards; triangles then face outwards.
 void add_turned(LitSurface& surface, const Eigen::Vector3d& origin, const Eigen::Vector3d& axis,
                 std::span<const ProfilePoint> profile) {

@@ -1,7 +1,6 @@
-// What a tool looks like in a picture: a ball that touches the tissue and an arrow along its motion.
+// The shape of a tool in a picture: a ball at the tissue and an arrow along its motion.
 //
-//     push:   ====>O|tissue          pull:   <====O|tissue       both are drawn outside, where they can be
-//     seen
+//   push:   ====>O|tissue          pull:   <====O|tissue       both are drawn outside of the tissue
 #pragma once
 
 #include <Eigen/Core>
@@ -13,19 +12,18 @@
 
 namespace palpate {
 
-// Where a tool has ended up.
+// A tool after its motion.
 struct PlacedTool {
   Eigen::Vector3d contact;      // the touched point after the motion, length unit
   Eigen::Vector3d outward;      // unit, away from the tissue: against a push, along a pull
   Eigen::Vector3d direction;    // unit, of the motion; zero where the tool has not moved
   double ball_radius = 0;       // length unit
   Eigen::Vector3d ball_centre;  // the ball's surface touches `contact`
-  double arrow_length = 0;      // length unit; the same for every tool, as an arrow tells the direction only
+  double arrow_length = 0;      // length unit; equal for all tools, since an arrow shows direction only
 };
 
-// The tool that touches `position` on the surface at rest and has moved by `displacement`. A displacement
-// with a part against the outward normal of the nearest surface point is a push. `scale` is the radius of the
-// scene: a ball of radius 0, or too small to be seen, is drawn larger.
+// Places the tool that touches `position` at rest and moves by `displacement`. A displacement against the outward
+// normal of the nearest surface point is a push. `scale`: radius of the scene; tiny balls are enlarged.
 PlacedTool place_tool(const Eigen::Vector3d& position, const Eigen::Vector3d& displacement, double radius,
                       std::span<const Eigen::Vector3d> rest, std::span<const std::array<int, 3>> triangles,
                       double scale);

@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr Colour kPage = {1, 1, 1};
-constexpr double kFirstColour = 0.25;  // the map's darkest part would hide all shading
+constexpr double kFirstColour = 0.25;  // the darkest part of the map would hide shading
 
 Colour colour_of(double share) {
   return viridis(kFirstColour + (1.0 - kFirstColour) * share);

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kAzimuths = 48;
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kElevation = 0.34;  // sine of the preferred angle at which the eye looks down
-constexpr double kFacing =
-    0.5;  // preferred cosine between the moved surface's normals and the way to the eye
+constexpr double kElevation = 0.34;  // sine of the preferred elevation of the eye
+// preferred cosine between the moved surface's normals and the direction to the eye
+constexpr double kFacing = 0.5;
 
 // Whether the ray from `origin` meets a triangle. Source: Moeller and Trumbore, Fast, minimum storage
 // ray-triangle intersection, 1997.
@@ -48,8 +48,8 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& al
   return points.empty() ? 0.0 : high - low;
 }
 
-// How squarely the moved part of the surface faces the eye: the mean over it, weighted with displacement and
-// area, of the cosine to the eye, what faces away counting 0.
+// Mean cosine between the moved surface's normals and the eye, weighted with displacement and area. Faces
+// turned away count 0.
 double facing(std::span<const Eigen::Vector3d> points, std::span<const std::array<int, 3>> triangles,
               std::span<const double> distance, const Eigen::Vector3d& view) {
   double sum = 0, weight = 0;
@@ -88,7 +88,7 @@ Eigen::Vector3d automatic_view(std::span<const Eigen::Vector3d> pushed,
     const Eigen::Vector3d view =
         std::cos(off_axis) * inward +
         std::sin(off_axis) * (std::cos(azimuth) * first + std::sin(azimuth) * second);
-    // Points of the ball and the arrow, and how many of them the eye sees: worth more than all else together.
+    // Visibility of ball and arrow dominates all other criteria.
     double seen = 0;
     for (const double place : {0.5, 1.0, 2.0})
       if (!is_blocked(tool->contact + place * tool->ball_radius * tool->outward, -view, pushed, triangles))

@@ -1,4 +1,4 @@
-// The automatic camera: from where a picture of a touched organ tells most.
+// Chooses the camera of a picture of a touched organ.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-// Unit vector from the eye into the scene. With a tool: 50 to 65 degrees off its axis, on the outer side, so
-// that a dent shows in near-profile; within that the place from which the tool is not hidden, the moved
-// surface is seen obliquely, `up` stays up and the organ looks wide. Without: a three-quarter view from
-// slightly above. `pushed` are the surface points after the motion, `distance` how far each has moved.
+// Returns a unit vector from the eye into the scene. With a tool: 50 to 65 degrees off its axis, on the outer
+// side, so that a dent shows in profile. Among these directions it prefers a visible tool, an oblique moved
+// surface, an upright `up` and a wide organ. Without a tool: a three-quarter view from above. `pushed`:
+// surface points after the motion; `distance`: length of each point's motion.
 Eigen::Vector3d automatic_view(std::span<const Eigen::Vector3d> pushed,
                                std::span<const std::array<int, 3>> triangles,
                                std::span<const double> distance, const std::optional<PlacedTool>& tool,

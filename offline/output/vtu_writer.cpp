@@ -43,8 +43,7 @@ std::string escape_xml(std::string_view text) {
   return escaped;
 }
 
-// The XML in front and the blocks of values behind it, collected first because the XML carries the blocks'
-// offsets.
+// Collects the XML head and the value blocks; the head contains the blocks' offsets.
 class Document {
  public:
   template <typename T>

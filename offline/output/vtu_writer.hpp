@@ -1,13 +1,12 @@
-// Meshes and fields for ParaView: VTK XML UnstructuredGrid files (.vtu).
+// Writes meshes and fields for ParaView: VTK XML UnstructuredGrid files (.vtu).
 //
 //   <VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
-//     ... <DataArray type="Float64" Name="displacement" NumberOfComponents="3" format="appended"
-//     offset="..."/> ... <AppendedData encoding="raw">
+//     ... <DataArray type="Float64" Name="displacement" NumberOfComponents="3" format="appended" offset="..."/>
+//     ... <AppendedData encoding="raw">
 //      _[bytes: uint64][values][bytes: uint64][values] ...      offsets count from behind the underscore
 //
-// Source: VTK file formats, "XML file formats",
-// https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html Raw appended data keeps every bit of a
-// double and needs no encoder on either side.
+// Source: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html. Raw appended data keeps every
+// bit of a double and needs no encoder.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +17,7 @@
 
 namespace palpate {
 
-// VTK's own cell type numbers. The order of a cell's nodes is that of Abaqus' S3, C3D4 and C3D10: the two
-// agree.
+// VTK's cell type numbers. VTK and Abaqus (S3, C3D4, C3D10) order the nodes of a cell alike.
 enum class VtuCell : std::uint8_t { kTriangle = 5, kTetrahedron = 10, kQuadraticTetrahedron = 24 };
 
 int nodes_per_cell(VtuCell cell);  // 3, 4, 10
@@ -46,9 +44,9 @@ struct VtuMesh {
   std::vector<VtuIntegerArray> cell_integers;  // e.g. material of each element
 };
 
-// Writes `path` whole or not at all. Values that are not finite are written as they are: a failed state is
-// worth a look. Throws std::invalid_argument when the sizes, indices or names do not fit together,
-// std::runtime_error "PATH: REASON" when the file cannot be written.
+// Writes the whole file or none. Keeps values that are not finite, so that a failed state can be viewed.
+// Throws std::invalid_argument where sizes, indices or names do not match, std::runtime_error "PATH: REASON"
+// where the file cannot be written.
 void write_vtu(const VtuMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace palpate

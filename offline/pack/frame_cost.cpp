@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-// The same for a compressed compliance: a pair of nodes takes 9 multiply-adds for each column of its block, of
-// the basis a row and of the node's coefficients all are read; a field the blocks of the patch and once the
-// columns of the basis that they weigh. The worst over the sites.
+// Counts a compressed compliance, the worst case over the sites. A pair of nodes takes 9 multiply-adds for
+// each column of its block. Rows read the basis and all coefficients of the node; a field also reads the
+// patch's blocks and their basis columns.
 void count_compressed(const CompressedCompliance& compressed, const ContactSites& sites, FrameCost& cost) {
   const size_t num_panels = compressed.panels.size();
   std::uint64_t pair_operations = 0;
@@ -54,10 +54,10 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
                              std::uint64_t{pack::kPanelRows};
   std::vector<FrameCost> costs;
   if (content.has_linear()) {
-    // A new contact, its m nodes one after the other (runtime/src/held_inverse.hpp): 6 (3 i)^2 for the one
-    // that finds i there, 9 n^2 to set rounding right, n = 3 m; then 3 n m for the unit forces, 36 m for the
-    // stiffness, and by the displacement 3 n for the nodal forces and n for the force. Blocks of 3 x 3 are
-    // read for every pair, and for one node with all others once more.
+    // A new contact inserts its m nodes successively (runtime/src/linear), n = 3 m:
+    //   6 (3 i)^2 for insertion number i,   9 n^2 for refinement,   3 n m for unit forces,   36 m for the stiffness,
+    //   3 n for the nodal forces,   n for the force.
+    // Bytes: one 3 x 3 block for each pair, and a second read of one node's row.
     std::uint64_t m = 0;
     for (const ContactSite& site : content.sites.sites) m = std::max<std::uint64_t>(m, site.patch.size());
     const std::uint64_t n = 3 * m;
@@ -71,10 +71,8 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.zone != nullptr) {
-    // As many Newton iterations as a session takes at most by default (runtime/src/nonlinear_zone.hpp), m their
-    // unknowns: the elimination, a solve for the contact's three rows and the load, the product with the exterior
-    // stiffness, the exterior's columns and their derivatives; an element's stiffness takes some 15 multiply-adds
-    // an entry.
+    // Counts a session's default limit of Newton iterations with m unknowns. Terms: elimination, solves for the
+    // contact's three rows and the load, exterior stiffness, exterior columns and their derivatives, element stiffness.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
@@ -91,7 +89,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
                                            elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
     cost.field_operations = rows * (boundary + columns);
-    // What contact nodes on the boundary have is real, but taken as the others' here.
+    // Contact nodes on the boundary store reals; this count treats all nodes alike.
     const bool rounded = content.zone->rounded;
     cost.field_bytes =
         rows / pack::kPanelRows *
@@ -99,8 +97,8 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {
-    // Six entries of the Hessian, a product each, and its own for every monomial two degrees below a term of the energy
-    // (runtime/src/polynomial_dd.cpp).
+    // Counts six Hessian entries, a product each, for every monomial two degrees below an energy term
+    // (runtime/src/polynomial).
     FrameCost cost;
     cost.model = SurveyedModel::polynomial_dd;
     for (const SiteResult& result : *content.polynomials) {

@@ -1,5 +1,5 @@
-// What a frame costs, counted from what the runtime reads and multiplies: the same on every machine, so that
-// a pack does not depend on where it was built. `palpate bench` measures the nanoseconds.
+// Counts the operations and bytes of a frame. Counts do not depend on the machine, so a pack does not either.
+// `palpate bench` measures nanoseconds.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Worst case of one frame with one contact at a site; between sites it is that of up to three.
+// Worst case of a frame with one contact at a site. A contact between sites costs up to three times as much.
 struct FrameCost {
   SurveyedModel model = SurveyedModel::linear_dd;
   std::uint64_t force_operations = 0;  // multiply-adds
@@ -18,7 +18,7 @@ struct FrameCost {
   std::uint64_t field_bytes = 0;
 };
 
-// One entry for each model that the content carries.
+// Returns one entry for each model of the content.
 std::vector<FrameCost> count_frame_costs(const PackContent& content);
 
 }  // namespace palpate

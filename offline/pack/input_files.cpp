@@ -18,7 +18,7 @@ std::string hash_of(std::string_view bytes) {
   return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
-// Of absolute paths.
+// Expects absolute paths.
 std::filesystem::path nearest_common_folder(const std::vector<std::filesystem::path>& files) {
   std::filesystem::path common = files.front().parent_path();
   for (const std::filesystem::path& file : files) {
@@ -45,7 +45,7 @@ std::vector<InputFile> read_inputs(const std::vector<std::filesystem::path>& fil
   const std::filesystem::path folder = nearest_common_folder(absolute);
   std::vector<InputFile> inputs;
   for (size_t i = 0; i < files.size(); ++i) {
-    // A pipe has given its bytes to whoever read it first.
+    // A pipe cannot be read a second time.
     if (!std::filesystem::is_regular_file(files[i]) && std::filesystem::exists(files[i]))
       throw std::runtime_error(files[i].string() + ": is not a file that a pack could carry; save it as one");
     std::ifstream stream(files[i], std::ios::binary);

@@ -1,4 +1,4 @@
-// The files that a pack was made from, which it carries, so that whoever has it can solve the same organ again.
+// Reads the input files of a pack into it, and restores them from it, so that a user can solve the same organ again.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,16 @@
 namespace palpate {
 
 struct InputFile {
-  std::string path;  // from the nearest folder that holds all inputs, with /
+  std::string path;  // relative to the nearest common folder of all inputs, with /
   std::string hash;  // XXH3-128 of the contents, in hexadecimal
   std::string contents;
 };
 
-// Throws std::runtime_error "PATH: REASON" when one cannot be read.
+// Throws std::runtime_error "PATH: REASON" when a file cannot be read.
 std::vector<InputFile> read_inputs(const std::vector<std::filesystem::path>& files);
 
-// Writes the inputs of an open pack below `folder` and returns the first of them, the scene. Throws
-// std::runtime_error where the pack carries none, or what it carries is not what it was made from.
+// Writes the inputs of an open pack below `folder` and returns the path of the scene, the first input. Throws
+// std::runtime_error where the pack carries no inputs or altered ones.
 std::filesystem::path write_inputs(const pack::Pack& tables, std::span<const unsigned char> pack,
                                    const std::filesystem::path& folder);
 

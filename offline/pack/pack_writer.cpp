@@ -21,10 +21,10 @@
 namespace palpate {
 namespace {
 
-// The bulk arrays, one behind the other, each on a multiple of 64.
+// Bulk arrays, one after the other, each at a multiple of pack::kAlignment.
 class SegmentStore {
  public:
-  // Position and size of the array; the offset counts from the start of the first segment.
+  // Returns position and size of the array; offsets count from the first segment.
   template <typename Values>
   pack::Segment add(const Values& values) {
     const size_t offset = body_.size();
@@ -33,7 +33,7 @@ class SegmentStore {
     if (bytes > 0) std::memcpy(body_.data() + offset, values.data(), bytes);
     return {offset, bytes};
   }
-  // As the pack holds them.
+  // Converts to the pack's precision.
   pack::Segment add_reals(const std::vector<float>& values) {
     if constexpr (std::is_same_v<pack::Real, float>) {
       return add(values);
@@ -82,7 +82,7 @@ size_t num_panels(const ContactSites& sites) {
   return pack::num_panels(static_cast<uint32_t>(sites.packed_nodes.size()));
 }
 
-// The rows of one panel, column after column; zeros where the matrix has ended.
+// Appends the rows of one panel, column by column; pads with zeros.
 template <typename Columns, typename Number>
 void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::vector<Number>& out) {
   for (Eigen::Index column = 0; column < columns.cols(); ++column) {
@@ -93,7 +93,7 @@ void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::
   }
 }
 
-// The same of three columns and more as int16 (pack::rounded_place), each over its unit.
+// Appends a panel as int16 in units of `units` (pack::rounded_place). Needs at least three columns.
 template <typename Columns>
 void append_rounded_panel(const Eigen::MatrixBase<Columns>& columns, const Eigen::VectorXd& units,
                           size_t panel, std::vector<std::int16_t>& out) {
@@ -143,7 +143,7 @@ SiteSegments add_sites(const ContactSites& sites, Directions directions, Segment
           store.add(members), store.add(normals)};
 }
 
-// The lower half, 3 x 3 blocks row by row.
+// Lists the lower triangle as 3 x 3 blocks, row by row.
 std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
   std::vector<double> blocks;
   const Eigen::Index num_nodes = symmetric.rows() / 3;
@@ -157,7 +157,7 @@ std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
   return blocks;
 }
 
-// Three columns a node, panel by panel.
+// Lists three columns for each node, panel by panel.
 std::vector<pack::Real> field_columns(const Eigen::MatrixXd& columns, size_t panels) {
   std::vector<pack::Real> field;
   field.reserve(panels * pack::kPanelRows * static_cast<size_t>(columns.cols()));
@@ -180,7 +180,7 @@ std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
   return numbers;
 }
 
-// For each site those of its patch, `compliance_of(site)` that of the patch.
+// Returns the forces of each site's patch; `compliance_of(site)` is the compliance of the patch.
 template <typename ComplianceOf>
 std::vector<double> forces_of_sites(const ContactSites& sites, ComplianceOf&& compliance_of) {
   std::vector<double> forces;
@@ -239,7 +239,7 @@ pack::ZoneMaterial zone_material(const Law& law) {
   return material;
 }
 
-// Nodes, and the elements of each.
+// Lists the zone nodes; also fills their elements.
 std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<uint32_t>& node_elements,
                                        std::vector<pack::ZoneElement>& elements) {
   const ZoneTables& zone = *content.zone;
@@ -291,7 +291,7 @@ std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<u
   return nodes;
 }
 
-// append(rows, panel) for each panel of packed nodes, then of inner ones.
+// Calls append(rows, panel) for each panel of packed nodes, then of inner nodes.
 template <typename Matrix, typename Append>
 void for_each_exterior_panel(const PackContent& content, const Matrix& fields, Append&& append) {
   const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
@@ -302,7 +302,7 @@ void for_each_exterior_panel(const PackContent& content, const Matrix& fields, A
   }
 }
 
-// Columns of zones over their units, panel after panel.
+// Columns of zones, divided by their units, panel after panel.
 class ZoneColumns {
  public:
   explicit ZoneColumns(bool rounded) : rounded_(rounded) {}
@@ -322,7 +322,8 @@ class ZoneColumns {
   }
 
  private:
-  static constexpr double kLeast = std::numeric_limits<double>::min();  // columns of zeros have a unit of 0
+  // guards zero columns, whose unit is 0
+  static constexpr double kLeast = std::numeric_limits<double>::min();
   bool rounded_;
   std::vector<std::int16_t> integers_;
   std::vector<pack::Real> reals_;
@@ -369,7 +370,7 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   const auto num_contacts = static_cast<Eigen::Index>(content.sites.contact_nodes.size());
   std::vector<double> blocks;
   for (Eigen::Index i = num_contacts; i < zone.num_free; ++i) {
-    // Row i of C is column i of it.
+    // C is symmetric: row i of C equals column i.
     const auto columns = zone.compliance.middleCols<3>(3 * (i - num_contacts));
     for (Eigen::Index j = 0; j <= i; ++j) {
       for (Eigen::Index entry = 0; entry < 9; ++entry)
@@ -401,7 +402,7 @@ void append_bytes(const void* data, size_t count, std::vector<unsigned char>& by
   bytes.insert(bytes.end(), from, from + count);
 }
 
-// Of divided monomials x^a/a! y^b/b! z^c/c!.
+// Coefficients of divided monomials x^a/a! y^b/b! z^c/c!.
 void append_energy(const SitePolynomial& polynomial, std::vector<double>& energy) {
   const auto factorial = [](uint32_t n) {
     double product = 1;
@@ -482,7 +483,7 @@ GravitySegments add_gravity(const PackContent& content, SegmentStore& store) {
   return segments;
 }
 
-// The organ's surface where a tool finds it.
+// Returns the model with its nodes at rest, where tools find the surface.
 Model at_rest(const PackContent& content) {
   Model model = content.model;
   if (content.rest != nullptr && !content.rest->is_mesh()) {
@@ -563,8 +564,8 @@ AlignedBytes write_pack(const PackContent& content) {
   std::vector<pack::Segment> input_contents;
   for (const InputFile& input : content.inputs) input_contents.push_back(store.add(input.contents));
 
-  // The size of the tables does not depend on the offsets in them: written once to learn it, then with true
-  // offsets.
+  // The tables' size does not depend on their offsets. The first pass measures the size, the second writes
+  // true offsets.
   const auto write_tables = [&](uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
     const auto at = [base](const pack::Segment& segment) {
       return pack::Segment(base + segment.offset(), segment.bytes());
@@ -695,7 +696,7 @@ AlignedBytes write_pack(const PackContent& content) {
         sets.push_back(packed(kind));
         most_contacts = std::max(most_contacts, sets.back().contacts());
       }
-      // Where every answer had a flag there is nothing to estimate from.
+      // Without unflagged responses the pack has no data for an estimate.
       if (!(survey.sets.over_load.displacement > 0)) most_contacts = 0;
       surveys.push_back(pack::CreateErrorSurveyDirect(
           builder, schema_model(survey.model), &bins, overall, sets.empty() ? nullptr : &sets, most_contacts,
@@ -748,7 +749,7 @@ double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSiz
   const auto num_sites = static_cast<double>(sites.sites.size());
   const double rows =
       pack::num_panels(static_cast<uint32_t>(packed_nodes)) * static_cast<double>(pack::kPanelRows);
-  // A closed surface has two triangles a node, and its tree about one node a triangle.
+  // A closed surface has two triangles for each node, and its tree one node for each triangle.
   constexpr double kSurfaceBytesOfASite =
       2.0 * (sizeof(SurfaceBvh::primitives[0]) + sizeof(SurfaceBvh::primitive_normals[0]) +
              sizeof(pack::BvhNode)) +

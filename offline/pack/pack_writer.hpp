@@ -1,4 +1,4 @@
-// Lays what the precompute stages found out as a pack: the bytes that schemas/ describes.
+// Writes the results of precompute as a pack: the bytes that schemas/ describes.
 #pragma once
 
 #include <filesystem>
@@ -16,31 +16,31 @@
 
 namespace palpate {
 
-// Errors measured with one response model.
+// The models with measured errors.
 enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site };
 struct ModelSurvey {
   SurveyedModel model;
   SurveyTable table;
-  SetSurvey sets = {};  // of several contacts; empty where the model answers one
+  SetSurvey sets = {};  // errors of several contacts; empty where the model supports one contact
 };
 
-// Everything that goes into a pack; the references must outlive the call that reads them.
+// The content of a pack. The references must outlive the call that reads them.
 struct PackContent {
   const Model& model;
   const Scene& scene;
   const ContactSites& sites;
   const LinearDd* linear = nullptr;  // null: not carried, or compressed
   const std::vector<SiteResult>* polynomials = nullptr;
-  bool rounded = false;  // whose columns are written as int16
+  bool rounded = false;  // polynomial columns are written as int16
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
-  const RestState* rest = nullptr;                   // null, or that of the mesh: no gravity
+  const RestState* rest = nullptr;                   // null or the mesh at rest: no gravity
   const CompressedCompliance* compressed = nullptr;  // linear_dd of a large surface, in place of `linear`
   const ZoneTables* zone = nullptr;                  // null: not carried; needs `linear`
   bool has_linear() const { return linear != nullptr || compressed != nullptr; }
 };
 
-// Bytes on a 64-byte boundary, so that a pack in memory can be opened in place.
+// Bytes on a 64-byte boundary, so that the runtime can open a pack in memory.
 class AlignedBytes {
  public:
   explicit AlignedBytes(size_t size);
@@ -55,20 +55,20 @@ class AlignedBytes {
   size_t size_;
 };
 
-// Same content, same bytes. Cost: about twice the pack in memory.
+// Writes the pack. Equal content gives equal bytes. Cost: about twice the pack in memory.
 AlignedBytes write_pack(const PackContent& content);
 
-// The largest of any site; 0 where nothing was fitted.
+// Returns the largest degree of any site; 0 without polynomials.
 int highest_degree(const std::vector<SiteResult>& results);
 
-// Of each site; of degree 0: no polynomials.
+// Polynomial size of each site; degree 0: no polynomials.
 struct PolynomialSize {
   std::uint32_t degree = 0;
   std::uint32_t rank = 0;
 };
 
-// Bytes that write_pack would make but for the input files, to a percent, from counts alone; of a compressed
-// compliance to a third.
+// Estimates the bytes of write_pack() without input files from counts alone. The estimate of a compressed
+// compliance is rough.
 double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
                            bool compressed = false);
 

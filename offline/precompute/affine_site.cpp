@@ -15,14 +15,14 @@
 namespace palpate {
 namespace {
 
-// The part of the organ where a map acts: a ball about both centres.
+// The region of a map: a ball about both centres.
 struct Region {
   Eigen::Vector3d middle;
   double radius;
-  std::vector<Eigen::Vector3d> edge;  // nodes of the surface on its boundary
+  std::vector<Eigen::Vector3d> edge;  // surface nodes on the region's boundary
 };
 
-// It grows with the distance of the centres until it meets what is fixed; then its boundary is of fixed nodes.
+// The ball grows with the distance of the centres until it meets a fixed node.
 Region region_of(const Model& model, const ContactSites& sites, const Eigen::Vector3d& s,
                  const Eigen::Vector3d& t) {
   constexpr double kLeastRadius = 2;  // of h
@@ -48,8 +48,8 @@ double condition_of(const Eigen::Matrix3d& matrix) {
   return values[0] / values[2];
 }
 
-// Eq. (25): [b1 b2 t] = phi [b1 b2 s]. The text leaves b1 and b2 open: of the nodes on the boundary those for which it
-// is conditioned best.
+// Eq. (25): [b1 b2 t] = phi [b1 b2 s]. The paper leaves the boundary nodes b1 and b2 open; this function
+// takes the best-conditioned pair.
 std::optional<Placement> place_as_paper(const Region& region, const Eigen::Vector3d& s,
                                         const Eigen::Vector3d& t, bool inverse) {
   Eigen::Matrix3d from;
@@ -74,8 +74,8 @@ std::optional<Placement> place_as_paper(const Region& region, const Eigen::Vecto
   return placement;
 }
 
-// phi(x) = t + A (x - s), A the least-squares answer to phi(b) = b on the boundary; a little weight keeps directions
-// that the boundary leaves open as they are.
+// phi(x) = t + A (x - s), with A the least-squares solution of phi(b) = b on the boundary. A small
+// regularisation keeps undetermined directions unchanged.
 std::optional<Placement> place_affinely(const Region& region, const Eigen::Vector3d& s,
                                         const Eigen::Vector3d& t) {
   constexpr double kHeld = 1e-3;
@@ -99,7 +99,7 @@ std::optional<Placement> place_affinely(const Region& region, const Eigen::Vecto
   return placement;
 }
 
-// Of the corners of the triangle a b c, those of the point on it nearest to p (Ericson 2005, Real-Time Collision
+// Barycentric coordinates of the point of triangle a b c nearest to p (Ericson 2005, Real-Time Collision
 // Detection, section 5.1.5).
 std::array<double, 3> nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                           const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -144,7 +144,7 @@ Eigen::MatrixXd moved_rows(const Eigen::MatrixXd& rows, const Placement& placeme
 
 SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const TaylorCoefficients& series,
                                     const Eigen::Matrix3d& to_unit, bool half) {
-  // x = A d = s y: a coefficient of degree k goes with s^-k.
+  // x = A d = s y: a coefficient of degree k scales with s^-k.
   const double s = (to_unit * series.axes)(0, 0);
   const auto per_power = [&](int first, int last) {
     Eigen::VectorXd factors(pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(last)));
@@ -161,7 +161,7 @@ SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const Tayl
   polynomial.degree = kSeriesDegree;
   const Eigen::Matrix3d from_unit = to_unit.inverse();
   polynomial.linear = linear.field * from_unit;
-  // B m = (B T^-T) (T^T m): in orthonormal polynomials the size of a column is what it is for the field.
+  // B m = (B T^-T) (T^T m): in orthonormal polynomials a column's size is its share of the field.
   polynomial.coefficients = orthonormal_on_ball(2, kSeriesDegree, half);
   polynomial.basis = polynomial.coefficients.partialPivLu()
                          .solve(per_power(2, kSeriesDegree).asDiagonal() * series.field.transpose())
@@ -240,7 +240,7 @@ LocalTable local_table(const Model& model, const ContactSites& sites, const Plac
     const auto nearest =
         static_cast<int>(std::min_element(places.begin(), places.end(), nearer) - places.begin());
     table.nodes.back() = {nearest, nearest, nearest};
-    if (around[node].empty()) continue;  // inside
+    if (around[node].empty()) continue;  // inner node
     double least = (places[static_cast<size_t>(nearest)] - q).squaredNorm();
     for (const size_t first : around[static_cast<size_t>(nearest)]) {
       for (const int corner : sites.triangles[first]) {
@@ -283,7 +283,7 @@ std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, con
                                  const Eigen::Vector3d& normal) {
   double farthest = 0;
   for (const Eigen::Vector3d& place : places) farthest = std::max(farthest, (place - contact).norm());
-  // Weights of least squares: they end at the farthest, and grow without end towards a site, which then stands alone.
+  // Least-squares weights: zero at the farthest site, infinite at a coincident site, which then answers alone.
   Eigen::Matrix3d tangents = Eigen::Matrix3d::Identity() - normal * normal.transpose();
   const auto count = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixXd terms(count, 4);
@@ -294,7 +294,7 @@ std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, con
     terms.row(i) << 1, (tangents * away).transpose() / farthest;
     kernel[i] = std::pow(1 - part, 2) / (part * part + 1e-12);
   }
-  // Along the normal there is nothing to reproduce: the least of the weights that do.
+  // The normal direction has nothing to reproduce; the minimum-norm weights suffice.
   Eigen::Matrix4d gram = terms.transpose() * kernel.asDiagonal() * terms;
   gram.diagonal().tail<3>().array() += 1e-3 * kernel.sum() / static_cast<double>(places.size());
   const Eigen::Vector4d shares = gram.ldlt().solve(Eigen::Vector4d::Unit(0));

@@ -12,14 +12,14 @@
 namespace palpate {
 namespace {
 
-// Nodes nearer than this part of the panel's diagonal are near. Measured at a tolerance of 1e-4: 0.25 makes
-// packs a fifth larger, 1 those of 4,000 nodes a fifth to a third, 0.5 changes them by 3 %.
+// Nodes nearer than this fraction of the panel's diagonal are near. The value balances pack size on small and
+// large organs.
 constexpr double kNearness = 0.4;
-// What needs more columns is kept as it is: two thirds of its size, and no product.
+// Blocks with more columns stay uncompressed: little larger, and without a product.
 constexpr Eigen::Index kMostColumns = 64;
-constexpr int kSlab = 96;  // right-hand sides that are solved at a time
+constexpr int kSlab = 96;  // right-hand sides of one solve
 
-// Nodes next to one another in groups of 32: halves across the longest side, and halves of those.
+// Groups neighbouring nodes by 32: recursive bisection across the longest side.
 void split(const Model& model, std::vector<int>& nodes, size_t first, size_t last,
            std::vector<std::vector<int>>& groups) {
   const size_t count = (last - first + pack::kPanelNodes - 1) / pack::kPanelNodes;
@@ -48,9 +48,9 @@ void split(const Model& model, std::vector<int>& nodes, size_t first, size_t las
   split(model, nodes, middle, last, groups);
 }
 
-// A panel's blocks, before all nodes' are laid behind one another.
+// A panel's blocks before the final layout by node.
 struct PanelBlocks {
-  std::vector<std::uint32_t> ranks;  // of each contact node
+  std::vector<std::uint32_t> ranks;  // for each contact node
   std::vector<size_t> starts;
   std::vector<float> values;
 };
@@ -98,7 +98,7 @@ class Compressor {
   }
 
  private:
-  // Moving nodes first; those that cannot move have panels of their own, with nothing in them.
+  // Groups moving nodes first. Immovable nodes get separate, empty panels.
   void group_nodes() {
     const Model& model = assembly_.model();
     packed_of_.assign(static_cast<size_t>(model.num_nodes()), -1);
@@ -117,7 +117,7 @@ class Compressor {
     if (!still.empty()) split(model, still, 0, still.size(), groups_);
   }
 
-  // Columns of K^-1 at the dofs of these nodes.
+  // Returns columns of K^-1 at the dofs of these nodes.
   Eigen::MatrixXd columns_of(const std::vector<int>& nodes) {
     Eigen::MatrixXd columns =
         Eigen::MatrixXd::Zero(assembly_.num_dofs(), static_cast<Eigen::Index>(3 * nodes.size()));
@@ -163,7 +163,7 @@ class Compressor {
     return box.exteriorDistance(at) <= kNearness * box.diagonal().norm();
   }
 
-  // Appends the panel's columns to `basis`.
+  // Compresses one panel; appends its columns to `basis`.
   PanelBlocks compress(const std::vector<int>& nodes, std::vector<float>& basis) {
     const Eigen::MatrixXd columns = columns_of(nodes);
     const Eigen::Index rows = columns.cols();
@@ -176,7 +176,7 @@ class Compressor {
       if (!is_near(nodes, c)) far.push_back(c);
     }
     const Eigen::MatrixXf modes = far_modes(compliance, roots, far);
-    // Z = max s Q^T s^-1 C; a dof that cannot move has a row of zeros in C.
+    // Z = max s Q^T s^-1 C; an immovable dof has a row of zeros in C.
     const Eigen::VectorXd inverse_roots = roots.unaryExpr([](double s) { return s > 0 ? 1.0 / s : 0.0; });
     const Eigen::MatrixXd weights =
         (modes.cast<double>().array().colwise() * (roots.maxCoeff() * inverse_roots).array().square())
@@ -214,7 +214,7 @@ class Compressor {
     return blocks;
   }
 
-  // B, in the precision it is kept in.
+  // B, in stored precision.
   Eigen::MatrixXf far_modes(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& roots,
                             const std::vector<int>& far) const {
     const Eigen::Index rows = compliance.rows();
@@ -239,7 +239,7 @@ class Compressor {
         .cast<float>();
   }
 
-  // The fewest columns that keep every entry; -1: all there are do not.
+  // Returns the fewest columns that keep every entry within tolerance; -1 where all columns do not suffice.
   Eigen::Index rank_of(const Eigen::Matrix<double, Eigen::Dynamic, 3>& whole, const Eigen::MatrixXf& modes,
                        const Eigen::Matrix<float, Eigen::Dynamic, 3>& z, const Eigen::VectorXd& roots,
                        const Eigen::Vector3d& contact_roots) const {
@@ -264,7 +264,7 @@ class Compressor {
       out.push_back(row < column.size() ? static_cast<float>(column[row]) : 0.0f);
   }
 
-  // Each node's blocks together: first those that must lie on a multiple of 64 bytes, then the others.
+  // Lays out the blocks of each node together: blocks aligned to 64 bytes first.
   void lay_out(std::vector<PanelBlocks>& panels, CompressedCompliance& result) const {
     constexpr size_t kLine = pack::kAlignment / sizeof(pack::Real);
     size_t total = 0;
@@ -301,9 +301,9 @@ class Compressor {
   const std::function<void(int, int)>& progress_;
   StaticSolver solver_;
   int num_contacts_;
-  std::vector<int> packed_of_;            // of each node of the model, -1
+  std::vector<int> packed_of_;            // for each node of the model; -1: not packed
   std::vector<std::vector<int>> groups_;  // nodes of the model
-  size_t num_moving_ = 0;                 // of the groups
+  size_t num_moving_ = 0;                 // number of groups of moving nodes
   Eigen::VectorXd contact_roots_;         // s of each contact dof
   int done_ = 0;
   int total_ = 0;
@@ -365,7 +365,7 @@ double dense_compliance_bytes(std::size_t packed_nodes, std::size_t contact_node
 
 double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_nodes) {
   const double panels = pack::num_panels(static_cast<uint32_t>(packed_nodes));
-  // Of a compact organ, at kComplianceTolerance: some ten panels lie near a node, the others take 20 columns.
+  // Typical compact organ at kComplianceTolerance: near panels, and columns of far panels.
   constexpr double kNearPanels = 9;
   constexpr double kMeanRank = 20;
   const double near = std::min(panels, kNearPanels);

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// Chooses sites of a set; patches of the chosen share no node.
+// Chooses sites whose patches share no node.
 class SiteChooser {
  public:
   SiteChooser(const Model& model, const ContactSites& sites, std::mt19937_64& random)
@@ -23,7 +23,7 @@ class SiteChooser {
     std::iota(order_.begin(), order_.end(), size_t{0});
   }
 
-  // Empty where there are none.
+  // Empty where no such sites exist.
   std::vector<size_t> choose(SetKind kind) {
     const auto count = static_cast<size_t>(num_contacts_of(kind));
     if (kind != SetKind::three_apart) return of_kind(is_near(kind), count);
@@ -40,7 +40,7 @@ class SiteChooser {
   }
 
  private:
-  // A random first one; the others by their distance from it, or in any order.
+  // The first site is random; the others follow by distance, or in random order.
   std::vector<size_t> of_kind(bool near, size_t count) {
     for (size_t i = order_.size() - 1; i > 0; --i) std::swap(order_[i], order_[random_() % (i + 1)]);
     if (near) {
@@ -73,7 +73,7 @@ class SiteChooser {
   std::vector<size_t> order_;
 };
 
-// All that tells a set from another of the same organ.
+// Lists all inputs that distinguish a set from other sets of the organ.
 std::vector<double> request_of(const Model& model, const ContactSites& sites,
                                const std::vector<LinearContact>& contacts) {
   std::vector<double> request;
@@ -84,7 +84,7 @@ std::vector<double> request_of(const Model& model, const ContactSites& sites,
   return request;
 }
 
-// A set's truth as numbers and fields of the store.
+// Packs a set's truth into numbers and fields of the store.
 SolvedPush pushed(const ContactTruth& truth) {
   SolvedPush push;
   push.outcome = truth.solved ? PushOutcome::solved : PushOutcome::no_equilibrium;
@@ -141,7 +141,7 @@ std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene
   const size_t num_kinds = scene.max_contacts > 2 ? 4 : 2;
   std::mt19937_64 random(seed);
   const bool half = scene.directions == Directions::inward;
-  // Of each quarter of the range as many, in any order.
+  // Equal numbers from each quarter of the range, in random order.
   std::vector<Eigen::Vector3d> points = choose_survey_points(3 * count, half, random());
   for (size_t i = points.size() - 1; i > 0; --i) std::swap(points[i], points[random() % (i + 1)]);
   SiteChooser chooser(model, sites, random);

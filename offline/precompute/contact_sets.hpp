@@ -1,8 +1,7 @@
-// Random sets of several contacts, and their truths: what a survey of several contacts at once is made of.
+// Draws and solves random sets of several contacts for the survey.
 //
-// A pack says of four kinds of sets how wrong its answers to them are, as what contacts add to each other depends on
-// how near they are: neighbours that move against each other strain what is between them many times as much as one
-// alone does. No two contacts of a set hold the same node.
+// Interaction of contacts depends on their distance: opposed neighbours strain the tissue between them far more than
+// one contact does. A survey therefore separates four kinds of sets. Contacts of a set never share a node.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +14,10 @@
 namespace palpate {
 
 enum class SetKind {
-  two_near,      // a site and the nearest whose patch shares no node with its own
-  two_anywhere,  // two random ones
-  three_near,    // a site and the two nearest
-  three_apart,   // of eight random threes the one whose nearest two are farthest apart
+  two_near,      // a site and the nearest site with a disjoint patch
+  two_anywhere,  // two random sites
+  three_near,    // a site and the two nearest sites
+  three_apart,   // of eight random triples, the triple with the largest least distance
 };
 
 inline constexpr SetKind kSetKinds[] = {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near,
@@ -44,18 +43,17 @@ struct SolvedSets {
   SolveCounts counts;  // of this process
 };
 
-// The first of these sites whose patches share no node; empty where there are fewer than `count`.
+// Returns the first of these sites with disjoint patches; empty where fewer than `count` exist.
 std::vector<size_t> first_apart(const ContactSites& sites, const std::vector<size_t>& order, size_t count);
 
-// `count` of them, as many of each kind that the scene's max_contacts leaves; fewer, or none, where patches overlap
-// too much. Each contact in a random direction by up to the scene's max_displacement, all sizes with the same chance.
-// The same seed gives the same sets.
+// Draws `count` sets, equally many of each kind that max_contacts permits; fewer where patches overlap too
+// much. Directions are random, sizes uniform up to max_displacement. Equal seeds give equal sets.
 std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                           int count, std::uint64_t seed);
 
-// Their truths. What `store` has is not solved again, and what is solved is kept; null: nothing is. Fields are right
-// to single precision. Neither `jobs` nor the store changes a digit. `progress` gets sets done, total, never from two
-// threads at once. `next` hands out sets as in sample_sites(); those that others get come back unsolved.
+// Solves the sets. `store` (null: none) supplies and keeps solves; fields have single precision. Neither
+// `jobs` nor the store changes a digit. `progress` gets done and total sets, from one thread at a time.
+// `next` hands out sets as in sample_sites(); sets of other processes return unsolved.
 SolvedSets solve_drawn_sets(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                             std::vector<ContactSet> sets, int jobs, const SampleStore* store,
                             const std::function<void(int, int)>& progress,

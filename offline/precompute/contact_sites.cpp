@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Of a surface without a normal there, an edge takes its place.
+// An edge replaces a missing surface normal.
 Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
                          const Eigen::Vector3d& inward) {
   constexpr double kLeastAside = 0.1;  // of an edge

@@ -1,4 +1,4 @@
-// The full nonlinear answer to several contacts at once: what a model's answers to them are measured against.
+// Full nonlinear solutions for several simultaneous contacts: the truth for all models.
 #pragma once
 
 #include <functional>
@@ -9,30 +9,29 @@
 
 namespace palpate {
 
-// One truth and where it was measured.
+// The truth of one set of contacts.
 struct ContactTruth {
   std::vector<LinearContact> contacts;
-  bool solved = false;                  // false: no equilibrium was found, and the rest is empty
+  bool solved = false;                  // false: no equilibrium found; the other members are empty
   Eigen::VectorXd field;                // u at the packed nodes, from rest: 3 packed nodes
-  std::vector<Eigen::Vector3d> forces;  // that the tools apply
-  double largest_displacement() const;  // of a contact; length unit
+  std::vector<Eigen::Vector3d> forces;  // from the tools on the tissue
+  double largest_displacement() const;  // largest |d| of the contacts; length unit
 };
 
-// The organ at rest, with the patches of these contacts held at their displacements from there. No two of them share a
-// node.
+// Loads the organ at rest with held patches at these displacements from rest. Patches must not share a node.
 LoadCase held_patches(const Model& model, const ContactSites& sites, const RestState& rest,
                       const std::vector<LinearContact>& contacts);
 
-// The net force that the outside applies to the patch of `site` in the state u (all dofs).
+// Returns the net force that the outside applies to the patch of `site` in the state u (all dofs).
 Eigen::Vector3d patch_force(const Assembly& assembly, const RestState& rest, const ContactSite& site,
                             const Eigen::VectorXd& u);
 
-// The truth of one set of contacts: all displacements ramp together from rest. Adds to `iterations` what that took.
+// Solves one set of contacts: all displacements ramp together from rest. Adds its iterations to `iterations`.
 ContactTruth solve_contact_set(StaticSolver& solver, const ContactSites& sites, const RestState& rest,
                                const std::vector<LinearContact>& contacts, long& iterations);
 
-// The truth of each set of contacts, in their order, on `jobs` threads; the result does not depend on how many.
-// `progress` gets sets done, total, never from two threads at once.
+// Solves each set, in order, on `jobs` threads; the result does not depend on threads. `progress` gets done
+// and total sets, from one thread at a time.
 std::vector<ContactTruth> solve_contact_sets(const Assembly& assembly, const ContactSites& sites,
                                              const std::vector<std::vector<LinearContact>>& sets, int jobs,
                                              const RestState& rest,

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kUsualDegree = 7;
 
-// Whether there are equations to spare for each term.
+// Whether the samples overdetermine each term.
 bool is_borne(const SiteSamples& samples, int degree) {
   constexpr double kToSpare = 1.2;
   return kEquationsPerSample * static_cast<double>(samples.samples.size() - 1) >=

@@ -1,4 +1,4 @@
-// The degree of a site's polynomial, by its errors at samples that a fit was not given.
+// Chooses the degree of a site's polynomial by its errors at left-out samples.
 #pragma once
 
 #include <limits>
@@ -7,27 +7,27 @@
 
 namespace palpate {
 
-// A degree, and how wrong its fit is on samples that it was not given.
+// A degree with its leave-one-out errors.
 struct DegreeChoice {
   int degree = 1;
   double error = std::numeric_limits<double>::infinity();
   double force_error = error;
   double error_inside = error;  // HeldOutError::inside of the displacement
 
-  // Where a tip crushes tissue against fixed nodes the force is the harder of the two.
+  // Checks displacement and force: where a tip crushes tissue against fixed nodes, the force has the larger error.
   bool keeps(double target) const;
 };
 
-// Where so many solves do not keep the target by polynomials of the usual degrees, to 7, higher ones are tried, and of
-// hard sites (site_survey.cpp) with fewer: a frame rather takes longer than a build.
+// From this number of solves on, degrees above 7 are tried; hard sites (site_survey.cpp) try them earlier. A
+// longer frame is preferred to a longer build.
 inline constexpr size_t kUsualSamples = 60;
 
-// The usual degree that does best. Errors fall with the degree until the samples no longer bear it, so that only the
-// highest few come into question. Cost: three of held_out_error.
+// Returns the best usual degree. Errors fall with the degree until the samples no longer suffice, so only the
+// highest few degrees are tested. Cost: three calls of held_out_error.
 DegreeChoice choose_degree(const SiteSamples& samples);
 
-// Higher ones, which take a frame longer, where they do better. Of their errors those inside count, for the reason that
-// HeldOutError has. Cost: seven of held_out_error.
+// Tries higher degrees, which lengthen frames. Compares errors inside of the domain (see HeldOutError). Cost:
+// seven calls of held_out_error.
 DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best);
 
 }  // namespace palpate

@@ -15,17 +15,17 @@ double chance_of(int k, int n) {
                   k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
 }
 
-// ErrorFigures::growth of a bin in which errors go with the power of |d| that leads from the median of the bin below,
-// in its middle, to that of this one.
+// ErrorFigures::growth of a bin. Errors follow the power of |d| between the medians of the bin below, in its
+// middle, and of this bin.
 double growth_between(const SurveyBin& below, double median_below, const SurveyBin& bin, double median) {
-  constexpr double kMost = 0.9;  // an error at the lower end then counts ten times
+  constexpr double kMost = 0.9;  // at this limit an error at the lower end counts ten times
   if (!(median_below > 0) || !(median > median_below)) return 0;
   const double power =
       std::log(median / median_below) / std::log((bin.from + bin.to) / (below.from + below.to));
   return std::min(kMost, 1 - std::pow(bin.from / bin.to, power));
 }
 
-// What errors of pushes of these sizes would be at the upper end of their bin.
+// Extrapolates errors of pushes of these sizes to the upper end of their bin.
 std::vector<double> at_upper_end(std::vector<double> errors, const std::vector<double>& sizes,
                                  const SurveyBin& bin, double growth) {
   for (size_t i = 0; i < errors.size(); ++i)
@@ -49,7 +49,7 @@ double covering_bound(std::vector<double> values) {
   if (values.empty()) return 1;
   std::sort(values.begin(), values.end());
   const auto n = static_cast<int>(values.size());
-  // P(k or more), from the rare end.
+  // P(k or more), summed from the small terms.
   double at_least = 0;
   int k = n;
   for (; k > 0; --k) {
@@ -104,7 +104,7 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
     std::vector<double> sizes;  // |d| / max_displacement
     std::vector<double> displacement;
     std::vector<double> force;
-    // |f - f_FE| as if it were proportional to |d|, as forces are, at the largest |d|
+    // |f - f_FE| scaled to the largest |d|, as forces are proportional to |d|
     std::vector<double> absolute;
   };
   std::array<Errors, kSurveyBins> of_bins;

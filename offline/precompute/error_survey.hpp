@@ -1,4 +1,4 @@
-// How wrong the runtime's answers are, against full nonlinear solves at displacements that no fit has seen.
+// Measures the runtime's errors against full nonlinear solves at displacements that no fit has used.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,11 @@
 
 namespace palpate {
 
-// Quartiles of |d| / max_displacement, so that a reader sees the error grow.
+// Quartiles of |d| / max_displacement, which show the growth of the error.
 inline constexpr int kSurveyBins = pack::kSurveyBins;
 
-// Of a set of errors: median, 95th percentile, maximum, and the bound that covers 95 % of further ones. Of a bin that
-// is the bound of pushes at its upper end: of those at its lower end it is less by `growth` of it, in proportion
-// between.
+// Median, 95th percentile and maximum of a set of errors, and the bound that covers 95 % of further errors. A
+// bin's bound holds at its upper end; it falls linearly, by `growth` of itself, to the lower end.
 struct ErrorFigures {
   double median = 0;
   double p95 = 0;
@@ -26,7 +25,7 @@ struct ErrorFigures {
   double growth = 0;
 };
 
-// Of none: 1 each.
+// 1 each without errors.
 ErrorFigures figures_of(const std::vector<double>& errors);
 
 struct SurveyBin {
@@ -34,25 +33,25 @@ struct SurveyBin {
   double to = 1;
   int samples = 0;
   ErrorFigures displacement;  // max over packed nodes |u - u_FE| / |d|
-  ErrorFigures force;         // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the survey's largest
+  ErrorFigures force;         // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the survey's largest force
 };
 
 struct SurveyTable {
   std::array<SurveyBin, kSurveyBins> bins;
   SurveyBin overall;
-  // A force, at the largest |d| and in proportion below, beside which the bounds of all bins cover |f - f_FE| itself;
-  // force unit. Where a force is smaller, as along an axis that gives way easily, errors are larger parts of it.
+  // Force unit. |f - f_FE| is also bounded by the bins' bounds times this force, in proportion to |d|. This
+  // scale matters along soft axes, where forces are small and relative errors large.
   double force_scale = 0;
 };
 
-// One truth and where it was measured.
+// One solved push and its site.
 struct SurveySample {
   size_t site = 0;
-  Sample truth;        // of a push that was not solved: its displacement only
-  bool solved = true;  // false: no equilibrium was found; whatever a model says then counts as an error of 1
+  Sample truth;        // an unsolved push has only its displacement
+  bool solved = true;  // false: no equilibrium found; every response then has an error of 1
 };
 
-// What a model says for a displacement at a site.
+// A model's response to a displacement at a site.
 struct Answer {
   Eigen::VectorXd field;  // 3 packed nodes
   Eigen::Vector3d force;
@@ -69,34 +68,31 @@ struct SampleErrors {
 // Largest |u| of a node. field: 3 nodes.
 double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field);
 
-// A force counts as no smaller than this part of the largest of its survey: a light touch is not divided by nearly
-// nothing.
+// Floor of |f_FE| as a fraction of the survey's largest force; prevents a division by nearly 0.
 inline constexpr double kForceFloor = 0.05;
 
-// Of a solved push; forces below `force_floor` count as that.
+// Compares with a solved push; |f_FE| is at least `force_floor`.
 SampleErrors errors_at(const Answer& answer, const Sample& truth, double force_floor);
 
-// Of each sample, as a SurveyBin has them; 1 where no equilibrium was found.
+// Returns the errors of each sample as in SurveyBin; 1 without an equilibrium.
 std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model);
 
 SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std::vector<SampleErrors>& errors,
                             double max_displacement);
 
-// Both.
+// Measures the errors and tabulates them.
 SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_displacement,
                           const Responder& model);
 
-// The smallest of `values` that at least 95 % of all errors of their kind are below, with a confidence of 95 %
-// whatever their distribution: the k-th of n, k the least with P(Binomial(n, 0.95) < k) >= 0.95 (Wilks 1941,
-// Determination of sample sizes for setting tolerance limits). The largest where n < 59 are too few for that; of
-// none, 1.
+// Returns the smallest of `values` that bounds 95 % of all such errors with a confidence of 95 %, for any
+// distribution: the k-th of n, k least with P(Binomial(n, 0.95) < k) >= 0.95 (Wilks 1941, Determination of
+// sample sizes for setting tolerance limits). The largest where n < 59; 1 where n = 0.
 double covering_bound(std::vector<double> values);
 
-// P(Binomial(n, 0.95) <= covered): small where a bound that covers 95 % would cover so few of n by bad luck alone.
+// P(Binomial(n, 0.95) <= covered): the probability that a true 95 % bound covers so few of n.
 double chance_of_covering(int covered, int n);
 
-// Value below which the fraction q of `values` lies, interpolated between neighbours; of none, 1: an error
-// that was not measured may be all there is.
+// Quantile q of `values`, interpolated; 1 without values, since an unmeasured error may be total.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace palpate

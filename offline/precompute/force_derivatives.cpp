@@ -24,7 +24,7 @@ ForceDerivatives::ForceDerivatives(const Assembly& assembly, const Eigen::Vector
   SparseLower resting;
   SparseLower behind;
   if (to_third_order) assembly.tangent(at_rest, false, resting);
-  // K ahead and behind of rest; their mean less K at rest, twice over step^2, is n3(u, u, .).
+  // Central difference: (K(+) + K(-)) / 2 - K(rest), times 2 / step^2, is n3(u, u, .).
   const auto step_along = [&](const Eigen::VectorXd& u, SparseLower& ahead) {
     assembly.tangent(at_rest + step * u, false, ahead);
     assembly.tangent(at_rest - step * u, false, behind);
@@ -44,7 +44,7 @@ ForceDerivatives::ForceDerivatives(const Assembly& assembly, const Eigen::Vector
   }
   for (int a = 0; a < 3 && to_third_order; ++a) {
     for (int b = 0; b < a; ++b) {
-      // n3(u_a + u_b, u_a + u_b, .) holds twice the wanted one.
+      // n3(u_a + u_b, u_a + u_b, .) contains the mixed term twice.
       SparseLower& ahead = third_[place_of(a, b)];
       step_along(fields.col(a) + fields.col(b), ahead);
       values_of(ahead) =
@@ -62,7 +62,7 @@ Eigen::MatrixXd ForceDerivatives::third(int a, int b, const Eigen::MatrixXd& v) 
   return times(third_[place_of(a, b)], v);
 }
 
-// Eight columns at a time, those of a row side by side.
+// Processes eight columns at a time, stored row by row.
 Eigen::MatrixXd ForceDerivatives::times(const SparseLower& matrix, const Eigen::MatrixXd& v) const {
   constexpr Eigen::Index kWidth = 8;
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, kWidth, Eigen::RowMajor>;

@@ -8,7 +8,7 @@ namespace palpate {
 
 LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sites,
                                    const std::vector<LinearContact>& contacts) {
-  std::map<int, int> holders;  // of each node of the model that is held
+  std::map<int, int> holders;  // number of patches with this node
   for (const LinearContact& contact : contacts) {
     for (const int node : sites.sites[contact.site].patch_nodes) ++holders[node];
   }

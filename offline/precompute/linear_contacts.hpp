@@ -1,8 +1,8 @@
-// The exact linear answer of several contacts, by columns of K^-1 made for them alone: what a compressed
-// compliance is measured against.
+// The exact linear response to several contacts, from their own columns of K^-1: the reference for a
+// compressed compliance.
 //
-// As linear_dd of the runtime (Zhong et al. 2005 eqs. (16)-(20)): f = A^-1 E d with A the blocks of K^-1 at the
-// nodes of all patches, u = C f. A node of several patches follows their mean.
+// As the runtime's linear_dd (Zhong et al. 2005 eqs. (16)-(20)): f = A^-1 E d, u = C f, with A the blocks of
+// K^-1 at all patch nodes. A node of several patches follows the mean of their displacements.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ struct LinearContactAnswer {
   std::vector<Eigen::Vector3d> forces;
 };
 
-// `solver` has the factor at rest. Cost: a back-solve for each dof of the patches.
+// `solver` holds the factor at rest. Cost: a back-solve for each dof of the patches.
 LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sites,
                                    const std::vector<LinearContact>& contacts);
 

@@ -40,7 +40,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
     linear.contact_compliance.middleRows<3>(static_cast<Eigen::Index>(3 * c)) =
         linear.field_compliance.middleRows<3>(3 * sites.contact_nodes[c]);
   }
-  // K is symmetric, so what is left of asymmetry is rounding.
+  // K is symmetric; an asymmetry is rounding.
   linear.contact_compliance =
       0.5 * (linear.contact_compliance + linear.contact_compliance.transpose()).eval();
   return linear;
@@ -48,7 +48,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
 
 Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance) {
   constexpr double kSingular = 1e-14;
-  constexpr double kSpring = 1e-9;  // of a node's own compliance, as the runtime's
+  constexpr double kSpring = 1e-9;  // of a node's own compliance, as in the runtime
   Eigen::LLT<Eigen::MatrixXd> factor(compliance);
   if (factor.info() != Eigen::Success || !(factor.rcond() > kSingular)) {
     Eigen::MatrixXd with_springs = compliance;

@@ -7,14 +7,14 @@
 
 namespace palpate {
 
-// Each triangle a, b, c is met where x = a + v (b - a) + w (c - a) = origin + t ray: three equations for t, v, w.
+// Meets triangle a, b, c at x = a + v (b - a) + w (c - a) = origin + t ray: three equations for t, v, w.
 double local_thickness(const Model& model, const Surface& surface, const ContactSite& site,
                        const Eigen::Vector3d& direction) {
   const Eigen::Vector3d& origin = model.positions[static_cast<size_t>(site.node)];
   const Eigen::Vector3d ray =
       direction.dot(site.inward) < 0 ? -direction.normalized() : Eigen::Vector3d(direction.normalized());
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
-  constexpr double kOnEdge = 1e-9;  // as part of it: a ray through an edge meets a triangle beside it
+  constexpr double kOnEdge = 1e-9;  // relative: a ray through an edge must meet a triangle beside the edge
   double nearest = kNowhere;
   bool leaves = false;
   for (const std::array<int, 3>& triangle : surface.triangles) {
@@ -28,7 +28,7 @@ double local_thickness(const Model& model, const Surface& surface, const Contact
         hit[1] + hit[2] > 1 + kOnEdge)
       continue;
     nearest = hit[0];
-    leaves = edges.col(1).cross(edges.col(2)).dot(ray) > 0;  // along the outward normal
+    leaves = edges.col(1).cross(edges.col(2)).dot(ray) > 0;  // the ray leaves along the outward normal
   }
   return leaves ? nearest : kNowhere;
 }

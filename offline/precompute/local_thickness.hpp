@@ -1,4 +1,4 @@
-// How thick the organ is under a contact: what |d| is divided by to be a strain, as in Zhong et al. 2005.
+// The organ's thickness under a contact: strain is |d| / thickness, as in Zhong et al. 2005.
 #pragma once
 
 #include "offline/mesh/surface.hpp"
@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// From the site along `direction` (any length but zero), or against it where that leads inward, to where the line
-// leaves the organ: length unit. Infinite where it leads out of it at once. Cost: all triangles of the surface.
+// Returns the distance from the site along the inward one of +-`direction` (nonzero) to the organ's exit:
+// length unit. Infinite where the line leaves at once. Cost: all triangles of the surface.
 double local_thickness(const Model& model, const Surface& surface, const ContactSite& site,
                        const Eigen::Vector3d& direction);
 

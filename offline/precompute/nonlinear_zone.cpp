@@ -12,9 +12,8 @@
 namespace palpate {
 namespace {
 
-// By how much more is left of an order than in the tissue of the measurements below (bulk over shear modulus 14/3, nu
-// = 0.4), where the most is: about the root of that ratio. Of the third order 0.6 times as much was left at nu =
-// 0.147, 1.4 at 0.45, 3.1 at 0.49 and 4 there of elements of ten nodes.
+// Factor by which the remainder of an order grows with the ratio of bulk to shear modulus, relative to nu =
+// 0.4. Follows the root of the ratio (bench/zones/ZONES.md).
 double growth_with_bulk(const Model& model) {
   double ratio = 0;
   for (const Tetrahedron& element : model.elements) {
@@ -25,10 +24,8 @@ double growth_with_bulk(const Model& model) {
   return std::sqrt(ratio / (14.0 / 3));
 }
 
-// To which degree in the loads it is carried, where tools go so many mean surface edges. What is left at one edge
-// length (p95 of 60 pushes of the brain's sites, nu = 0.4, outside of two rings), growing as the first order left out
-// does: at two edges 0.96, 0.46 and 0.27 % were left. A quarter of the target is enough: the rest is for what the zone
-// itself leaves.
+// Chooses the degree of the exterior in the loads for this reach. The remainder at one edge grows like the
+// first omitted order. A quarter of the target suffices; the zone itself needs the rest.
 int exterior_degree(double reach_in_edges, double growth, double accuracy_target) {
   constexpr double kLeft[] = {1.1e-3, 2.7e-4};
   int degree = pack::kLeastZoneDegree;
@@ -39,29 +36,27 @@ int exterior_degree(double reach_in_edges, double growth, double accuracy_target
   return degree;
 }
 
-// The same of what pairs of contacts add: left to second order are 0.3 % at one edge (p95 of sets of two and three).
+// Chooses the degree of pair interaction in the same way.
 int pair_degree(double reach_in_edges, double growth, double accuracy_target) {
   constexpr double kLeft = 3e-3;
   return growth * kLeft * reach_in_edges * reach_in_edges <= accuracy_target / 2 ? pack::kLeastPairDegree
                                                                                  : pack::kMostPairDegree;
 }
 
-// Of the columns that a pair has for what is of second order, eight leave 0.6 % at one edge outside of two rings (median
-// of the brain's pairs), sixteen 0.15; outside of one ring its own error is more than what eight leave.
+// Chooses the number of a pair's own second-order columns. Outside of one ring the zone's error hides the difference.
 int num_pair_fields(int rings, int pair_degree, double reach_in_edges, double growth,
                     double accuracy_target) {
   const double left = growth * (rings > 1 ? 0.01 : 0.002) * reach_in_edges;
   return (accuracy_target < left ? 16 : 8) + (pair_degree > 2 ? kThirdOrderFields : 0);
 }
 
-// Whether zones of near contacts hold what is between them: else 0.43 % are left at one edge (largest of the brain's
-// pairs of neighbours, nu = 0.4), and of that a third.
+// Whether zones of near contacts include the elements between them, by the error without these elements.
 bool holds_between(double reach_in_edges, double growth, double accuracy_target) {
   constexpr double kLeft = 4.3e-3;
   return growth * kLeft * reach_in_edges * reach_in_edges > accuracy_target;
 }
 
-// As the runtime's rims know it.
+// As the runtime's near-field rings.
 bool has_second_order(const Model& model, int e) {
   const Tetrahedron& element = model.elements[static_cast<size_t>(e)];
   return element.volume_patch < 0 &&
@@ -173,7 +168,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
   const double reach_in_edges = scene.max_displacement / sites.mean_surface_edge;
   const double growth = growth_with_bulk(model);
   zone.exterior_degree = exterior_degree(reach_in_edges, growth, scene.accuracy_target);
-  // At nu = 0.147 pairs of less would leave 0.60 % of three apart (largest of 60 sets).
+  // A small Poisson ratio must not reduce the degree of the pairs.
   const double growth_of_pairs = std::max(1.0, growth);
   zone.pair_degree = pair_degree(reach_in_edges, growth_of_pairs, scene.accuracy_target);
   const std::size_t num_sites = sites.sites.size();
@@ -184,7 +179,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
         num_pair_fields(rings, zone.pair_degree, reach_in_edges, growth_of_pairs, scene.accuracy_target);
     zone.between = may_hold_between && holds_between(reach_in_edges, growth, scene.accuracy_target);
   }
-  // As so many contacts share it.
+  // Counts a zone that `contacts` contacts share.
   const auto count_zone = [&](const std::vector<int>& elements, int contacts) {
     std::map<int, size_t> inside;  // elements of the zone at each of its nodes
     for (const int e : elements) {
@@ -201,8 +196,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
         std::max(zone.most_boundary_nodes, part_of(static_cast<size_t>(num_boundary), contacts));
     zone.most_elements = std::max(zone.most_elements, part_of(elements.size(), contacts));
   };
-  // Of two near ones as far as single ones have it: with all of it the brain's neighbours are as wrong at nu = 0.45, and
-  // packs 11 % larger.
+  // Near pairs get the near-field ring of single contacts; the whole ring enlarges packs without gain.
   const auto count_rim = [&](const std::vector<int>& elements, int contacts) {
     const std::vector<int> rim = finder.rim_of(elements);
     for (const int e : rim) {
@@ -230,7 +224,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
       }
     }
   }
-  std::vector<int> carried(num_nodes, 0);  // elements carried at each node
+  std::vector<int> carried(num_nodes, 0);  // carried elements at each node
   for (size_t e = 0; e < element_carried.size(); ++e) {
     if (element_carried[e] == 0) continue;
     zone.elements.push_back(static_cast<int>(e));
@@ -298,7 +292,7 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
     }
     if (progress) progress(static_cast<int>(first + width), static_cast<int>(num_columns));
   }
-  // K is symmetric, so what is left of asymmetry is rounding.
+  // K is symmetric; an asymmetry is rounding.
   auto own = zone.compliance.bottomRows(num_columns);
   own = 0.5 * (own + own.transpose()).eval();
 }

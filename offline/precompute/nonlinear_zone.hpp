@@ -1,11 +1,12 @@
-// nonlinear_zone: what the runtime needs to put nonlinear elements around any contacts and the linear rest of the
-// organ onto their boundary (runtime/src/zone_set.hpp has the equations).
+// nonlinear_zone: data for nonlinear elements around any contacts, coupled to the linear rest of the organ at
+// their boundary. runtime/src/zone has the equations.
 //
-// The zone of a site with n rings is the elements at the nodes of its patch, the elements at their nodes, and so on n
-// times, and in the end the rest of their volume patches. Where pairs of contacts are known (num_pairs), the elements
-// that share a node with it and are not in it are its rim (runtime/src/zone_rim.hpp). Carried are the elements and nodes
-// of all sites' zones and rims, and the compliance K^-1 at rest between those nodes, of which the rows and columns of
-// contact nodes are linear_dd's; and what the organ outside adds to its linear answer (zone_exterior.hpp).
+// The zone of a site with n rings has the elements at its patch's nodes, extended n times by neighbours, and
+// completes volume patches. With known pairs (num_pairs) the near-field ring is the elements that share a
+// node with the zone. A pack carries:
+//   1. elements and nodes of all zones and rings,
+//   2. the compliance K^-1 at rest between these nodes; linear_dd has the blocks of contact nodes,
+//   3. the exterior's nonlinear terms (zone_exterior.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -22,64 +23,62 @@ namespace palpate {
 
 struct ZoneTables {
   int rings = 0;
-  bool rounded = false;                  // whether a pack has its fields as int16
-  std::vector<std::uint8_t> more_rings;  // of each site: those that its zones have beyond the rings asked for
-  std::vector<int>
-      nodes;  // model nodes: contact nodes in their order, others that are free along some axis, fixed ones
-  int num_free = 0;              // of them the first
-  std::vector<int> elements;     // in Model::elements: patch by patch, then those that share no volume
-  std::vector<int> num_outside;  // of each node: elements of the model that are not among these
-  // Largest zone of a site, or half of what two near ones share, whichever is larger.
+  bool rounded = false;                  // packs store its fields as int16
+  std::vector<std::uint8_t> more_rings;  // for each site: additional rings of its zones
+  std::vector<int> nodes;        // model nodes: contact nodes in their order, other free nodes, fixed nodes
+  int num_free = 0;              // the first num_free nodes are free
+  std::vector<int> elements;     // in Model::elements: patch by patch, then elements without a shared volume
+  std::vector<int> num_outside;  // for each node: elements of the model outside of `elements`
+  // Size of the largest zone, or of half the zone of two near contacts, whichever is larger.
   int most_nodes = 0;
   int most_boundary_nodes = 0;
   int most_elements = 0;
-  // The same of their rims, of any number of rings; 0 where nothing of pairs is carried.
+  // The same for near-field rings, any number of rings; 0 without pairs.
   int most_rim_nodes = 0;
   int most_rim_elements = 0;
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
   Eigen::MatrixXd compliance;
   Eigen::MatrixXd field_compliance;  // the same columns, rows of packed nodes
-  // Free ones of zones that are not packed, in their order, and of rims where there is something between; model nodes
+  // Unpacked free nodes of zones, in order, and of near-field rings where `between` is set; model nodes.
   std::vector<int> inner_nodes;
-  // Of each site: the net force that x = 1 stands for, at least as large as one at the scene's largest displacement is
-  // in a linear organ.
+  // For each site: the net force of x = 1, at least the linear organ's force at the scene's largest displacement.
   std::vector<double> force_scale;
   int exterior_degree = pack::kLeastZoneDegree;
-  // q of ring 1 for each site, then of ring 2, ...: rows of packed nodes, then of inner ones; a column for each
+  // q for ring 1 of each site, then ring 2, ...: rows of packed nodes, then of inner nodes; a column for each
   // monomial of degrees 2 .. exterior_degree of x = f / force_scale.
   std::vector<Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>> exterior;
-  // Pairs of sites of which it is known what they add to that: all where a scene has several contacts at a time, none of
-  // too many sites. Columns of its own that each has (zone_mutual.hpp).
+  // Number of site pairs with interaction terms: all pairs where a scene has several contacts, none for too
+  // many sites. Each pair has its own columns (zone_mutual.hpp).
   std::size_t num_pairs = 0;
   int num_pair_fields = 0;
   int pair_degree = pack::kLeastPairDegree;
-  bool between = false;  // zones of near contacts hold what is next to both
-  // What sites i > j, at lower_block(i - 1, j), add; empty until that is known, and where it is nothing. Their own
-  // columns, rows as those of exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
+  bool between = false;  // zones of near contacts include their common neighbours
+  // Interaction of sites i > j, at lower_block(i - 1, j); empty before the computation and for linear organs. The
+  // pair's own columns, rows as in exterior, in units of 1 / pack::kPairUnit of the scene's largest displacement;
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
   std::vector<PairFields> pair_fields;
-  // and for each ring, and in it each pair, weights of the exterior's first pack::kPairColumns columns of i, of those
-  // of j, and of these, x pack::kPairMonomials to pair_degree.
+  // and for each ring and pair the weights of three groups of columns: the first pack::kPairColumns exterior
+  // columns of i, those columns of j, and the pair's own; x pack::kPairMonomials to pair_degree.
   std::vector<Eigen::MatrixXf> pair_weights;
 
-  // Of the zone of a site, where so many are asked for.
+  // Rings of a site's zone for a request of `asked_for` rings.
   int rings_of(size_t site, int asked_for) const { return asked_for + more_rings[site]; }
 };
 
-// The dofs that rows of `exterior` are.
+// The dofs of the rows of `exterior`.
 std::vector<Eigen::Index> exterior_dofs(const ContactSites& sites, const ZoneTables& zone);
 
-// Which elements are in the zone of a site.
+// Finds the elements of zones.
 class ZoneFinder {
  public:
   explicit ZoneFinder(const Model& model);
   // Ascending. Thread-safe.
   std::vector<int> elements_about(const ContactSite& site, int rings) const;
-  // Those that share a node with some elements and are not among them.
+  // Returns the elements that share a node with `elements` and are not among them.
   std::vector<int> elements_next_to(const std::vector<int>& elements) const;
-  // Of these those that rims hold.
+  // Returns the elements of the near-field ring.
   std::vector<int> rim_of(const std::vector<int>& elements) const;
-  // The zones of two near contacts and what is between them (runtime/src/zone_members.hpp).
+  // Returns the zones of two near contacts with the elements between them (runtime/src/zone).
   std::vector<int> elements_of_near(const std::vector<int>& elements, const std::vector<int>& others) const;
   std::vector<int> nodes_of(const std::vector<int>& elements) const;
   const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
@@ -90,20 +89,20 @@ class ZoneFinder {
   std::vector<std::vector<int>> by_patch_;
 };
 
-// Which nodes and elements, and to which degree what is outside of zones is to be carried; all else is left empty.
-// `more_rings`: of each site; none where it is empty. `may_hold_between`: false to leave out what is between near contacts
-// where their target would ask for it.
+// Finds nodes and elements of zones and the degrees of the exterior; leaves all other members empty. `more_rings`: for
+// each site; empty: none. `may_hold_between` = false leaves out elements between near contacts despite the target.
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings,
                       std::vector<std::uint8_t> more_rings = {}, bool may_hold_between = true);
 
-// Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done, total columns.
+// Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done and
+// total columns.
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                              const std::function<void(int, int)>& progress, ZoneTables& zone);
 
-// Of num_pair_fields, those for what is of third order.
+// The part of num_pair_fields for third order.
 inline constexpr int kThirdOrderFields = 8;
 
-// Bytes of a pack that the compliance and the exterior take, at most.
+// Upper bound of a pack's bytes for compliance and exterior.
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites);
 
 }  // namespace palpate

@@ -26,18 +26,18 @@ Eigen::Index num_terms(int first, int last) {
   return pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(last));
 }
 
-// R: partial derivatives by x = A d, up to `order` and in the order of a pack, are R times those by d. With M = A^-1,
-// d/dx_i = sum_j M_ji d/dd_j for each index of a derivative.
+// Returns R: derivatives by x = A d up to `order`, in the order of a pack, are R times derivatives by d. With
+// M = A^-1, d/dx_i = sum_j M_ji d/dd_j for each index.
 Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   const Eigen::Index size = num_terms(0, order);
   Eigen::MatrixXd map = Eigen::MatrixXd::Zero(size, size);
   pack::for_each_monomial(static_cast<uint32_t>(order),
                           [&](uint32_t row, uint32_t a, uint32_t b, uint32_t c) {
-                            std::vector<int> by;  // x_i, each as often as it is differentiated by
+                            std::vector<int> by;  // x_i, repeated by its order of differentiation
                             by.insert(by.end(), a, 0);
                             by.insert(by.end(), b, 1);
                             by.insert(by.end(), c, 2);
-                            // All tuples of d_j, one for each.
+                            // All tuples of d_j.
                             int tuples = 1;
                             for (size_t k = 0; k < by.size(); ++k) tuples *= 3;
                             for (int tuple = 0; tuple < tuples; ++tuple) {
@@ -56,8 +56,8 @@ Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   return map;
 }
 
-// What a sample at x weighs in a fit of this degree: an error counts as part of |d|, down to a tenth of the range; and
-// beyond the domain, where the remainder has grown by |x|^degree, as much less.
+// Weight of a sample at x in a fit of this degree. Errors count relative to |d|, floored at a tenth of the
+// range. Beyond the domain the weight falls by |x|^degree, the growth of the remainder.
 double sample_weight(const Eigen::Vector3d& x, int degree) {
   const double size = x.norm();
   return std::pow(std::max(size, 1.0), -degree) / std::max(size, 0.1);
@@ -68,12 +68,12 @@ struct HermiteSystem {
   Eigen::MatrixXd to_monomials;  // T of ball_polynomials.hpp: the columns of `design` are q = T^T m
   Eigen::MatrixXd design;
   Eigen::MatrixXd values;
-  Eigen::VectorXd weights;  // of each sample's rows
+  Eigen::VectorXd weights;  // for each sample's rows
   Eigen::Index block = 0;   // rows of each sample
 };
 
-// For a function in terms of degrees first .. last. `known` of sample i: what is known of it there, functions as
-// columns, derivatives by d up to `order` as rows. Derivatives of order `wanted` are what it is for.
+// Sets up a fit in degrees first .. last. `known` of sample i: functions as columns, derivatives by d up to
+// `order` as rows. The fit serves derivatives of order `wanted`.
 template <typename Known>
 HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, int order, int wanted,
                              Known&& known) {
@@ -100,7 +100,7 @@ HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, in
   return system;
 }
 
-// u - L d, known with its first and second derivatives, in terms of degree 2 .. degree.
+// Fits u - L d with its first and second derivatives in degrees 2 .. degree.
 HermiteSystem field_system(const SiteSamples& samples, int degree) {
   const Eigen::MatrixXd& L = samples.linear.field;
   return hermite_system(samples, 2, degree, 2, 0, [&](const Sample& sample) {
@@ -113,8 +113,8 @@ HermiteSystem field_system(const SiteSamples& samples, int degree) {
   });
 }
 
-// E - d S d / 2, known with its derivatives up to the third, in terms of degree 3 .. degree + 1. The force is what is
-// wanted: the weights count from the gradient.
+// Fits E - d S d / 2 with derivatives up to the third in degrees 3 .. degree + 1. The fit serves the force,
+// so weights count from the gradient.
 HermiteSystem energy_system(const SiteSamples& samples, int degree) {
   const Eigen::Matrix3d& S = samples.linear.stiffness;
   return hermite_system(samples, 3, degree + 1, 3, 1, [&](const Sample& sample) {
@@ -127,7 +127,7 @@ HermiteSystem energy_system(const SiteSamples& samples, int degree) {
   });
 }
 
-// The orthonormal factor of a design, if it has one: as many columns as its rank.
+// The orthonormal factor Q of a design of full rank.
 class OrthonormalFactor {
  public:
   explicit OrthonormalFactor(const Eigen::MatrixXd& design) : factor_(design), terms_(design.cols()) {}
@@ -151,8 +151,8 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-// Root mean squares over the samples in the domain but that of rest of part(sample, error): `error`, functions x
-// `count`, of the rows first_row .. of its block, by a fit that the sample was left out of.
+// Leave-one-out root mean squares of part(sample, error) over the domain's samples without rest. `error`:
+// functions x `count`, rows first_row .. of the sample's block.
 template <typename Part>
 HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
                       Eigen::Index count, Part&& part) {
@@ -223,7 +223,7 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree) {
 
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree) {
   const double floor = force_floor(samples);
-  // Its derivatives by x, of weight 1.
+  // Derivatives by x, of weight 1.
   return held_out(samples, energy_system(samples, degree), 1, 3,
                   [&](const Sample& sample, const Eigen::MatrixXd& error) {
                     return (samples.to_unit.transpose() * error.transpose()).norm() /
@@ -278,8 +278,8 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   constexpr double kUnit = pack::kBasisUnit;
   SitePolynomial reduced = polynomial;
   if (polynomial.basis.cols() > 0) {
-    // Eigenvectors of B^T B: where the columns of B belong to orthonormal functions, the directions in which the field
-    // varies most over the domain.
+    // Eigenvectors of B^T B are the field's principal directions over the domain, where columns of B belong
+    // to orthonormal functions.
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
                                                                     polynomial.basis);
     const Eigen::MatrixXd V = directions.eigenvectors().rowwise().reverse();
@@ -292,7 +292,8 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   }
 
   constexpr int kInside = 128;
-  constexpr int kPoints = 2 * kInside;  // these, and as far out as the domain goes: there most is left out
+  // half inside, half on the boundary, where the truncation error is largest
+  constexpr int kPoints = 2 * kInside;
   Eigen::MatrixXd points(3, kPoints);
   Eigen::MatrixXd monomials(polynomial.coefficients.rows(), kPoints);
   Eigen::VectorXd sizes(kPoints);  // |d|
@@ -316,7 +317,8 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {  // as they are packed
+    // test the columns as packed
+    for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
       if (size > 0) {

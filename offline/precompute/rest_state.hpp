@@ -1,12 +1,11 @@
-// The state in which a tool finds the organ: the mesh free of stress, or what gravity has made of it.
+// The organ's state before contact: the stress-free mesh, or its equilibrium under gravity.
 //
-// Under gravity rest is the equilibrium P(u) = b(g) of the full nonlinear model, b_a = int N_a rho g dV, and
-// what contacts add is linearised and sampled about it. While the device is tilted, g turns; to first order
-// the organ then moves by
+// Under gravity rest is the equilibrium P(u) = b(g) of the full nonlinear model, b_a = int N_a rho g dV.
+// Contacts are linearised and sampled about rest. When the device tilts, g rotates; to first order
 //
 //   u(g) = u(g0) + G (g - g0),   G = K^-1 db/dg, three columns, K the tangent at rest
 //
-// which is all of it for a linear organ, Zhong et al. 2005 eq. (16) with b for f.
+// exact for a linear organ: Zhong et al. 2005 eq. (16) with b for f.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +16,10 @@
 namespace palpate {
 
 struct RestState {
-  // All empty without gravity.
+  // All members are empty without gravity.
   Eigen::VectorXd displacement;  // from the mesh: num_dofs
   Eigen::VectorXd force;         // b: num_dofs
-  Eigen::MatrixXd per_gravity;   // G: num_dofs x 3, only where the device may turn it
+  Eigen::MatrixXd per_gravity;   // G: num_dofs x 3, only where the device may tilt
   double energy = 0;             // stored energy - b . u
 
   bool is_mesh() const { return displacement.size() == 0; }
@@ -30,7 +29,7 @@ struct RestState {
   LoadCase load_case(const Model& model) const;
 };
 
-// Throws std::runtime_error where no equilibrium is found.
+// Throws std::runtime_error where no equilibrium exists.
 RestState find_rest(const Assembly& assembly, const Scene& scene);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// How the linear organ at rest answers forces at a patch whose nodes move as one, and nodal loads elsewhere.
+// The linear organ at rest with one rigid patch: its response to forces at the patch and to nodal loads.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// Nodal loads (num_dofs x any) to displacements, by the Cholesky factor at rest that `solver` holds.
+// Solves nodal loads (num_dofs rows) for displacements with the Cholesky factor at rest of `solver`.
 void solve_at_rest(StaticSolver& solver, Eigen::MatrixXd& columns);
 
 class RigidPatch {
@@ -24,19 +24,18 @@ class RigidPatch {
   // Displacements per unit force along each axis, num_dofs x 3.
   Eigen::MatrixXd per_force() const;
 
-  // What `loaded` (num_dofs x any), the answer to nodal loads with the nodes of the patch let go, becomes where they
-  // are tied to one another.
+  // Makes the patch rigid in `loaded` (num_dofs rows), the response to nodal loads with free patch nodes.
   Eigen::MatrixXd tied(const Eigen::MatrixXd& loaded) const;
 
  private:
   std::vector<Eigen::Index> dofs_;
-  Eigen::MatrixXd columns_;  // of K^-1, of those dofs
+  Eigen::MatrixXd columns_;  // columns of K^-1 at the patch's dofs
   Eigen::LLT<Eigen::MatrixXd> factor_;
   Eigen::MatrixXd forces_;  // nodal, per displacement of the patch
   Eigen::Matrix3d stiffness_;
 };
 
-// Of fields per x = force / force_scale: how much of them a difference of K steps over, to be good to about 1e-7.
+// Step for differences of K along fields per x = force / force_scale; gives about 7 digits.
 double difference_step(const RigidPatch& patch, double force_scale, double mean_surface_edge);
 
 }  // namespace palpate

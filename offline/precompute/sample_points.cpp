@@ -16,8 +16,7 @@
 namespace palpate {
 namespace {
 
-// splitmix64: a small generator with the same numbers on every platform, which <random>'s distributions do
-// not promise.
+// splitmix64: equal numbers on every platform, unlike the distributions of <random>.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -39,7 +38,7 @@ Eigen::MatrixXd weighed_rows(const Eigen::Vector3d& x, int degree) {
 
 }  // namespace
 
-// By the golden angle.
+// Points by the golden angle.
 std::vector<Eigen::Vector3d> sphere_points(int count) {
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> points;
@@ -79,7 +78,7 @@ void SamplePoints::choose_next() {
 
 Eigen::Vector3d SamplePoints::farthest_inner() const {
   const auto distance = [&](const Eigen::Vector3d& candidate) {
-    double least = candidate.norm();  // of the rest state, which is known
+    double least = candidate.norm();  // distance to the rest state, a known point
     for (const Eigen::Vector3d& x : chosen_) least = std::min(least, (x - candidate).norm());
     return least;
   };
@@ -97,7 +96,7 @@ Eigen::Vector3d SamplePoints::farthest_inner() const {
 
 std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
   constexpr int kLeastDegree = 3;
-  constexpr double kLeastDistance = 0.2;  // a point twice is no test of a fit
+  constexpr double kLeastDistance = 0.2;  // a repeated point does not test a fit
   int degree = std::max(degree_, kLeastDegree);
   while (degree < highest_degree_ && 2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
                                          kEquationsPerSample * (chosen_.size() + 1)) {
@@ -107,7 +106,7 @@ std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
     degree_ = degree;
     candidate_rows_.clear();
     for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighed_rows(x, degree));
-    // A little prior information makes the first choices well defined.
+    // A small prior makes the first choices unique.
     const Eigen::Index terms = candidate_rows_.front().cols();
     information_ = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
     for (const Eigen::Vector3d& x : chosen_) {

@@ -1,12 +1,10 @@
-// Where to sample the ball of tool displacements.
+// Chooses sample points in the ball of tool displacements.
 //
-// Departs from Zhong et al. 2005 section 3.2, whose N^3 grid (in effect ten points on one ray) leaves most of the
-// polynomial undetermined. Points are chosen greedily to maximise the information about the polynomial
-// (D-optimality), counting that every converged solve also gives the exact first and second derivatives of the field
-// for nine back-solves, each refined, with the factor at hand: ten equations a point. On the brain at 1 h, degree 3
-// takes 4 solves so, 6 with first derivatives alone, and degree 5 takes 8 in place of 16. Such points lie on the
-// boundary, nearly all of them; for what no polynomial follows, some are spread over the inside (the paper's cylinder
-// at 40 % strain, 60 solves of degree 7: p95 0.68 -> 0.36 %, with the weights of polynomial_dd.hpp).
+// The N^3 grid of Zhong et al. 2005 section 3.2, in effect ten points on one ray, leaves most of the
+// polynomial undetermined. Here a greedy choice maximises the information about the polynomial
+// (D-optimality). Every converged solve also gives exact first and second derivatives for nine back-solves:
+// ten equations a point. Such points lie mostly on the boundary. Some further points inside the ball serve
+// functions that no polynomial follows (bench/polynomials/POLYNOMIALS.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -20,11 +18,10 @@ namespace palpate {
 // Value, three first and six second derivatives of each dof.
 inline constexpr int kEquationsPerSample = 10;
 
-// Points of the closed unit ball, or of its half z >= 0, good for Hermite least squares with polynomials without
-// constant and linear part: each next one chosen for the lowest degree that it and those before it do not yet
-// determine twice over; of the later ones every third, and all once no other is left, instead inside, the farthest
-// from all before. Always the same sequence, made as far as it is asked for, up to some 300 (150 in a half);
-// thread-safe. Cost: some 20 ms a point, from the fortieth on 0.1 s, once.
+// Points of the closed unit ball, or its half z >= 0, for Hermite fits without constant and linear part. Each
+// point serves the lowest degree that earlier points do not determine twice. Later, every third point is the
+// inside point farthest from all others; finally all points are. The sequence is fixed, computed on demand
+// and limited to about 300 points (150 in a half). Thread-safe.
 class SamplePoints {
  public:
   explicit SamplePoints(bool half);
@@ -32,28 +29,27 @@ class SamplePoints {
 
  private:
   void choose_next();
-  std::optional<Eigen::Vector3d> most_informative();  // none where all candidates are near chosen points
+  std::optional<Eigen::Vector3d> most_informative();  // empty where all candidates are near chosen points
   Eigen::Vector3d farthest_inner() const;
   std::mutex mutex_;
   std::vector<Eigen::Vector3d> candidates_;
   std::vector<Eigen::Vector3d> inner_candidates_;
-  std::vector<Eigen::MatrixXd> candidate_rows_;  // of the design, at each candidate
+  std::vector<Eigen::MatrixXd> candidate_rows_;  // rows of the design at each candidate
   Eigen::MatrixXd information_;                  // M = sum over chosen points of R^T R, R their rows
   int highest_degree_ = 0;
   int degree_ = 0;
   std::vector<Eigen::Vector3d> chosen_;
 };
 
-// Points of the unit ball for the error survey: directions uniform, |x| uniform within one quarter of (0, 1]
-// after the other, so that every quarter is measured: from the outermost inward, the first `skipped` of that round
-// left out.
+// Points of the unit ball for the error survey: uniform directions, |x| uniform in each quarter of (0, 1] in
+// turn, outermost first. Leaves out the first `skipped` points of the round.
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
                                                   size_t skipped = 0);
 
-// A rotation whose third column is `axis`: turns the half-ball z >= 0 to the half-ball about it.
+// A rotation with third column `axis`: maps the half-ball z >= 0 to the half-ball about the axis.
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 
-// So many points spread evenly over the unit sphere.
+// `count` points spread evenly over the unit sphere.
 std::vector<Eigen::Vector3d> sphere_points(int count);
 
 }  // namespace palpate

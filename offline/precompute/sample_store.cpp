@@ -17,12 +17,12 @@ namespace {
 
 struct RecordHeader {
   char magic[8];
-  std::uint64_t checksum;  // XXH3-64 of what follows it
+  std::uint64_t checksum;  // XXH3-64 of the bytes behind it
   std::uint32_t kind;
   std::int32_t increments;
   double displacement[3];
   std::uint64_t numbers;  // float64
-  std::uint64_t fields;   // float32, behind them
+  std::uint64_t fields;   // float32, behind the numbers
   std::uint64_t outcome;
 };
 static_assert(sizeof(RecordHeader) == 72);

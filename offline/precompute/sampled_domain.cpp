@@ -18,34 +18,30 @@ namespace {
 
 constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
 constexpr double kRounding = 1e-9;       // of reaches
-// Of the domain along a displacement that is left out, what is kept of it at a time: chosen, not measured, so that
-// neither a wrong estimate costs much of it, nor many solves are spent on it.
+// Least fraction of the domain that one cut keeps: bounds the loss by a wrong estimate and the number of solves.
 constexpr double kLeastPart = 0.7;
 constexpr double kMostPart = 0.97;
 
-// Of a displacement that nearly inverts an element: to what part its smallest det F is above `least` by a tenth, what
-// the law below is off by.
-// Along a ray from rest it falls as exp(-c t^2), or nearly: at a site of the brain 0.51, 0.29 and 0.14 at 0.6, 0.8
-// and 1 (c = 1.9 to 2.0).
+// For a displacement that nearly inverts an element: the fraction where the smallest det F exceeds `least`
+// with a margin of a tenth. Along a ray det F falls about as exp(-c t^2).
 double part_by_jacobian(double min_jacobian, double least) {
   if (!(min_jacobian > 0 && min_jacobian < least)) return kLeastPart;
   return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kLeastPart, kMostPart);
 }
 
-// Of one that a fit is so wrong at: beside |d| its remainder grows as t^degree.
+// For a displacement with this fit error: relative to |d| the remainder grows as t^degree.
 double part_by_error(double error, double target, int degree) {
   return std::clamp(std::pow(target / error, 1.0 / degree), kLeastPart, kMostPart);
 }
 
-// An error that is to be mended by leaving out what polynomials do not follow. The fit is made anew with the sample,
-// and may follow it then.
+// Errors that only a cut of the domain can remove. A new fit with the sample may follow smaller errors.
 bool is_far_off(double error, double target) {
   constexpr double kFarOff = 0.01;
   return error > std::max(kFarOff, 2 * target);
 }
 
-// Ends the ellipsoid |A d| <= 1 at a part of d that is in it, but reaches `least` along all axes. Of a half, the
-// displacements inward of the surface stay those with x_3 >= 0: d . n = (A^-T n) . x.
+// Cuts the ellipsoid |A d| <= 1 at a fraction of d inside, but keeps `least` along all axes. In a half-domain
+// inward displacements keep x_3 >= 0: d . n = (A^-T n) . x.
 void shorten(const Eigen::Vector3d& displacement, double part, double least, const Eigen::Vector3d& inward,
              SiteSamples& samples) {
   Eigen::Matrix3d& A = samples.to_unit;
@@ -58,9 +54,8 @@ void shorten(const Eigen::Vector3d& displacement, double part, double least, con
   if (samples.half) A = frame_about((A.inverse().transpose() * inward).normalized()).transpose() * A;
 }
 
-// So many x near the edge, apart from one another by 19 degrees, where fits of two degrees differ most as parts of |d|:
-// where samples tell one from the other least. (Where no sample is near was tried in their place: it misses narrower
-// directions. Of 320 pushes at the brain's eight hardest sites to 2 h the largest error was 1.3 % so, beside 0.5.)
+// Returns separated x near the edge where fits of two degrees differ most, relative to |d|: the samples
+// determine the fit least there (bench/polynomials/POLYNOMIALS.md).
 std::vector<Eigen::Vector3d> doubtful_points(const SiteSamples& samples, const SitePolynomial& fit,
                                              size_t count) {
   constexpr int kDirections = 400;
@@ -122,14 +117,14 @@ bool SampledDomain::sample(const Eigen::Vector3d& x) {
   return true;
 }
 
-// The sample there; none where the domain now ends before it, or it is refused.
+// Takes the sample; empty where the domain now ends before it, or the solve is refused.
 SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
   Sample sample;
   ++num_solves_;
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
     const double part = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
-    // No quarter is tried for its own sake: of ten times the organ it is answered, by something else.
+    // Below this reach the domain is not sampled for its own sake.
     const bool is_ended = part * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
                           end_before(displacement, part, outcome);
     return {{}, is_ended ? PushOutcome::solved : outcome};
@@ -141,10 +136,10 @@ SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
   return {std::move(sample)};
 }
 
-// Shortens the domain to a part of this displacement, or as far as a quarter of the largest along all axes leaves room.
-// Where that is not before it, leaves the domain as it is and returns false.
+// Cuts the domain at a fraction of this displacement, but keeps a quarter of the largest along all axes.
+// Returns false and changes nothing where that is not before the displacement.
 bool SampledDomain::end_before(const Eigen::Vector3d& displacement, double part, PushOutcome outcome) {
-  constexpr double kOutside = 1.01;  // by less it is not worth a solve
+  constexpr double kOutside = 1.01;  // a smaller cut is not worth a solve
   if (part * (samples_.to_unit * displacement).norm() >= 1) return true;
   const Eigen::Matrix3d before = samples_.to_unit;
   shorten(displacement, part, kSmallestReach * scene_.max_displacement, site_.inward, samples_);

@@ -91,8 +91,8 @@ void SiteSampler::read_response(const Eigen::VectorXd& u, Sample& sample) const 
   sample.force = patch_motion_.transpose() * internal;
 }
 
-// What is kept for a request, or what `compute` finds, which is then kept; as the store rounds it in either case. The
-// two visitors go over what it consists of.
+// Returns the kept result of a request; otherwise computes and keeps it, rounded as the store rounds. The two
+// visitors list the result's numbers and fields.
 template <typename Compute, typename Numbers, typename Fields>
 PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request, Numbers&& each_number,
                                    Fields&& each_field) {
@@ -175,11 +175,11 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
         (nearest->sample.displacement - displacement).norm())
       nearest = &other;
   }
-  // Whatever was solved before: the answer does not depend on it.
+  // The result must not depend on earlier solves.
   solver_->forget_factor();
   anchor.u = nearest->u + nearest->tangent * (displacement - nearest->sample.displacement);
   const LoadCase load = load_for(displacement);
-  // Of numbers in single precision, the held dofs among them.
+  // Rounds to single precision, held dofs included.
   for (size_t dof = 0; dof < load.held.size(); ++dof) {
     if (load.held[dof] != 0)
       anchor.u[static_cast<Eigen::Index>(dof)] = load.displacement[static_cast<Eigen::Index>(dof)];
@@ -193,14 +193,12 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
   return PushOutcome::solved;
 }
 
-// Where a body has two equilibria for the same push, the step from a neighbour may have ended in the other one. Then
-// the energies do not differ by the work of the force in between, integral over t of g(t) = f(d(t)) . D with D the
-// step:
+// A body may have two equilibria for one push, and the step from a neighbour may reach the other one. On one branch the
+// energies differ by the work of the force, the integral of g(t) = f(d(t)) . D over the step D:
 //   (g0 + g1) / 2 + (g0' - g1') / 10 + (g0'' + g1'') / 120   (two-point Hermite, error g^(6) / 100,800)
-// as it takes from the derivatives at both ends. A large step may also miss it by a little: then the straight path
-// from rest decides.
+// from the derivatives at both ends. A large step may miss the test slightly; the straight path from rest then decides.
 bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sample) {
-  constexpr double kWorkTolerance = 0.003;   // of the energy; the two branches that we met were 1.3 % apart
+  constexpr double kWorkTolerance = 0.003;   // of the energy; well below the difference between branches
   constexpr double kEnergyTolerance = 1e-6;  // of the same state, found twice
   constexpr int kIncrements = 4;
   const Eigen::Vector3d step = sample.displacement - from.sample.displacement;
@@ -223,12 +221,12 @@ bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sampl
   return std::abs(from_rest.energy - sample.energy) <= kEnergyTolerance * size;
 }
 
-// Equilibrium of the free dofs, P(u(d)) = f_ext, differentiated once is K u_i = 0, u_i = du/dd_i, and twice
-//   K u_ij = -P''[u_i, u_j],   u_ij = 0 where the dofs are held,
-// for six more back-solves with the factor at hand. And as the work of the free dofs' forces is nil, the third
-// derivatives of the energy need no more than the first of the field: E_ijk = P''[u_i, u_j] . u_k.
-// P'' is known through second differences along v, Q(v) = (P(u + e v) - 2 P(u) + P(u - e v)) / e^2, as
-// 2 P''[v, w] = Q(v + w) - Q(v) - Q(w).
+// Differentiates the equilibrium of the free dofs, P(u(d)) = f_ext. First order: K u_i = 0, u_i = du/dd_i.
+// Second order:
+//   K u_ij = -P''[u_i, u_j],   u_ij = 0 at held dofs,
+// six more back-solves. Free dofs do no work, so the energy's third derivatives need only u_i: E_ijk =
+// P''[u_i, u_j] . u_k. P'' comes from second differences Q(v) = (P(u + e v) - 2 P(u) + P(u - e v)) / e^2:
+//   2 P''[v, w] = Q(v + w) - Q(v) - Q(w).
 bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curvature) {
   constexpr int kPairs[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
   const LoadCase load = load_for(anchor.sample.displacement);
@@ -323,7 +321,7 @@ bool SiteSampler::compute_from_rest(const Eigen::Vector3d& displacement, int inc
   u = from.u + from.tangent * (displacement / increments);
   for (int i = 1; i <= increments; ++i) {
     if (i > 1) {
-      Eigen::VectorXd next = 2 * u - before;  // the path goes on as it came
+      Eigen::VectorXd next = 2 * u - before;  // linear extrapolation of the path
       before = std::exchange(u, std::move(next));
     }
     const SolveReport report = solver_->correct(load_for(displacement * i / increments), u, SolverSettings());

@@ -1,4 +1,4 @@
-// The nonlinear solves at a contact site, each with the exact derivatives of the answer.
+// Nonlinear solves at a contact site with exact derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,62 +14,62 @@
 
 namespace palpate {
 
-// The organ's answer to one tool displacement, from the full nonlinear solve; all from rest.
+// The organ's response to one tool displacement by the full nonlinear solve, relative to rest.
 struct Sample {
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // d, of the patch
   Eigen::VectorXd field;                                   // u at the packed nodes: 3 packed nodes
-  Eigen::MatrixXd field_tangent;    // du/dd: 3 packed nodes x 3; empty for a survey sample
-  Eigen::MatrixXd field_curvature;  // d2u/dd2: 3 packed nodes x 6, of xx xy xz yy yz zz; empty likewise
-  double energy = 0;                // stored, less what gravity gave
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // that the tool applies, = d energy / d d
+  Eigen::MatrixXd field_tangent;  // du/dd: 3 packed nodes x 3; empty for a survey sample
+  // d2u/dd2: 3 packed nodes x 6, of xx xy xz yy yz zz; empty for a survey sample
+  Eigen::MatrixXd field_curvature;
+  double energy = 0;                                    // stored energy minus gravity's energy
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // of the tool on the tissue, = d energy / d d
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // d force / d d
   Eigen::Vector<double, 10> hardening =  // d stiffness / d d: of xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz
       Eigen::Vector<double, 10>::Zero();
   double min_jacobian = 1;
 };
 
-// det F of an element that nearly inverts: no sample has less.
+// Least det F of a sample's elements.
 inline constexpr double kLeastSampledJacobian = 0.1;
-// Sites that are hard to fit leave out samples below this: of slivers that collapse in a few directions. On the brain
-// at 2 h, 60 solves a site, the largest errors of 320 pushes at its eight hardest sites, at nu = 0.147 and 0.4: 1.6 and
-// 0.5 % with 0.2, 0.4 and 0.4 with 0.25, 0.34 and 0.35 with 0.3, where domains reach a tenth less far.
+// At sites that are hard to fit, samples below this det F are left out: collapsing slivers that no polynomial
+// follows (bench/polynomials/POLYNOMIALS.md).
 inline constexpr double kFollowedJacobian = 0.25;
 
-// How many increments a survey takes from rest to so much of the sampled range: one to its half, two beyond.
+// Increments of a survey's path: one up to half of the sampled range, two beyond.
 inline int survey_increments(double part_of_range) {
   return part_of_range > 0.5 ? 2 : 1;
 }
 
-// Counts what sampling cost.
+// Counts the cost of sampling.
 struct SolveCounts {
-  long reused = 0;  // found among those that were kept
+  long reused = 0;  // results from the store
   long solves = 0;
-  long not_kept = 0;  // of the solves, for want of room on the disk
+  long not_kept = 0;  // solves that did not fit on the disk
   long iterations = 0;
   long factorizations = 0;
 
   SolveCounts& operator+=(const SolveCounts& other);
 };
 
-// Solves the tool displacements of one site one after the other.
+// Solves the tool displacements of one site in sequence.
 class SiteSampler {
  public:
-  // Keeps references to all of them. What `kept` holds (null: nothing) is not solved again, and what is solved is kept.
+  // Keeps references to all arguments. `kept` (null: none) supplies and keeps solves.
   SiteSampler(StaticSolver& solver, const ContactSites& sites, const ContactSite& site, const RestState& rest,
               SampleFile* kept = nullptr);
 
-  // From the nearest displacement solved before, and where that fails along the straight path from rest. The
-  // sample also gets its derivatives, and serves as a neighbour from then on; that of rest takes no solve. `sample` is
-  // set where it is solved; of one that nearly inverts an element, its smallest Jacobian. Fields are right to single
-  // precision. Throws std::runtime_error where the organ at rest has no stable answer to a push.
+  // Starts from the nearest solved displacement; on failure follows the straight path from rest. The sample
+  // gets derivatives and serves later solves; rest needs no solve. Sets `sample` where solved; for a nearly
+  // inverted element only its smallest Jacobian. Fields have single precision. Throws std::runtime_error
+  // where the organ at rest has no stable response to a push.
   [[nodiscard]] PushOutcome solve(const Eigen::Vector3d& displacement, Sample& sample);
 
-  // The truth for a survey: the straight path from rest in so many increments (more where Newton asks for
-  // them), whatever the neighbours say. Field, energy and force only. False when no equilibrium was found.
+  // Solves a survey push along the straight path from rest in `increments` or more. Field, energy and force
+  // only; independent of neighbours. False without an equilibrium.
   [[nodiscard]] bool solve_from_rest(const Eigen::Vector3d& displacement, int increments, Sample& sample);
 
-  // In y, d = axes y; kept as a solve is, and not counted as one. None where an element is so flat that the small
-  // pushes it is found by invert it. Throws as solve() does.
+  // Taylor coefficients in y, d = axes y; kept like a solve, but not counted. Empty where a flat element
+  // inverts under the small pushes of the differences. Throws as solve() does.
   std::optional<TaylorCoefficients> rest_series(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;
@@ -81,7 +81,7 @@ class SiteSampler {
     Eigen::MatrixXd tangent;  // all dofs x 3
   };
   LoadCase load_for(const Eigen::Vector3d& displacement) const;
-  const Anchor& rest();  // made when first asked for
+  const Anchor& rest();  // computed on the first call
   template <typename Compute, typename Numbers, typename Fields>
   PushOutcome recall_or(Compute&& compute, const PushRequest& request, Numbers&& each_number,
                         Fields&& each_field);
@@ -96,8 +96,8 @@ class SiteSampler {
   StaticSolver* solver_;
   const ContactSite* site_;
   const RestState* rest_;
-  double step_;  // of second differences: of 16 digits, rounding and the next derivative leave 8
-  Eigen::MatrixXd patch_motion_;  // all dofs x 3: the patch moves as one
+  double step_;                   // of second differences; leaves 8 of 16 digits
+  Eigen::MatrixXd patch_motion_;  // all dofs x 3: rigid motion of the patch
   std::vector<Eigen::Index> packed_dofs_;
   Eigen::VectorXd rest_displacement_;  // all dofs
   std::optional<Anchor> rest_anchor_;

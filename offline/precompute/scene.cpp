@@ -124,7 +124,7 @@ void read_precision(const SceneTable& output, Scene& scene) {
   scene.precision = kPrecisions[output.choice("precision", {"auto", kReal, "i16"}).value_or(0)];
 }
 
-// The node set as it is named in the scene: as the model file writes it, in upper or lower case.
+// Finds the scene's node set: exact spelling of the model file, upper or lower case.
 const std::vector<int>& node_set(const SceneTable& table, std::string_view key, const std::string& name,
                                  const Model& model) {
   if (name.empty()) table.fail(key, table.path(key) + " is empty; name a node set of " + model.file);
@@ -143,12 +143,12 @@ const std::vector<int>& node_set(const SceneTable& table, std::string_view key, 
   return found->second;
 }
 
-// What of the model a scene builds on.
+// The scene's view of the model.
 struct Body {
   const Model& model;
   Surface surface;
   std::vector<char> on_surface;
-  std::vector<char> fixed;  // a node with any fixed degree of freedom: it cannot follow a tool
+  std::vector<char> fixed;  // nodes with any fixed dof; a tool cannot move them
 
   explicit Body(const Model& checked)
       : model(checked),
@@ -276,7 +276,7 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   scene.file = file;
   top.allow({"model", "units", "contact", "output", "accuracy", "budget", "gravity", "models"});
 
-  // Everything that the scene alone decides comes before the model, which may take longer to read.
+  // Check the scene itself before the model, which may take longer to read.
   read_units(top.table("units"), scene);
   if (!top.has("contact"))
     top.fail("contact", "[contact] is missing; add it with sites and max_displacement");

@@ -22,7 +22,7 @@ std::string listed(const std::vector<std::string>& names) {
   return list;
 }
 
-// A value as it is written in the file, cut to what a message can hold.
+// Prints a value of the file, shortened for a message.
 std::string shown(const toml::node& node) {
   if (node.is_string()) return '"' + printable(node.as_string()->get()) + '"';
   if (node.is_table()) return "a table";
@@ -32,7 +32,7 @@ std::string shown(const toml::node& node) {
   return printable(text.str());
 }
 
-// The node's number, if it is one and finite.
+// Returns the node's finite number, if any.
 std::optional<double> as_finite(const toml::node& node) {
   double value = std::numeric_limits<double>::infinity();
   if (const auto* integer = node.as_integer()) value = static_cast<double>(integer->get());
@@ -189,7 +189,7 @@ void SceneTable::fail(std::string_view key, const std::string& message) const {
   if (node != nullptr) {
     line = static_cast<int>(table_->find(key)->first.source().begin.line);
   } else if (name_.empty()) {
-    line = 0;  // missing from the file as a whole
+    line = 0;  // absent from the whole file
   }
   throw InputError({file_, line}, message);
 }

@@ -1,4 +1,4 @@
-// Typed access to a table of a TOML file, with the file and line in every complaint.
+// Typed access to a table of a TOML file; every complaint has file and line.
 #pragma once
 
 #include <toml++/toml.h>
@@ -12,35 +12,34 @@
 
 namespace palpate {
 
-// Reads and parses a TOML file. InputError when it cannot be read or is no TOML.
+// Throws InputError when the file cannot be read or is not TOML.
 toml::table parse_toml(const std::string& file);
 
-// A table of the file; `name` is "" for the top of it.
+// A table of the file; `name` is "" for the top level.
 class SceneTable {
  public:
   SceneTable(const toml::table& table, std::string name, std::string file)
       : table_(&table), name_(std::move(name)), file_(std::move(file)) {}
 
-  // Refuses the keys that are not among these.
+  // Refuses all other keys.
   void allow(std::initializer_list<std::string_view> known) const;
 
   bool has(std::string_view key) const { return table_->contains(key); }
 
-  // The table under `key`, or an empty one.
+  // Returns the table under `key`, or an empty table.
   SceneTable table(std::string_view key) const;
 
-  // The values; nullopt when the key is not there, InputError when it is of another type or outside its
-  // range.
+  // Return values; nullopt where the key is absent. Throw InputError for a wrong type or range.
   std::optional<std::string> string(std::string_view key) const;
   std::optional<double> number_above_zero(std::string_view key) const;
   std::optional<double> number_from_zero(std::string_view key) const;
   std::optional<int> integer(std::string_view key, int least, int most) const;
   std::optional<bool> boolean(std::string_view key) const;
-  std::optional<bool> boolean_or_auto(std::string_view key) const;  // nullopt for "auto" too
+  std::optional<bool> boolean_or_auto(std::string_view key) const;  // nullopt also for "auto"
   std::optional<std::vector<int>> integers(std::string_view key, const char* expected) const;
   std::optional<std::array<double, 3>> vector(std::string_view key) const;
 
-  // The string as an index in `choices`; InputError names them.
+  // Returns the string's index in `choices`; InputError lists the choices.
   std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& choices) const;
 
   bool is_string(std::string_view key) const;
@@ -48,7 +47,7 @@ class SceneTable {
   // "contact.sites".
   std::string path(std::string_view key) const;
 
-  // Throws InputError at the line of `key`, or of the table when the key is not there: "file:line: message".
+  // Throws InputError "file:line: message" at the line of `key`, or of the table where the key is absent.
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
 
  private:

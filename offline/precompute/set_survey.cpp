@@ -25,9 +25,9 @@ SetKindErrors errors_of(SetKind kind, const std::vector<SetAnswer>& answers) {
   return errors;
 }
 
-// What covers the errors over `size` of answers without a flag.
+// Bounds of error / size over unflagged responses.
 SetBounds bounds_over(double SetAnswer::*size, const std::vector<SetAnswer>& answers) {
-  // Of smaller sets what is left is mostly rounding.
+  // Errors of smaller sets are mostly rounding.
   constexpr double kLeastSize = 0.05;
   std::vector<double> displacement;
   std::vector<double> force;

@@ -1,4 +1,4 @@
-// How wrong answers to sets of several contacts are, by kind of set.
+// Summarises the errors at sets of several contacts, by kind of set.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace palpate {
 
-// What a model said to one set.
+// A model's response to one set.
 struct SetAnswer {
   SetKind kind = SetKind::two_near;
-  bool is_solved = false;         // an equilibrium was found
-  bool is_flagged = false;        // and the answer says that it may be wrong
-  double displacement_error = 1;  // as SetErrors in schemas/pack.fbs; 1 where no equilibrium was found
+  bool is_solved = false;         // an equilibrium exists
+  bool is_flagged = false;        // the response carries a warning flag
+  double displacement_error = 1;  // as SetErrors in schemas/pack.fbs; 1 without an equilibrium
   double force_error = 1;
-  double load = 1;  // of the set, as the runtime has them (ErrorSurvey in schemas/pack.fbs)
+  double load = 1;  // size of the set as defined by the runtime (ErrorSurvey in schemas/pack.fbs)
   double reach = 1;
 
-  // Whether its errors do: an answer to what has no equilibrium is wrong, unless it says so.
+  // Whether its errors count: an unsolved push counts as an error, unless the response has a flag.
   bool counts() const { return is_solved || !is_flagged; }
 };
 
@@ -31,16 +31,16 @@ struct SetKindErrors {
   ErrorFigures force;
 };
 
-// What covers 95 % of errors without a flag, each over a size of its set; 0 where there are none.
+// Bounds of 95 % of unflagged errors, relative to a size of the set; 0 without responses.
 struct SetBounds {
   double displacement = 0;
   double force = 0;
 };
 
 struct SetSurvey {
-  std::vector<SetKindErrors> kinds;  // those of which there are sets
-  // What a runtime estimates from: what neighbours do that move against each other shows in loads, what the organ
-  // outside of zones leaves where all contacts go far in reaches alone.
+  std::vector<SetKindErrors> kinds;  // kinds with at least one set
+  // Data of the runtime's estimate. Opposed neighbours show in loads; the exterior of far-moving contacts
+  // shows in reaches alone.
   SetBounds over_load;
   SetBounds over_reach;
 };

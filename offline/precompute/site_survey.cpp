@@ -29,7 +29,7 @@ void take(SampledDomain& domain, const Eigen::Vector3d& x) {
   }
 }
 
-// The samples of a site, one after the other, at the points that all sites share.
+// Takes a site's samples in sequence, at points common to all sites.
 class SampleSequence {
  public:
   SampleSequence(SampledDomain& domain, SamplePoints& points) : domain_(domain), points_(points) {}
@@ -44,18 +44,18 @@ class SampleSequence {
   size_t next_ = 0;
 };
 
-// Of a hard site the one that does best, though one of the usual keeps the target: at the brain's eight hardest sites
-// to 2 h that leaves 0.3 % at most of 320 pushes in place of 0.9.
+// For a hard site: returns the best of all degrees, even where a usual degree keeps the target.
 DegreeChoice choose_any_degree(const SiteSamples& samples) {
   return raise_degree(samples, choose_degree(samples));
 }
 
-// The rest of the solves of a site that does not keep its target by the usual degrees. What polynomials do not follow
-// is left out: crushed samples, where no higher degree keeps the target either, and what a fit is far off from that
-// has not seen it, the last samples, where fits of two degrees differ most.
+// Spends the remaining solves of a site that misses its target with usual degrees. Cuts the domain where
+// polynomials do not follow:
+//   1. before crushed samples, if no higher degree keeps the target,
+//   2. before test samples far from the fit, taken where fits of two degrees differ most.
 DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, SampleSequence& sequence,
                               const SiteSamples& samples) {
-  constexpr size_t kTrials = 8;  // chosen, as two thirds are, not measured
+  constexpr size_t kTrials = 8;  // two thirds and eight are design choices
   if (!choose_any_degree(samples).keeps(plan.target)) domain.leave_crushed();
   const bool is_tried = plan.most_samples >= domain.num_solves() + kTrials;
   sequence.sample_to(plan.most_samples - (is_tried ? kTrials : 0));
@@ -66,10 +66,9 @@ DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, S
   return choose_any_degree(samples);
 }
 
-// Samples a site until its fit keeps the target, and fits it. One that does not keep it with two thirds of its solves
-// is hard. Before those are spent no fit counts as keeping it until the fewest samples lie in the domain: where that
-// has been shortened, few may be left to measure by. (On the brain's surface, a site to 0.69 h with a few of ten left
-// kept 1 % by them, and was off by 17 % of the force elsewhere.)
+// Samples a site until its fit keeps the target. A site that misses it after two thirds of its solves is
+// hard. Before that, a fit counts only with at least the minimum of samples in the domain: a cut domain may
+// hold too few for a reliable error.
 SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
   const size_t two_thirds = std::max(plan.least_samples, (2 * plan.most_samples + 2) / 3);
@@ -90,8 +89,8 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
   return fit_polynomial(samples, choice.degree);
 }
 
-// affine_site, where the site's derivatives at rest keep the target at the solves where they are least certain to;
-// else these are the first samples of a fit.
+// Uses affine_site where derivatives at rest keep the target at the least certain test solves. Otherwise
+// these solves start a fit.
 SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, const ContactSites& sites,
                                 const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
                                 const SiteSamples& samples, SiteResult& result) {
@@ -126,8 +125,8 @@ SitePolynomial fit_as_paper(SampledDomain& domain, const Scene& scene, const Eig
   return fit_paper_quadratic(samples);
 }
 
-// Its label seeds the survey of a site, so that adding a site leaves the others' surveys as they were, but for the
-// quarters that few pushes a site leave to the next sites.
+// The site's label seeds its survey, so that new sites do not change other surveys, except for the quarters
+// that few pushes leave to the next sites.
 std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPlan& plan, size_t index,
                                            int label, int count) {
   return choose_survey_points(count, scene.directions == Directions::inward,
@@ -135,7 +134,7 @@ std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPla
                               index * static_cast<size_t>(plan.survey_samples));
 }
 
-// Adds the pushes to those of these points that the survey of a site does not have yet.
+// Adds the missing pushes of these points to the survey of a site.
 void survey_site(SiteSampler& sampler, size_t index, const std::vector<Eigen::Vector3d>& points,
                  const Eigen::Matrix3d& to_unit, SiteResult& result) {
   for (size_t i = result.survey.size(); i < points.size(); ++i) {
@@ -177,7 +176,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
           reduce_basis(fit_polynomial(samples, degree), samples.half, tolerance, rounded));
     }
   }
-  // Few may be sampled of many: each of them is measured in each quarter of the range.
+  // Few sampled sites: each gets pushes in each quarter of the range.
   const int survey_samples =
       plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
   survey_site(sampler, index, survey_points(scene, plan, index, label, survey_samples), samples.to_unit,
@@ -186,7 +185,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   return result;
 }
 
-// Of sites of which few had to be sampled: SamplingPlan::least_survey.
+// Applies SamplingPlan::least_survey where few sites needed samples.
 void survey_further(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                     const SamplingPlan& plan, const RestState& rest, const SampleStore* store,
                     std::vector<SiteResult>& results) {
@@ -246,7 +245,7 @@ std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, 
     chosen.push_back(next);
     for (size_t site = 0; site < distances.size(); ++site)
       distances[site] = std::min(distances[site], (position(site) - position(next)).squaredNorm());
-    distances[next] = -1;  // also where another site is in the same place
+    distances[next] = -1;  // marks also other sites at the same place
     next = static_cast<size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
   }
   std::sort(chosen.begin(), chosen.end());

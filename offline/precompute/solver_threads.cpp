@@ -44,7 +44,7 @@ void for_each_on_threads(size_t count, int jobs, const std::function<void(size_t
       for (int i = 1; i < std::min(jobs, static_cast<int>(count)); ++i)
         threads.emplace_back(run, static_cast<size_t>(i));
     } catch (const std::system_error&) {
-      // The machine gives no more threads: those there are do all the work.
+      // The system gives no more threads: the existing threads do all work.
     }
     run(0);
   }

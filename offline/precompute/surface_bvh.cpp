@@ -20,8 +20,8 @@ std::size_t at(int index) {
 
 // ---- Primitives
 
-// The sites at the corners of each touchable triangle and, behind them, of each site alone; and for a
-// triangle its index in the surface, for a site alone -1.
+// Sites at the corners of each touchable triangle, then each site alone; and the triangle's surface index, -1
+// for a single site.
 struct Primitives {
   std::vector<std::array<std::uint32_t, 3>> corners;
   std::vector<int> surface_triangle;
@@ -52,11 +52,11 @@ Primitives find_primitives(const Model& model, const Surface& surface, const Con
 
 // ---- Normals
 
-// A sum of unit normals below this has no direction: its faces look opposite ways.
+// A shorter sum of unit normals has no direction: its faces are opposed.
 constexpr double kNoDirection = 1e-9;
 
-// Of `sum`, or, where that has no direction, `otherwise`, or, where neither has, of the z axis: on either
-// side of a surface folded onto itself the sign means nothing.
+// Normalises `sum`; falls back to `otherwise`, then to the z axis. On a surface folded onto itself the sign
+// is meaningless.
 Vector3d direction(const Vector3d& sum, const Vector3d& otherwise) {
   if (sum.norm() > kNoDirection) return sum.normalized();
   if (otherwise.norm() > kNoDirection) return otherwise.normalized();
@@ -67,8 +67,8 @@ PackedNormal packed(const Vector3d& normal) {
   return {static_cast<float>(normal[0]), static_cast<float>(normal[1]), static_cast<float>(normal[2])};
 }
 
-// Baerentzen and Aanaes 2005: the pseudonormal of an edge is the mean of its faces' normals, that of a vertex
-// their sum weighted by the faces' angles there.
+// Baerentzen and Aanaes 2005: the pseudonormal of an edge is the mean of its faces' normals. The pseudonormal
+// of a vertex is the sum weighted by the faces' angles.
 class Pseudonormals {
  public:
   Pseudonormals(const Model& model, const Surface& surface)
@@ -97,7 +97,7 @@ class Pseudonormals {
     return direction(faces_[t], of_node(a) + of_node(b) + of_node(c));
   }
 
-  // Of the edge opposite corner k.
+  // The edge opposite corner k.
   Vector3d of_edge(std::size_t t, std::size_t k) const {
     const auto [from, to, self] = edge(t, k);
     Vector3d sum = Vector3d::Zero();
@@ -110,7 +110,7 @@ class Pseudonormals {
   }
 
  private:
-  using Edge = std::tuple<int, int, std::size_t>;  // its nodes, the smaller first; a triangle at it
+  using Edge = std::tuple<int, int, std::size_t>;  // its nodes, the smaller first; a triangle at the edge
 
   Edge edge(std::size_t t, std::size_t k) const {
     const auto [from, to] = std::minmax(triangles_[t][(k + 1) % 3], triangles_[t][(k + 2) % 3]);
@@ -121,17 +121,16 @@ class Pseudonormals {
   std::vector<Vector3d> faces_;  // unit; zero without an area
   std::vector<Vector3d> area_weighted_;
   std::vector<Vector3d> at_nodes_;  // sums
-  std::vector<Edge> edges_;         // sorted: the triangles at an edge side by side
+  std::vector<Edge> edges_;         // sorted: triangles of an edge are adjacent
 };
 
 // ---- Tree
 
-// Searches of the brain's surface are fastest with leaves of at most two (0.66 us; with one 0.68, three 0.72,
-// four 0.77).
+// Leaf size with the fastest searches.
 constexpr std::size_t kLeafPrimitives = 2;
 static_assert(kLeafPrimitives <= pack::kMostLeafPrimitives);
 
-// To the float32 next below and above.
+// Rounds to the next float32 below and above.
 float rounded_down(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) > value
@@ -158,7 +157,7 @@ class TreeBuilder {
   std::vector<pack::BvhNode> take_nodes() { return std::move(nodes_); }
 
  private:
-  // Whether halving brings `count` primitives to leaves without going too deep.
+  // Whether halving reduces `count` primitives to leaves within the depth limit.
   static bool fits(std::size_t count, std::uint32_t depth) {
     const std::size_t leaves = (count + kLeafPrimitives - 1) / kLeafPrimitives;
     return depth + static_cast<std::uint32_t>(std::bit_width(leaves - 1)) <= pack::kMostBvhDepth;
@@ -173,11 +172,11 @@ class TreeBuilder {
               });
   }
 
-  // Sorts [begin, end) and returns where its right half begins: where the sum of area times primitives is
-  // least, of the places from which both halves still fit. Half way always does.
+  // Sorts [begin, end) and returns the start of the right half: the split with the least area times
+  // primitives whose halves both fit. The middle always fits.
   std::size_t split(std::size_t begin, std::size_t end, std::uint32_t depth) {
     const std::size_t count = end - begin;
-    // Cost, then how uneven: of sites on a line all costs are zero.
+    // cost, then imbalance: collinear sites have zero costs
     std::pair<double, std::size_t> least = {std::numeric_limits<double>::infinity(), count};
     std::size_t best = begin + count / 2;
     int best_axis = 0;

@@ -1,8 +1,8 @@
-// surface_bvh: the touchable surface as a tree of boxes, and the normals that give a distance to it its sign.
+// surface_bvh: the touchable surface as a tree of boxes, with the normals for signed distances.
 //
-// Sources: MacDonald and Booth 1990 (the surface area heuristic, by which boxes are split); Baerentzen and
-// Aanaes 2005 (angle-weighted pseudonormals: whether a point is inside is the sign of its offset from the
-// nearest surface point along the normal of the face, edge or vertex that the point lies on).
+// Sources: MacDonald and Booth 1990 (surface area heuristic); Baerentzen and Aanaes 2005 (angle-weighted
+// pseudonormals: the offset from the nearest surface point along the pseudonormal of its face, edge or vertex
+// has the sign of the distance).
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ struct SurfaceBvh {
   std::vector<PackedNormal> site_normals;
 };
 
-// `surface` is all of the model's; normals come from all of it, primitives from where there are sites. The
-// same input gives the same bits. Cost: O(n log^2 n) for n primitives.
+// `surface` is the model's whole surface and gives the normals; triangles with sites give the primitives.
+// Equal input gives equal bits. Cost: O(n log^2 n) for n primitives.
 SurfaceBvh build_surface_bvh(const Model& model, const Surface& surface, const ContactSites& sites);
 
 }  // namespace palpate

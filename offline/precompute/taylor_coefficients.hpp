@@ -1,17 +1,13 @@
-// How the organ at rest answers a contact: a power series in its displacement d, exact order by order, without a
-// solve.
+// The response of the organ at rest to a contact as a power series in its displacement d, exact order by
+// order, without a nonlinear solve (asymptotic numerical method).
 //
-// Along d = t D r, D a scale and r fixed, the displacement from rest is a_1 t + a_2 t^2 + ... with a_1 = T D r, T the
-// exact tangent du/dd at rest, and nothing moves where it is held. With c_j of path_orders.hpp, equilibrium of the
-// free dofs asks for
+// Along d = t D r, D a scale and r fixed, u = a_1 t + a_2 t^2 + ... with a_1 = T D r, T = du/dd at rest. With
+// c_j of taylor_orders.hpp, equilibrium of the free dofs requires
 //
-//   K a_j = -c_j,   a_j = 0 where the dofs are held,                     j = 2, 3, ...
+//   K a_j = -c_j,   a_j = 0 at held dofs,                     j = 2, 3, ...
 //
-// all with the factor at rest. The tool's force is of order j  f_j = T^T c_j, for K is symmetric, and the order j + 1
-// of the energy has D f_j as its gradient.
-//
-// On the brain, pushed by one edge length, nu = 0.4, it leaves 0.32 % (p95) to third order, 0.11 to fourth, 0.03 to
-// fifth.
+// with the factor at rest. The tool's force has the order f_j = T^T c_j, as K is symmetric. Order j + 1 of
+// the energy has the gradient D f_j.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +17,7 @@
 
 namespace palpate {
 
-inline constexpr int kSeriesDegree = 5;  // of the field; of the energy one more
+inline constexpr int kSeriesDegree = 5;  // of the field; the energy has one degree more
 
 // In y, d = axes y. Monomials in the order of a pack.
 struct TaylorCoefficients {
@@ -30,10 +26,9 @@ struct TaylorCoefficients {
   Eigen::VectorXd energy;  // monomials of degree 3 .. kSeriesDegree + 1; force unit x length unit
 };
 
-// Of a contact that is held at rest by `load`, where the displacement of all dofs is `at_rest` and du/dd is `tangent`
-// (num_dofs x 3). `axes`: orthogonal, of the length of a mean surface edge, which the differences are scaled by.
-// False where the stiffness at rest is not positive definite, or an element inverts within 0.08 of those axes. Cost:
-// 384 evaluations of P, 96 back-solves, each refined.
+// Computes the series of a contact that `load` holds at rest. `at_rest`: displacement of all dofs; `tangent`: du/dd
+// (num_dofs x 3); `axes`: orthogonal, as long as a mean surface edge. False where the stiffness at rest is not positive
+// definite, or an element inverts within 0.08 of the axes. Cost: 384 evaluations of P, 96 refined back-solves.
 [[nodiscard]] bool compute_taylor_coefficients(StaticSolver& solver, const LoadCase& load,
                                                const Eigen::VectorXd& at_rest, const Eigen::MatrixXd& tangent,
                                                const std::vector<Eigen::Index>& packed_dofs,

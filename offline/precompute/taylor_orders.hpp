@@ -1,10 +1,9 @@
-// Orders of the internal force along paths from rest, a_1 t + a_2 t^2 + ..., one for each of some rays.
+// Orders of the internal force along paths a_1 t + a_2 t^2 + ... from rest, one path for each ray.
 //
-// With c_j the coefficient of t^j in P of the path up to a_(j-1), equilibrium asks for K a_j = -c_j: the perturbation
-// method (Damil and Potier-Ferry 1990, A new method to compute perturbed bifurcations). c_j comes from differences of
-// P: even orders from P(t) + P(-t), odd ones from P(t) - P(-t), at two t for Richardson's extrapolation, longer ones
-// the higher the order. What holds for rays holds for all of space: a form of degree j in three variables is known from
-// its values along (j + 1) (j + 2) / 2 of them.
+// With c_j the coefficient of t^j in P of the path up to a_(j-1), equilibrium requires K a_j = -c_j: the asymptotic
+// numerical method (Damil and Potier-Ferry 1990, A new method to compute perturbed bifurcations). Differences of P give
+// c_j: even orders from P(t) + P(-t), odd orders from P(t) - P(-t), at two t for Richardson's extrapolation. A form of
+// degree j in three variables follows from its values along (j + 1) (j + 2) / 2 rays.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,22 +14,23 @@
 
 namespace palpate {
 
-// As many as determine forms of this degree, and a few to spare.
+// Enough rays to determine forms of this degree, and a few more.
 int num_rays(int degree);
 
-// So many directions over half of the sphere, in columns: along -r an order is what it is along r, but for its sign.
+// `count` directions over half of the sphere, as columns: an order along -r equals the order along r, except
+// for its sign.
 Eigen::Matrix3Xd ray_directions(int count);
 
-// c_j of `order` j: num_dofs x rays. `path`: a_1 .. a_(j-1), of which a_1 moves the body by a mean surface edge or
-// less; `lower`: the lower orders of P of the path up to there, K a_1 the first. None where an element inverts within
-// 0.08 of the path. Cost: four evaluations of P a ray.
+// Returns c_j of `order` j: num_dofs x rays. `path`: a_1 .. a_(j-1), where a_1 moves the body by at most a
+// mean surface edge. `lower`: the lower orders of P of the path, first K a_1. Empty where an element inverts
+// within 0.08 of the path. Cost: four evaluations of P a ray.
 std::optional<Eigen::MatrixXd> internal_force_of_order(const Assembly& assembly,
                                                        const Eigen::VectorXd& at_rest,
                                                        const std::vector<Eigen::MatrixXd>& path,
                                                        const std::vector<Eigen::MatrixXd>& lower, int order);
 
-// Coefficients of the monomials of `degree`, in the order of a pack, of forms with these values along the rays (rows):
-// monomials x forms. At least (degree + 1) (degree + 2) / 2 rays.
+// Returns coefficients of the monomials of `degree`, in the order of a pack, for forms with these values
+// along the rays (rows): monomials x forms. Needs (degree + 1) (degree + 2) / 2 rays or more.
 Eigen::MatrixXd forms_along_rays(const Eigen::Matrix3Xd& directions, int degree,
                                  const Eigen::MatrixXd& values);
 

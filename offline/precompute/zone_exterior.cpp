@@ -22,13 +22,13 @@
 namespace palpate {
 namespace {
 
-// The orders of P along a path, of all elements or of some.
+// The orders of P along a path, for all elements or some.
 class ForceOrders {
  public:
   ForceOrders(const Assembly& assembly, const Eigen::VectorXd& at_rest, const Eigen::MatrixXd& first)
       : assembly_(&assembly), at_rest_(&at_rest), orders_{assembly.tangent_times(at_rest, first)} {}
 
-  // c_j of the path to a_(j-1). False where an element inverts.
+  // Computes c_j of the path to a_(j-1). False where an element inverts.
   [[nodiscard]] bool find_next(const std::vector<Eigen::MatrixXd>& path) {
     std::optional<Eigen::MatrixXd> found =
         internal_force_of_order(*assembly_, *at_rest_, path, orders_, static_cast<int>(path.size()) + 1);
@@ -36,7 +36,7 @@ class ForceOrders {
     return found.has_value();
   }
   const Eigen::MatrixXd& next() const { return next_; }
-  // Makes of it what it is of the path to a_j.
+  // Extends the orders of P to the path with a_j.
   void append(const Eigen::MatrixXd& a_j) {
     orders_.push_back(next_ + assembly_->tangent_times(*at_rest_, a_j));
   }
@@ -54,9 +54,8 @@ bool is_linear(const Model& model) {
   });
 }
 
-// To which degree the series of a patch is carried. Of loads that move a patch as far, the smallest along one axis may
-// be a small part of the largest along another. So are coefficients, by that to the power of the degree, and in single
-// precision they cancel to seven digits.
+// Chooses the degree of a patch's series. A patch may be far softer along one axis; coefficients then grow by
+// the stiffness ratio to the power of the degree and cancel in single precision.
 int degree_of(const RigidPatch& patch, double reach_in_edges, int degree) {
   constexpr double kMostCancellation = 1e5;
   const Eigen::Vector3d stiffnesses =
@@ -67,14 +66,14 @@ int degree_of(const RigidPatch& patch, double reach_in_edges, int degree) {
   return degree;
 }
 
-// Of a site: directions y, and along each, where a_1 moves the patch by `length` y, q at some dofs.
+// For a site: directions y and, where a_1 moves the patch by `length` y, q at some dofs.
 struct SiteOrders {
   Eigen::Matrix3Xd directions;
   double length = 0;
-  std::vector<std::vector<Eigen::MatrixXd>> of_rings;  // of each: orders 2, 3, ...: dofs x directions
+  std::vector<std::vector<Eigen::MatrixXd>> of_rings;  // by ring: orders 2, 3, ...: dofs x directions
 };
 
-// Works for each site with a factor at rest.
+// Runs work for each site with a factor at rest.
 class ExteriorSeries {
  public:
   ExteriorSeries(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
@@ -107,16 +106,16 @@ class ExteriorSeries {
                  });
   }
 
-  // Outside of each of so many rings, to this degree or the highest that the patch has. Those orders are missing from
-  // which on an element inverts; all of them where the organ is linear.
+  // Computes the orders outside of each number of rings, to this degree or the patch's highest. Orders end
+  // where an element inverts; a linear organ has none.
   SiteOrders orders_of(size_t s, const RigidPatch& patch, StaticSolver& solver, const std::vector<int>& rings,
                        int degree, const std::vector<Eigen::Index>& dofs) const {
     constexpr int kTrials = 4;
-    constexpr int kHighest[kTrials] = {5, 5, 4, 3};  // that rounding leaves, of paths so much shorter
+    constexpr int kHighest[kTrials] = {5, 5, 4, 3};  // highest degrees above rounding for such short paths
     const int highest = degree_of(patch, max_displacement_ / sites_->mean_surface_edge, degree);
     SiteOrders orders;
     orders.directions = ray_directions(num_rays(highest));
-    // A shorter one where that inverts a flat element.
+    // Retry with a shorter path where a flat element inverts.
     orders.length = sites_->mean_surface_edge;
     orders.of_rings.resize(rings.size());
     for (int trial = 0; trial < kTrials && !is_linear(*model_); ++trial) {
@@ -131,7 +130,7 @@ class ExteriorSeries {
   }
 
  private:
-  // Where a_1 = `first` y.
+  // The path with a_1 = `first` y.
   std::vector<std::vector<Eigen::MatrixXd>> outside_orders(StaticSolver& solver, const ContactSite& site,
                                                            const RigidPatch& patch,
                                                            const Eigen::MatrixXd& first,
@@ -152,7 +151,7 @@ class ExteriorSeries {
     }
     std::vector<std::vector<Eigen::MatrixXd>> orders(inside.size());
     for (int order = 2;; ++order) {
-      // What inverts is one of all elements.
+      // The series fails if any element of the organ inverts.
       if (!all.find_next(path)) return orders;
       for (size_t ring = 0; ring < inside.size(); ++ring) {
         if (!inside[ring].find_next(path)) throw std::logic_error("elements of a zone are of the organ");
@@ -177,7 +176,7 @@ class ExteriorSeries {
   std::vector<std::unique_ptr<StaticSolver>> solvers_;
 };
 
-// Of forms with these values along `directions` y = B x: monomials of x x forms.
+// Converts values of forms along `directions` y = B x to monomials of x: monomials x forms.
 Eigen::MatrixXd forms_of_loads(const Eigen::Matrix3Xd& directions, const Eigen::Matrix3d& B, int order,
                                const Eigen::MatrixXd& values) {
   const Eigen::MatrixXd in_y = forms_along_rays(directions, order, values);
@@ -208,7 +207,7 @@ ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const Conta
   });
   ZoneTables wider =
       find_zones(scene, assembly.model(), sites, zone.rings, std::move(more_rings), zone.between);
-  wider.exterior_degree = zone.exterior_degree;  // the plan may have lowered it
+  wider.exterior_degree = zone.exterior_degree;  // the plan may have lowered the degree
   return wider;
 }
 

@@ -23,16 +23,16 @@ namespace {
 constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
 constexpr Eigen::Index kCubic = pack::num_monomials(3);
 constexpr Eigen::Index kSecondOrder = pack::num_pair_monomials(2);
-constexpr Eigen::Index kMixed = 3 * kQuadratic;  // of one load twice and of the other once
+constexpr Eigen::Index kMixed = 3 * kQuadratic;  // quadratic in one load, linear in the other
 constexpr double kTolerance = 1e-4;              // of the largest singular value
-constexpr double kRidge = 1e-6;  // of the largest square: fields that nearly cancel stay small
+constexpr double kRidge = 1e-6;  // of the largest square: keeps nearly cancelling fields small
 
-// Where x_a x_b is among the quadratic monomials.
+// Index of x_a x_b among the quadratic monomials.
 Eigen::Index quadratic_of(int a, int b) {
   return a <= b ? a * (5 - a) / 2 + b : quadratic_of(b, a);
 }
 
-// Where x_a times the quadratic monomial of b and c is among the cubic ones.
+// Index of x_a times the quadratic monomial of b and c among the cubic monomials.
 Eigen::Index cubic_of(int a, int b, int c) {
   uint32_t powers[3] = {};
   for (const int axis : {a, b, c}) ++powers[axis];
@@ -47,14 +47,14 @@ void for_each_quadratic(Visit&& visit) {
   }
 }
 
-// What the linear organ answers to the load of a site, and to second order.
+// The linear organ's response to a site's load, and its second order.
 struct SiteResponse {
   Eigen::MatrixXd first;   // num_dofs x 3
-  Eigen::MatrixXd second;  // num_dofs x quadratic monomials; empty where pairs go to second order
+  Eigen::MatrixXd second;  // num_dofs x quadratic monomials; empty for pairs of second order
   double step = 0;         // of differences along `first`
 };
 
-// The fields of pairs of sites, of monomials in the order of pack::kPairMonomials.
+// Interaction fields of site pairs, in monomials of the order of pack::kPairMonomials.
 class PairResponses {
  public:
   PairResponses(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
@@ -87,7 +87,7 @@ class PairResponses {
     return pack::num_pair_monomials(static_cast<std::uint32_t>(zone_->pair_degree));
   }
 
-  // Calls work(site, solver of the thread) for all, those with the most pairs first.
+  // Calls work(site, solver of the thread) for all sites, those with the most pairs first.
   template <typename Work>
   void for_each_site(Work&& work) {
     const auto count = static_cast<int>(sites_->sites.size());
@@ -96,19 +96,19 @@ class PairResponses {
     });
   }
 
-  // What a pair adds outside of a ring.
+  // Interaction of a pair outside of a ring.
   struct OfRing {
     Eigen::MatrixXd fields;            // rows of the exterior x monomials, zero in `inside`
-    std::vector<Eigen::Index> inside;  // rows that zones hide
+    std::vector<Eigen::Index> inside;  // rows inside of zones
   };
 
-  // Of all elements.
+  // Over all elements.
   ForceDerivatives derivatives(size_t site) const { return derivatives(*assembly_, site, is_third_order()); }
 
-  // Outside of each ring. `of_site`: its derivatives.
+  // Interaction outside of each ring. `of_site`: the site's derivatives.
   std::vector<OfRing> fields_of(size_t site, const ForceDerivatives& of_site, size_t other,
                                 StaticSolver& solver) const {
-    // Near at one ring they are at more.
+    // Pairs near at one ring are near at more rings.
     const bool is_any_third = is_third_order() && !are_near(site, other, 1);
     const Eigen::MatrixXd bilinear = second_order(of_site, other);
     Eigen::MatrixXd mixed;
@@ -122,7 +122,7 @@ class PairResponses {
       const bool is_third = is_any_third && !are_near(site, other, rings);
       const std::vector<int> about_site = zone_of(site, rings);
       const std::vector<int> about_other = zone_of(other, rings);
-      // Outside of both zones.
+      // Elements outside of both zones.
       std::vector<int> both;
       std::set_union(about_site.begin(), about_site.end(), about_other.begin(), about_other.end(),
                      std::back_inserter(both));
@@ -134,7 +134,7 @@ class PairResponses {
           forces.middleCols<2 * kMixed>(kSecondOrder) =
               mixed - third_order({site, inside}, {other, derivatives(of_zones, other, true)}, of_both);
       });
-      // What each by itself counts inside of the other's.
+      // Each site's own terms inside of the other's zone.
       Eigen::Index quadratic = 9;
       Eigen::Index cubic = kSecondOrder + 2 * kMixed;
       for (const auto& [own, of_own, of_other] :
@@ -161,20 +161,19 @@ class PairResponses {
   }
 
  private:
-  // -K^-1 of these nodal forces.
+  // Solves -K^-1 `forces`.
   static Eigen::MatrixXd answer_to(Eigen::MatrixXd forces, StaticSolver& solver) {
     forces *= -1;
     solve_at_rest(solver, forces);
     return forces;
   }
 
-  // Its elements.
+  // Elements of the site's zone.
   std::vector<int> zone_of(size_t site, int rings) const {
     return finder_.elements_about(sites_->sites[site], zone_->rings_of(site, rings));
   }
 
-  // Whether the patch of one reaches into the zone of the other: of such nothing is carried beyond second order
-  // (ZoneSet::near).
+  // Whether a patch reaches into the other zone; such pairs carry second order only (ZoneSet::near).
   bool are_near(size_t site, size_t other, int rings) const {
     const auto reaches = [&](size_t one, size_t into) {
       const std::vector<int> zone = zone_of(into, rings);
@@ -189,7 +188,7 @@ class PairResponses {
     return reaches(site, other) || reaches(other, site);
   }
 
-  // Rows of nodes that have no element but these.
+  // Rows of nodes whose elements are all among these.
   std::vector<Eigen::Index> rows_inside(const std::vector<int>& elements) const {
     std::vector<Eigen::Index> rows;
     for (size_t row = 0; row < shown_.size(); ++row) {
@@ -200,7 +199,7 @@ class PairResponses {
     return rows;
   }
 
-  // Calls use(the assembly of these elements alone).
+  // Calls use(assembly of these elements alone).
   template <typename Use>
   void with_elements(const std::vector<int>& elements, Use&& use) const {
     Model part = assembly_->model();
@@ -209,7 +208,7 @@ class PairResponses {
     use(Assembly(part, part.fixed_dofs()));
   }
 
-  // Of the assembly's elements, along the first order of a site.
+  // Derivatives of the assembly's elements along the first order of a site.
   ForceDerivatives derivatives(const Assembly& assembly, size_t site, bool to_third_order) const {
     return {assembly, at_rest_, responses_[site].first, responses_[site].step, to_third_order};
   }
@@ -224,7 +223,7 @@ class PairResponses {
     return columns;
   }
 
-  // n2(u, U2) + n3(u, u, u) / 6, U2 its second order.
+  // n2(u, U2) + n3(u, u, u) / 6, U2 the second order.
   static Eigen::MatrixXd own_third(const ForceDerivatives& along, const SiteResponse& site) {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(site.first.rows(), kCubic);
     for (int a = 0; a < 3; ++a) {
@@ -237,15 +236,15 @@ class PairResponses {
     return columns;
   }
 
-  // n2(u, v), u that of `along` and v = first y of other: of x_a y_b at 3 a + b.
+  // n2(u, v), u of `along` and v = first y of other: x_a y_b at 3 a + b.
   Eigen::MatrixXd second_order(const ForceDerivatives& along, size_t other) const {
     Eigen::MatrixXd columns(at_rest_.size(), 9);
     for (int a = 0; a < 3; ++a) columns.middleCols<3>(3 * a) = along.second(a, responses_[other].first);
     return columns;
   }
 
-  // n2(v, U2_u) + n2(u, U2_uv) + n3(u, u, v) / 2, of quadratic monomials of x times y_b; then the same of x_a times
-  // those of y. `of_both`: U2_uv, of x_a y_b at 3 a + b.
+  // n2(v, U2_u) + n2(u, U2_uv) + n3(u, u, v) / 2: quadratic monomials of x times y_b; then x_a times
+  // quadratic monomials of y. `of_both`: U2_uv, of x_a y_b at 3 a + b.
   struct SiteDerivatives {
     size_t site;
     const ForceDerivatives& along;
@@ -287,13 +286,13 @@ class PairResponses {
   ZoneFinder finder_;
   std::vector<Eigen::Index> shown_;
   std::vector<SiteResponse> responses_;
-  std::vector<std::optional<RigidPatch>> patches_;  // to third order
+  std::vector<std::optional<RigidPatch>> patches_;  // for third order
   std::vector<std::unique_ptr<StaticSolver>> solvers_;
 };
 
 using Fields = Eigen::Matrix<pack::Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-// Coefficients of `columns` that come nearest to each of `fields`.
+// Returns the coefficients of `columns` nearest to each of `fields` in least squares.
 Eigen::MatrixXd fit(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& fields) {
   Eigen::MatrixXd gram = columns.transpose() * columns;
   if (gram.isZero(0)) return Eigen::MatrixXd::Zero(columns.cols(), fields.cols());
@@ -301,7 +300,7 @@ Eigen::MatrixXd fit(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& field
   return gram.ldlt().solve(columns.transpose() * fields);
 }
 
-// Columns of what the first site carries, then of what the other does, of each the lowest degrees; zero in these rows.
+// Joins the lowest-degree columns of both sites, with zeros in `inside`.
 Eigen::MatrixXd side_by_side(const Fields& first, const Fields& second,
                              const std::vector<Eigen::Index>& inside) {
   Eigen::MatrixXd columns(first.rows(), Eigen::Index{2 * pack::kPairColumns});
@@ -311,8 +310,7 @@ Eigen::MatrixXd side_by_side(const Fields& first, const Fields& second,
   return columns;
 }
 
-// So many fields of which the given ones are made, the largest part first, each as large as an int8 is; zero where
-// there are fewer.
+// Returns the leading singular vectors of `fields` scaled to int8, at most `most`; zeros where fewer exist.
 ZoneTables::PairFields largest_parts(const Eigen::MatrixXd& fields, Eigen::Index most) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(fields.transpose() * fields);
   const Eigen::VectorXd& squares = eigen.eigenvalues();  // ascending
@@ -327,8 +325,7 @@ ZoneTables::PairFields largest_parts(const Eigen::MatrixXd& fields, Eigen::Index
   return parts;
 }
 
-// Of a pair: first those of what is of second order, as small loads have hardly any other; then those of what they
-// leave of the third, where there is some.
+// Returns a pair's own fields: first of second order, which dominate small loads, then of the remaining third order.
 ZoneTables::PairFields own_fields(const Eigen::MatrixXd& fields, Eigen::Index most) {
   const Eigen::MatrixXd third = fields.rightCols(fields.cols() - kSecondOrder);
   if (third.isZero(0)) return largest_parts(fields.leftCols<kSecondOrder>(), most);

@@ -1,4 +1,4 @@
-// Files that something else has written for a report.
+// Reads CSV files of other programs for a report.
 #pragma once
 
 #include <filesystem>
@@ -8,18 +8,18 @@
 namespace palpate {
 
 struct CsvLine {
-  int number = 0;  // in its file
+  int number = 0;  // line number in the file
   std::vector<std::string> cells;
 };
 
-// Lines that are not empty, the headings first: quoted cells may hold commas, and quotes twice; each line has as many
-// cells as the first. Throws std::runtime_error "FILE: REASON" or "FILE:LINE: REASON" where it is no such table.
+// Reads non-empty lines, headings first. Quoted cells may hold commas and doubled quotes. All lines need the
+// same number of cells. Throws std::runtime_error "FILE: REASON" or "FILE:LINE: REASON".
 std::vector<CsvLine> read_csv(const std::filesystem::path& file);
 
-// All of it. Throws std::runtime_error "FILE: cannot be read".
+// Throws std::runtime_error "FILE: cannot be read".
 std::string read_whole_text(const std::filesystem::path& file);
 
-// Of FILE.txt beside FILE.csv; "" where there is none.
+// Reads FILE.txt beside FILE.csv; "" without such a file.
 std::string caption_beside(const std::filesystem::path& csv);
 
 }  // namespace palpate

@@ -21,7 +21,7 @@ std::string cells(const std::optional<TimeSummary>& time) {
                      time->max, time->lowest, time->highest);
 }
 
-// Of each contact, joined as their sites are.
+// Joins the component of each contact, in the order of the sites.
 std::string along(const PushRow& row, size_t axis) {
   std::string text;
   for (const std::array<double, 3>& displacement : row.displacements)

@@ -1,4 +1,4 @@
-// The numbers behind the plots, as CSV. Errors are parts, not percent; times are microseconds.
+// Writes the numbers behind the plots as CSV. Errors are fractions, not percent; times are microseconds.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace palpate {
 
-// A row for each push and method: the same for the same pack and seed.
+// A row for each push and method; equal pack and seed give equal text.
 std::string pushes_csv(const OrganReport& organ);
 
-// A row for each method and |d|: errors, and times where a method has them.
+// A row for each method and |d|: errors, and measured times.
 std::string methods_csv(const OrganReport& organ);
 
 }  // namespace palpate

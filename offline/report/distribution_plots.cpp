@@ -16,11 +16,11 @@ namespace {
 struct Model {
   std::string name;
   MethodKind kind;
-  int of_kind;  // how many of its kind came before it
+  int of_kind;  // index among the models of its kind
   std::vector<const PushRow*> pushes;
 };
 
-// The pack's own, with those of their pushes that count.
+// Collects the pack's own models with their pushes that satisfy `counts`.
 std::vector<Model> models_of(const OrganReport& organ, const std::function<bool(const PushRow&)>& counts) {
   std::vector<Model> models;
   for (const PushRow& push : organ.pushes) {
@@ -50,12 +50,12 @@ double p95_of(std::vector<double> values) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-// More rings of a zone: thicker lines, larger points.
+// Zones with more rings get thicker lines and larger points.
 double weight(const Model& model) {
   return 1.6 + 0.9 * model.of_kind;
 }
 
-// Percent; below it nothing is told from rounding of fields in single precision.
+// Percent. Rounding of single-precision fields dominates below.
 constexpr double kLeastPercent = 1e-5;
 double percent(double error) {
   return std::max(100 * error, kLeastPercent);
@@ -72,10 +72,10 @@ struct Range {
   double high() const { return decade_above(to); }
 };
 
-// A panel of displacements and one of forces beside it, which share axes and legend.
+// A displacement panel and a force panel side by side, with common axes and legend.
 class Panels {
  public:
-  // A data block of these lines; its name.
+  // Adds a data block and returns its name.
   std::string block(const std::vector<std::string>& lines) {
     const std::string name = fmt::format("Data{}", number_++);
     blocks_ += data_block(name, lines);
@@ -84,7 +84,7 @@ class Panels {
   void draw(size_t panel, const std::string& plot) {
     plots_[panel] += (plots_[panel].empty() ? "plot " : ", ") + plot;
   }
-  // An error in percent, within the range of the axes.
+  // Clamps an error in percent to the range of the axes.
   double shown(double error) {
     range_.add(percent(error));
     return percent(error);
@@ -92,8 +92,8 @@ class Panels {
   double low() const { return range_.low(); }
   double high() const { return range_.high(); }
 
-  // `both`: what is said before either; `right`: before the second; `top`: of the panels, as part of the picture;
-  // above it a legend has its place.
+  // `both`: commands before both panels; `right`: before the second panel; `top`: top of the panels as a
+  // fraction of the picture, below the legend.
   std::string script(const std::string& both, const std::string& left_title, const std::string& right,
                      const std::string& right_title, double top = 0.76) const {
     return plot_frame() + blocks_ + both +
@@ -197,7 +197,7 @@ std::string coverage_plot(const OrganReport& organ) {
   const std::vector<Model> models = models_of(
       organ, [](const PushRow& push) { return is_random(push) && push.displacement_estimate.has_value(); });
   Panels panels;
-  for (const Model& model : models) {  // for the axes, which the diagonal is drawn along
+  for (const Model& model : models) {  // for the axes, which span the diagonal
     for (const PushRow* push : model.pushes) {
       for (size_t what = 0; what < 2; ++what) {
         panels.shown(push->*kErrors[what]);

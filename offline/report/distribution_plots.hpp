@@ -1,5 +1,5 @@
-// Plots of how errors of a pack's own models are distributed. Scripts for gnuplot; two panels each, displacement and
-// force.
+// Plots the error distributions of the pack's own models. Each plot is a gnuplot script with two panels:
+// displacement and force.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace palpate {
 
-// How many of the random pushes are answered with less than an error.
+// Fraction of the random pushes with an error below each value.
 std::string cumulative_plot(const OrganReport& organ);
 
-// Error of each random push over |d|, and the 95th percentile of each quarter of its range.
+// Error of each random push against |d|, and the 95th percentile of each quarter of the range.
 std::string error_over_push_plot(const OrganReport& organ);
 
-// What the runtime estimated for each push, and what it was.
+// The runtime's error estimate against the measured error of each push.
 std::string coverage_plot(const OrganReport& organ);
 
-// 95th percentiles over |d| as part of the organ's thickness; all pushes of one contact.
+// 95th percentiles against |d| / thickness of the organ; all pushes with one contact.
 std::string strain_plot(const OrganReport& organ);
 
 }  // namespace palpate

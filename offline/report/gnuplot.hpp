@@ -1,4 +1,4 @@
-// Plots by gnuplot (http://www.gnuplot.info), which draws what a script says as SVG.
+// Runs gnuplot (http://www.gnuplot.info) to draw scripts as SVG.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,11 @@
 
 namespace palpate {
 
-// Throws std::runtime_error with the package to install where there is no gnuplot.
+// Throws std::runtime_error with the package to install where gnuplot is absent.
 void require_gnuplot();
 
-// Writes `script` as FILE.gp, runs it, and writes what it draws as FILE.svg, so that a plot can be drawn again by hand.
-// Throws std::runtime_error with gnuplot's first complaint.
+// Writes `script` as FILE.gp and its drawing as FILE.svg, so that users can redraw a plot. Throws
+// std::runtime_error with gnuplot's first complaint.
 void draw_plot(const std::string& script, int width, int height, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -39,7 +39,7 @@ std::string verdict(const Report& report) {
   return "<p class=\"verdict broken\"><b>Not kept.</b> " + html_escaped(reasons) + "</p>\n";
 }
 
-// What was measured where, and how.
+// Lists machine, program and method of the measurements.
 std::vector<std::pair<std::string, std::string>> about(const Report& report) {
   std::vector<std::pair<std::string, std::string>> rows;
   const auto row = [&](const char* what, const std::string& value) { rows.emplace_back(what, value); };

@@ -1,4 +1,4 @@
-// The report as one page that needs nothing beside it.
+// Writes the report as one self-contained page.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// Writes `folder`/index.html, with plots and pictures in it, and the CSVs that it links to. Throws std::runtime_error
-// where a file cannot be written or gnuplot complains.
+// Writes `folder`/index.html with embedded plots and pictures, and the linked CSVs. Throws std::runtime_error
+// where a file cannot be written or gnuplot fails.
 void write_report(const Report& report, const std::filesystem::path& folder);
 
 }  // namespace palpate

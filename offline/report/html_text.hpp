@@ -1,4 +1,4 @@
-// Pieces of HTML.
+// Formats pieces of HTML.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace palpate {
 
-// With &, <, > and " spelled out.
+// Escapes &, <, > and ".
 std::string html_escaped(std::string_view text);
 
-// A table, its first row the headings.
+// Formats a table; the first row holds the headings.
 std::string html_table(const std::vector<std::vector<std::string>>& rows);
 
-// "data:TYPE;base64,...": a file as part of the page. Throws std::runtime_error "PATH: cannot be read".
+// Embeds a file as "data:TYPE;base64,...". Throws std::runtime_error "PATH: cannot be read".
 std::string data_uri(const std::filesystem::path& file, const char* type);
 
 }  // namespace palpate

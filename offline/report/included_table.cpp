@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// NAME.ENDING, then NAME_*.ENDING.
+// Lists NAME.ENDING, then NAME_*.ENDING.
 std::vector<std::filesystem::path> files_beside(const std::filesystem::path& csv, const char* ending) {
   const std::string stem = csv.stem().string();
   std::vector<std::filesystem::path> found;

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// One line, asked by heading.
+// Reads the cells of one line by heading.
 class Cells {
  public:
   Cells(std::string file, const CsvLine& headings, const CsvLine& line)
@@ -31,19 +31,19 @@ class Cells {
     return *cell;
   }
   double number(const std::string& heading) const { return number_of(heading, text(heading)); }
-  // 0 where the column or the cell is not there.
+  // 0 where column or cell is absent.
   double number_if_any(const std::string& heading) const {
     const std::string* cell = find(heading);
     return cell == nullptr || cell->empty() ? 0 : number_of(heading, *cell);
   }
-  // At least `least`.
+  // Requires at least `least`.
   int count(const std::string& heading, int least) const {
     const double value = number(heading);
     if (value < least || value != std::floor(value) || value > 1e9)
       refuse(heading, text(heading), fmt::format("a whole number from {} on", least));
     return static_cast<int>(value);
   }
-  // 0 where there is none.
+  // 0 where absent.
   int count_if_any(const std::string& heading) const {
     const std::string* cell = find(heading);
     return cell == nullptr || cell->empty() ? 0 : count(heading, 0);
@@ -143,7 +143,7 @@ MethodsElsewhere read_methods_elsewhere(const std::filesystem::path& csv) {
 }
 
 void add_methods_elsewhere(const MethodsElsewhere& elsewhere, OrganReport& organ) {
-  constexpr double kSamePart = 1e-5;  // parts are written with six digits
+  constexpr double kSamePart = 1e-5;  // fractions have six digits in the file
   const std::vector<MethodRow> own = organ.methods;
   for (MethodRow row : elsewhere.rows) {
     const auto alike = std::find_if(own.begin(), own.end(), [&](const MethodRow& other) {

@@ -1,4 +1,4 @@
-// Methods that something else has measured on an organ, other software for one, beside those of its report.
+// Adds methods measured by other software to an organ's report.
 #pragma once
 
 #include <filesystem>
@@ -11,17 +11,16 @@ namespace palpate {
 
 struct MethodsElsewhere {
   std::string file;
-  std::string caption;  // of FILE.txt beside FILE.csv, where there is one
+  std::string caption;  // content of FILE.txt beside FILE.csv, where present
   std::vector<MethodRow> rows;
 };
 
-// From a CSV with columns of methods_csv (csv_tables.hpp): what a method is called, its contacts and its part of the
-// largest |d|, p95 and maximum of its errors, median, p99.9 and maximum of its frames; others where it has them. Throws
-// std::runtime_error "FILE: REASON; REMEDY" or "FILE:LINE: REASON; REMEDY".
+// Reads a CSV with columns of methods_csv() (csv_tables.hpp). Required: name, contacts, fraction of the
+// largest |d|, p95 and maximum errors, median, p99.9 and maximum times. Throws std::runtime_error "FILE:
+// REASON; REMEDY" or "FILE:LINE: REASON; REMEDY".
 MethodsElsewhere read_methods_elsewhere(const std::filesystem::path& csv);
 
-// Adds them to the organ's methods; in a note, those are left out that nothing can be compared with, as the organ's
-// own methods were asked with other contacts or at another |d|.
+// Adds the methods to the organ. Leaves out, with a note, methods whose contacts or |d| no method of the organ shares.
 void add_methods_elsewhere(const MethodsElsewhere& elsewhere, OrganReport& organ);
 
 }  // namespace palpate

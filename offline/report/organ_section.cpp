@@ -25,7 +25,7 @@ std::string us_cell(double microseconds) {
   return microseconds == 0 ? "" : fmt::format("{:.3g}", microseconds);
 }
 
-// A table as both kinds of page have it.
+// A table for both HTML and Markdown.
 class Table {
  public:
   explicit Table(std::vector<std::string> headings) : rows_{std::move(headings)} {}
@@ -65,7 +65,7 @@ Table promise_table(const OrganReport& organ) {
   return table;
 }
 
-// Newtons and millimetres where the scene says what its numbers mean.
+// Newtons and millimetres where the scene states its units.
 struct SmallUnits {
   double per_length = 1;
   double per_force = 1;
@@ -88,7 +88,7 @@ double level_near_half(const OrganReport& organ) {
   return near;
 }
 
-// `all`: other settings and every |d| too; else the pack's own and the references at about half of it and at all of it.
+// `all`: includes other settings and every |d|; otherwise own models and references at half and full range.
 Table method_table(const OrganReport& organ, bool all) {
   const SmallUnits units(organ);
   Table table({"method", "contacts", "|d|", "displacement error, p95 %", "max %", "max, " + units.length,
@@ -118,7 +118,7 @@ Table method_table(const OrganReport& organ, bool all) {
   return table;
 }
 
-// The widest that medians of rounds were apart, of the pack's own models: what a second run may differ by.
+// Largest spread of round medians over the pack's own models: the expected change in a second run.
 double time_spread(const OrganReport& organ) {
   double spread = 1;
   for (const MethodRow& row : organ.methods) {

@@ -1,4 +1,4 @@
-// What a report shows of one organ: plots with how to read them, and tables.
+// Writes the report's section of one organ: plots with explanations, and tables.
 #pragma once
 
 #include <filesystem>
@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-// Draws the organ's plots into `folder`/plots, writes its CSVs into `folder`, and returns HTML that carries the plots
-// and links to the rest. Throws std::runtime_error where a file cannot be written or gnuplot complains.
+// Draws plots into `folder`/plots, writes CSVs into `folder`, and returns HTML with plots and links. Throws
+// std::runtime_error where a file cannot be written or gnuplot fails.
 std::string write_organ_section(const OrganReport& organ, const std::filesystem::path& folder);
 
-// The same tables as Markdown, for a README.
+// Formats the same tables as Markdown, for a README.
 std::string organ_markdown(const OrganReport& organ);
 
-// Why the pack does not keep what it says, in a sentence for each model; empty where it does.
+// Explains in a sentence for each model why the pack misses its survey; empty where it agrees.
 std::string broken_promises(const OrganReport& organ);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// How methods look in every plot, on screen, in print and to colour-blind eyes: a colour of Okabe and Ito's set (2008,
-// Color universal design), a marker and a dash each.
+// The style of each method in all plots: colour, marker and dash. Colours are from Okabe and Ito (2008, Color
+// universal design), distinct in print and for colour-blind eyes.
 #pragma once
 
 #include <string>
@@ -11,35 +11,35 @@ namespace palpate {
 
 struct MethodStyle {
   const char* colour;
-  const char* name;  // of its kind, for a legend
-  int marker;        // gnuplot's number, filled
+  const char* name;  // of the kind, for a legend
+  int marker;        // gnuplot's number of the filled marker
   int hollow_marker;
   const char* dash;  // gnuplot's dashtype
 };
 
 const MethodStyle& style_of(MethodKind kind);
 
-// "linear", "polynomial", "zone, 2 rings": of a method that the pack carries; of others up to their first comma.
+// Returns "linear", "polynomial", "zone, 2 rings" for models of the pack; other names up to their first comma.
 std::string short_name(const MethodRow& row);
 std::string short_name(MethodKind kind, const std::string& name);
 
-// A gnuplot data block "$NAME << EOD ... EOD" of these lines.
+// Formats a gnuplot data block "$NAME << EOD ... EOD".
 std::string data_block(const std::string& name, const std::vector<std::string>& lines);
 
-// Text between single quotes in a script, with nothing in it for enhanced mode to read as markup.
+// Quotes text for a script without markup of gnuplot's enhanced mode.
 std::string quoted(const std::string& text);
 
-// A logarithmic axis of percents, with decimals at powers of ten.
+// Formats a logarithmic percent axis with decimals at powers of ten.
 std::string percent_axis(const std::string& axis, double from, double to);
 
-// Grid, borders and fonts that all plots share.
+// Grid, borders and fonts of all plots.
 std::string plot_frame();
 
-// The next power of ten below, or above.
+// Next power of ten below, or above.
 double decade_below(double value);
 double decade_above(double value);
 
-// "8.24 mm (1.00 h, 8 % strain)": strain over the thickness under the sites, where it is known.
+// Formats "8.24 mm (1.00 h, 8 % strain)": strain relative to the thickness under the sites, where known.
 std::string push_size(const OrganReport& organ, double part);
 
 }  // namespace palpate

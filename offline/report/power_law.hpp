@@ -1,4 +1,4 @@
-// How something grows with a size: y = factor x^exponent.
+// Fits y = factor x^exponent.
 #pragma once
 
 #include <utility>
@@ -11,8 +11,8 @@ struct PowerLaw {
   double factor = 0;
 };
 
-// Least squares in logarithms over the points (x, y), by rising x, beyond the middle of the range of log x, where
-// what does not grow has faded, and over the last two in any case. There are two or more, and all are positive.
+// Least squares in logarithms over points (x, y) with rising x. Uses the upper half of log x, where constant
+// terms have faded, and at least the last two points. Needs two or more points, all positive.
 PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points);
 
 }  // namespace palpate

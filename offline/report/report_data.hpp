@@ -1,4 +1,4 @@
-// All that a page shows.
+// The content of a report page.
 #pragma once
 
 #include <string>
@@ -15,14 +15,14 @@ struct Report {
   std::string compiler;
   std::string flags;
   std::string version;
-  std::string commit;  // "" where there is none
+  std::string commit;  // "" without a commit
   std::string date;    // UTC
   std::string command;
   long seed = 1;
   bool quick = false;
   double seconds = 0;
   std::vector<OrganReport> organs;
-  std::vector<IncludedTable> tables;  // of what else was measured
+  std::vector<IncludedTable> tables;  // measured by other programs
   bool is_kept() const {
     for (const OrganReport& organ : organs) {
       if (!organ.is_kept()) return false;

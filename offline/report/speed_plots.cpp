@@ -38,12 +38,12 @@ std::map<double, std::vector<Point>> points_by_part(const OrganReport& organ, Sp
   return points;
 }
 
-// An error of nothing is drawn just above the lower border.
+// Draws an error of 0 just above the lower border.
 double drawn(double error, double lowest) {
   return std::max(error, 1.5 * lowest);
 }
 
-// Those that a pack could carry under other settings.
+// Whether a pack could carry this kind under other settings.
 bool has_settings(MethodKind kind) {
   return kind == MethodKind::linear || kind == MethodKind::polynomial || kind == MethodKind::zone;
 }
@@ -64,11 +64,11 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
                   double first_to_left) {
   std::string script;
   std::map<std::pair<MethodKind, bool>, std::vector<std::string>> markers;
-  std::vector<std::string> labels;       // to the right of their points,
-  std::vector<std::string> to_left;      // to the left, where the panel ends,
-  std::vector<std::string> below_front;  // or on the side of the front where nothing is
+  std::vector<std::string> labels;       // to the right of their points
+  std::vector<std::string> to_left;      // to the left, where the panel ends
+  std::vector<std::string> below_front;  // on the free side of the front
   std::vector<std::array<double, 2>> places;
-  std::set<std::string> software;  // named once, however many settings of it there are
+  std::set<std::string> software;  // other software, named once for all its settings
   for (const Point& point : points) {
     places.push_back({point.time, drawn(point.error, lowest)});
     const std::string place = fmt::format("{:g} {:g}", point.time, places.back()[1]);

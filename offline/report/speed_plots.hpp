@@ -1,4 +1,4 @@
-// Plots of speed: against error, with the front marked, and of frames alone. Scripts for gnuplot.
+// Plots speed against error with the Pareto front, and frame times. Each plot is a gnuplot script.
 #pragma once
 
 #include <string>
@@ -9,20 +9,20 @@
 namespace palpate {
 
 enum class SpeedError {
-  field,  // haptic and visual frame against the displacement error
-  force   // haptic frame against the force error
+  field,  // time of haptic and visual frame, displacement error
+  force   // time of the haptic frame, force error
 };
 
-// One panel for each |d|, methods with so many contacts: 95th percentile of the error over the median of the time.
+// One panel for each |d| with `contacts` contacts: 95th percentile of the error against the median time.
 std::string speed_error_plot(const OrganReport& organ, SpeedError what, int contacts);
 
-// What of `points` (time, error) no other is both as fast and as good as, by rising time.
+// Returns the points (time, error) that no other point beats in both, by rising time.
 std::vector<size_t> pareto_front(const std::vector<std::array<double, 2>>& points);
 
-// Of each row of `organ.methods`, whether it is on the front of those of as many contacts and as far a push.
+// For each row of `organ.methods`: whether it is on the front of its number of contacts and its |d|.
 std::vector<bool> on_front(const OrganReport& organ, SpeedError what);
 
-// Haptic and visual frames of the pack's own models: median to p99.9, maximum, cold, and memcpy beside.
+// Haptic and visual frames of the pack's own models: median to p99.9, maximum, cold, and memcpy as reference.
 std::string frame_plot(const OrganReport& organ);
 int frame_plot_height(const OrganReport& organ);
 

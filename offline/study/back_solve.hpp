@@ -1,5 +1,4 @@
-// One back-solve a frame with a factor made beforehand (CHOLMOD): exact, and bound to its contacts; other
-// contacts need another factor.
+// Exact linear frames by one back-solve with a prepared factor (CHOLMOD). The factor holds for one set of contacts.
 #pragma once
 
 #include <Eigen/CholmodSupport>
@@ -16,16 +15,16 @@ class BackSolve {
     if (factor_.info() != Eigen::Success) throw std::runtime_error("the stiffness is not positive definite");
   }
 
-  // u_f.
+  // Returns u_f.
   const Eigen::VectorXd& frame(const Eigen::VectorXd& d) {
     displacement_ = factor_.solve(Eigen::VectorXd(-(held_->free_contact * d)));
     return displacement_;
   }
-  // u_f for each of these columns; many share each pass over the factor.
+  // Returns u_f for each column; blocks of columns share each read of the factor.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& d) {
     return factor_.solve(Eigen::MatrixXd(-(held_->free_contact * d)));
   }
-  const Eigen::VectorXd& displacement() const { return displacement_; }  // of the last frame
+  const Eigen::VectorXd& displacement() const { return displacement_; }  // u_f of the last frame
 
  private:
   const HeldContacts* held_;

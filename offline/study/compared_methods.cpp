@@ -15,8 +15,8 @@ std::string zone_name(std::uint32_t rings) {
   return fmt::format("nonlinear_zone, {} ring{}", rings, rings == 1 ? "" : "s");
 }
 
-// Degrees, each with all of its rank and with as much as the scene's target asks for, in both precisions, and what rank
-// alone does. Degree 1 is linear_dd.
+// Returns degrees at full rank, degrees at the rank of the scene's target in both precisions, and a series of
+// ranks. Degree 1 is linear_dd and is left out.
 std::vector<PolynomialSetting> polynomial_settings(const Scene& scene, bool every) {
   constexpr int kUsualDegree = 5;
   constexpr double kAllOfIt = 1e-6;
@@ -85,7 +85,7 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
     const std::string name = "polynomial_dd, " + pack->setting;
     const auto is_there = [&](const ComparedMethod& method) { return method.name == name; };
     if (std::any_of(methods_.begin(), methods_.end(), is_there))
-      continue;  // another tolerance, the same rank
+      continue;  // this tolerance gives a rank that is already present
     methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
   for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {

@@ -1,4 +1,4 @@
-// The methods that a report compares: what a pack carries, other settings of it, and what needs no pack.
+// The methods that a report compares: models of the pack, other settings of these models, and methods without a pack.
 #pragma once
 
 #include <memory>
@@ -13,35 +13,36 @@
 
 namespace palpate {
 
-// A model of a pack, as a session answers it; carried by the pack that the report is about (of several contacts in zones
-// of fewer rings by one of no more rings, if there is a note), or another setting.
+// A model of a pack as a session evaluates it. `carried`: the reported pack carries the model; otherwise
+// another setting. Zones with several contacts and fewer rings may come from a pack with exactly this number
+// of rings; a note then says so.
 struct ComparedMethod : MethodName {
   const OpenedPack* pack = nullptr;
   pal_model model = PAL_MODEL_LINEAR;
   std::uint32_t rings = 0;  // of a zone
-  // Of a frame of a zone whose contacts move: the answer is that of the frame in which they arrive. 0: as many as the
-  // runtime takes, and the answer that the zone comes to rest at.
+  // Newton iterations in each frame of a zone with moving contacts; the error is then that of the arrival
+  // frame. 0: the runtime's default, with the error of the converged response.
   std::uint32_t iterations = 0;
 };
 
-// All models of an open pack, a zone with each number of its rings.
+// Returns all models of an open pack, and a zone for each number of its rings.
 std::vector<ComparedMethod> carried_methods(const OpenedPack& opened);
 
-// The zones among `methods` of so many rings again, with each of these numbers of iterations in a frame, while
-// contacts move.
+// Repeats the zones of `methods` with at most `most_rings` rings for each number of `iterations`, for moving contacts.
 std::vector<ComparedMethod> moving_zones(const std::vector<ComparedMethod>& methods, int most_rings,
                                          const std::vector<int>& iterations);
 
-// Other settings of polynomials and zones, and polynomials moved from other sites, at `sites` of the organ; their
-// packs, whose sites are those of `study`, live as long as this.
+// Other settings of polynomials and zones, and transferred polynomials, at `sites` of the organ. The object
+// owns their packs.
 class OtherSettings {
  public:
-  // Rings that `opened` carries are left out; so are, with a note, polynomials that the organ's pushes do
-  // not bear, and zones of elements that share their volume at small strain.
+  // Leaves out rings that `opened` carries. Also leaves out, with a note:
+  //   1. polynomials where the organ fails under their pushes,
+  //   2. zones of small-strain elements that share their volume.
   OtherSettings(const OpenedPack& opened, const Organ& organ, const std::vector<size_t>& sites,
                 const ReportEffort& effort, int jobs, const SampleStore* store,
                 std::vector<std::string>& notes);
-  // By the organ's numbers, of those sites: the number in the packs.
+  // For each of `sites`: its number in the packs.
   const std::vector<std::uint32_t>& sites() const { return in_study_; }
   const std::vector<ComparedMethod>& methods() const { return methods_; }
 

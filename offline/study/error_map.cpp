@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Inward at the sites, and as much from the side that they lie on.
+// Looks inward at the sites and, with equal weight, from the side of the organ that carries them.
 Eigen::Vector3d view_onto_sites(const Organ& organ) {
   constexpr double kAside = 0.7;
   constexpr double kOnTop = 0.05;  // of the organ's size

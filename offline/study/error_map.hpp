@@ -1,4 +1,4 @@
-// Where on an organ a pack's models are wrong, as a picture.
+// Draws the errors of a pack's models on the organ.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +10,14 @@
 
 namespace palpate {
 
-// Of each packed node the largest |u - u_FE| / |d| over some pushes; empty: there were none.
+// For each packed node the largest |u - u_FE| / |d| over some pushes; empty without pushes.
 struct NodeErrors {
   std::string model;
   std::vector<double> largest;
 };
 
-// The worst and the best of the models, each with its own scale. False, and no file, where the pack has no triangles or
-// nothing was measured. Throws std::runtime_error "PATH: REASON" where it cannot be written.
+// Draws the model with the largest and the model with the smallest error, each with its own scale. Returns false and
+// writes no file where the pack has no triangles or no errors. Throws std::runtime_error "PATH: REASON".
 bool draw_error_map(const OpenedPack& opened, const Organ& organ, std::vector<NodeErrors> models,
                     const std::filesystem::path& png);
 

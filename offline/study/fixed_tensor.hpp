@@ -1,9 +1,7 @@
-// PFE: the displacement of every node as a tensor times that of the contacts, made beforehand for these
-// contacts and no others, and their forces likewise. A frame is one dense product, 3 m x 3 k, and a small
-// one.
+// PFE: a prepared tensor for one fixed set of k contacts maps their displacement to all node displacements,
+// another to their forces. A frame is one dense product 3m x 3k and one small product.
 //
-// Source: Cotin, Delingette, Ayache 1999, Real-time elastic deformations of soft tissues for surgery
-// simulation.
+// Source: Cotin, Delingette, Ayache 1999, Real-time elastic deformations of soft tissues for surgery simulation.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +12,7 @@ namespace palpate {
 
 class FixedTensor {
  public:
-  // A back-solve for each of the 3 k columns, in blocks. Of u_f the tensor has these rows; null: all.
+  // Solves for each of the 3 k columns, in blocks. `rows`: rows of u_f in the tensor; null: all rows.
   FixedTensor(const HeldContacts& held, BackSolve& back_solve, const std::vector<int>* rows = nullptr)
       : tensor_(rows == nullptr ? held.free_free.rows() : static_cast<Eigen::Index>(rows->size()),
                 held.free_contact.cols()),
@@ -41,8 +39,8 @@ class FixedTensor {
   }
   void field_frame(const Eigen::VectorXd& d) { displacement_.noalias() = tensor_ * d.cast<pal_real>(); }
   void force_frame(const Eigen::VectorXd& d) { force_.noalias() = force_tensor_ * d; }
-  // Of the last frame.
-  const RealVector& displacement() const { return displacement_; }  // the tensor's rows of u_f
+  // the tensor's rows of u_f in the last frame
+  const RealVector& displacement() const { return displacement_; }
   const Eigen::VectorXd& force() const { return force_; }
 
  private:

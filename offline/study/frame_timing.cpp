@@ -3,21 +3,19 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <numeric>
 #include <random>
 #include <set>
 
+#include "offline/study/timed_contacts.hpp"
 #include "offline/study/timed_session.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kContacts = 4096;
-
-// As time_frames, with nothing of the pack or the session in a cache.
+// Times frames with cold caches: neither pack nor session is cached.
 template <typename Frame>
 Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   constexpr int kFrames = 200;
@@ -25,162 +23,13 @@ Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   return time_frames(std::move(model), std::move(stage), kFrames, frame, [&] { caches.evict(); });
 }
 
-class RandomBall {
- public:
-  Eigen::Vector3d operator()() {
-    Eigen::Vector3d point;
-    do {
-      point = Eigen::Vector3d(unit_(generator_), unit_(generator_), unit_(generator_));
-    } while (point.norm() > 1);
-    return point;
-  }
-
- private:
-  std::mt19937 generator_{1};
-  std::uniform_real_distribution<double> unit_{-1, 1};
-};
-
-// Contacts in the sampled ball, all at the first site, or each at the one after the one before.
-std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame) {
-  const pal_pack_info info = opened.info();
-  RandomBall random;
-  std::vector<pal_contact> contacts;
-  for (std::uint32_t i = 0; i < kContacts; ++i) {
-    const Eigen::Vector3d d = info.max_displacement * random();
-    const std::uint32_t site = new_site_each_frame ? i % info.num_sites : 0;
-    contacts.push_back({site, {d[0], d[1], d[2]}, 0, {}, {}, {}});
-  }
-  return contacts;
-}
-
-// Half of the scene's reach: at 1 kHz some 0.1 m/s on an organ of centimetres.
-pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame) {
-  return on_path(site, 0.5 * opened.info().max_displacement, frame);
-}
-
-// Contacts that the scene may have and zones answer.
-std::uint32_t num_in_zones(const OpenedPack& opened) {
-  const pal_pack_info info = opened.info();
-  return std::min({info.max_contacts, info.num_sites, pack::kMostZoneContacts});
-}
-
-// Metres, organ frame.
-std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
-  const pal_pack_info info = opened.info();
-  const pal_geometry geometry = opened.pack().geometry();
-  std::vector<Eigen::Vector3d> positions;
-  for (std::uint32_t site = 0; site < info.num_sites; ++site) {
-    std::uint32_t node = 0;
-    require_ok(pal_pack_get_site_node(opened.pack().get(), site, &node), "site");
-    positions.emplace_back(info.metres_per_length_unit *
-                           Eigen::Vector3d(geometry.rest_positions + size_t{3} * node));
-  }
-  return positions;
-}
-
-// The first site, and one after the other that which is farthest from all before.
-std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t count) {
-  const std::vector<Eigen::Vector3d> positions = site_positions(opened);
-  std::vector<std::uint32_t> sites = {0};
-  std::vector<double> farness(positions.size(), std::numeric_limits<double>::infinity());
-  while (sites.size() < count) {
-    for (size_t i = 0; i < positions.size(); ++i)
-      farness[i] = std::min(farness[i], (positions[i] - positions[sites.back()]).norm());
-    sites.push_back(
-        static_cast<std::uint32_t>(std::max_element(farness.begin(), farness.end()) - farness.begin()));
-  }
-  return sites;
-}
-
-// The first site, and those next to it that are as far from each other as patches take; fewer where there are none.
-std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_t count) {
-  const std::vector<Eigen::Vector3d> positions = site_positions(opened);
-  const pal_pack_info info = opened.info();
-  const double apart = 2 * std::max(info.tip_radius, 0.5 * info.mean_surface_edge);
-  std::vector<std::uint32_t> nearest(positions.size());
-  std::iota(nearest.begin(), nearest.end(), 0u);
-  std::ranges::sort(nearest, {}, [&](std::uint32_t site) { return (positions[site] - positions[0]).norm(); });
-  std::vector<std::uint32_t> sites;
-  for (const std::uint32_t site : nearest) {
-    const bool is_apart = std::ranges::all_of(
-        sites, [&](std::uint32_t other) { return (positions[site] - positions[other]).norm() > apart; });
-    if (is_apart && sites.size() < count) sites.push_back(site);
-  }
-  return sites;
-}
-
-// Each on that path.
-std::vector<pal_contact> all_on_paths(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
-                                      int frame) {
-  std::vector<pal_contact> contacts;
-  for (const std::uint32_t site : sites) contacts.push_back(half_way_out(opened, site, frame));
-  return contacts;
-}
-
-// Places an edge and less around sites, one after the other: metres, organ frame.
-std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened) {
-  const std::vector<Eigen::Vector3d> sites = site_positions(opened);
-  RandomBall random;
-  std::vector<Eigen::Vector3d> places;
-  for (size_t i = 0; i < kContacts; ++i)
-    places.emplace_back(sites[i % sites.size()] + opened.info().mean_surface_edge * random());
-  return places;
-}
-
-pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d& place) {
-  pal_surface_point point;
-  require_ok(pal_pack_find_surface_point(opened.pack().get(), place.data(), &point), "surface point");
-  return point;
-}
-
-// About half an edge above the surface from the first site to the one farthest from it and back, as what is nearest
-// to a point that goes along the chord in steps of a hundredth of an edge, without what is nearer to the wall across
-// a fissure: metres, organ frame.
-std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened) {
-  const double edge = opened.info().mean_surface_edge;
-  const std::vector<Eigen::Vector3d> sites = site_positions(opened);
-  const Eigen::Vector3d& start = sites.front();
-  const Eigen::Vector3d& end = *std::max_element(
-      sites.begin(), sites.end(),
-      [&](const auto& a, const auto& b) { return (a - start).squaredNorm() < (b - start).squaredNorm(); });
-  constexpr double kStep = 0.01;  // edges
-  const int steps = 1 + static_cast<int>((end - start).norm() / (kStep * edge));
-  std::vector<Eigen::Vector3d> path;
-  for (int i = 0; i <= steps; ++i) {
-    const pal_surface_point point = surface_point(opened, start + (end - start) * i / steps);
-    const Eigen::Vector3d above =
-        Eigen::Vector3d(point.position) + 0.5 * edge * Eigen::Vector3d(point.normal);
-    constexpr double kLeastDistance = 0.25;  // edges
-    if (surface_point(opened, above).distance > kLeastDistance * edge) path.push_back(above);
-  }
-  for (size_t i = path.size(); i-- > 0;) path.push_back(path[i]);
-  return path;
-}
-
-// The contacts of random_contacts at those places.
-std::vector<pal_contact> random_points(const OpenedPack& opened) {
-  std::vector<pal_contact> contacts;
-  const std::vector<pal_contact> pushes = random_contacts(opened, true);
-  for (const Eigen::Vector3d& place : random_places(opened)) {
-    const pal_surface_point point = surface_point(opened, place);
-    contacts.push_back(pal_contact_at(&point, pushes[contacts.size()].displacement));
-  }
-  return contacts;
-}
-
-// Of linear_dd, as many contacts as the scene may have and are not moved to sites.
-std::uint32_t num_between(const OpenedPack& opened) {
-  constexpr std::uint32_t kMostBetween = 3;
-  return std::min({opened.info().max_contacts, opened.info().num_sites, kMostBetween});
-}
-
-// Each at a place of its own, or all at new ones in each frame.
+// Times several contacts at fixed places, or with `anew` at new places in each frame.
 Timing time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, bool anew,
                             int frames) {
   const std::uint32_t count = num_between(opened);
   TimedSession session(opened, PAL_MODEL_LINEAR, count);
   std::vector<pal_contact> contacts(count);
-  // Those of random_places() go round the sites.
+  // random_places() cycles through the sites; this stride separates the contacts.
   const size_t apart = opened.info().num_sites / count;
   return time_frames(model_name(PAL_MODEL_LINEAR),
                      fmt::format("{} contacts{}", count, anew ? ", new places each frame" : " between sites"),
@@ -195,8 +44,8 @@ Timing time_several_between(const OpenedPack& opened, const std::vector<pal_cont
                      });
 }
 
-// Tools take hold where nothing is held and nothing ready: the frames in which their zones are made ready, a slice in each, and
-// the one that answers by them first.
+// Times the frames in which tools take hold and their zones are prepared slice by slice. The last frame is
+// the first with a zone response.
 Timing time_slices(const OpenedPack& opened, std::uint32_t count, int frames) {
   constexpr double kSlice = 40e-6;
   TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, kSlice);
@@ -226,17 +75,8 @@ void CacheEvictor::evict() {
   asm volatile("" : : "r"(other_.data()) : "memory");
 }
 
-pal_contact on_path(std::uint32_t site, double reach, int frame) {
-  const double t = 0.01 * frame;
-  pal_contact contact = {site, {}, 0, {}, {}, {}};
-  contact.displacement[0] = reach * std::cos(t) * std::cos(0.37 * t);
-  contact.displacement[1] = reach * std::cos(t) * std::sin(0.37 * t);
-  contact.displacement[2] = reach * std::sin(t);
-  return contact;
-}
-
 Timing time_loop(int frames) {
-  volatile double start = 1;  // so that the compiler has nothing to take away
+  volatile double start = 1;  // volatile keeps the loop
   volatile double end = 0;
   return time_frames("", "a loop in registers", frames, [&](int) {
     double sum = start;
@@ -282,7 +122,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
     const double* d = staying[static_cast<size_t>(frame) % staying.size()].displacement;
     held.tool({{d[0], d[1], d[2]}, {1, 0, 0, 0}});
   }));
-  // At a single site nothing moves: the same row again would claim a new factor in each frame.
+  // A single site would repeat the previous row.
   if (opened.info().num_sites > 1)
     timings.push_back(time_frames(model_name(model), "force, new site each frame", frames, touch(moving)));
   std::vector<pal_real> field(size_t{3} * opened.info().num_nodes);
@@ -414,7 +254,7 @@ std::optional<Timing> time_new_places(const OpenedPack& opened, int frames) {
 
 SceneTiming time_scene(const OpenedPack& opened, int frames) {
   const pal_pack_info info = opened.info();
-  const bool several = info.has_linear != 0;  // polynomials answer one contact alone
+  const bool several = info.has_linear != 0;  // polynomials support one contact only
   const std::uint32_t count = several ? std::min(info.max_contacts, info.num_sites) : 1;
   TimedSession session(opened, PAL_MODEL_AUTO, count);
   if (info.zone_rings > 0 && (count > 1 || info.has_polynomial == 0)) {
@@ -424,7 +264,7 @@ SceneTiming time_scene(const OpenedPack& opened, int frames) {
         time_frames("", "scene", frames, [&](int at) { session.haptic(all_on_paths(opened, sites, at)); });
     return {frame, in_zones, true};
   }
-  // One set of different sites after the other, in any order, so that none is known from the frame before.
+  // Draws sets of different sites in random order, so that no set recurs from the frame before.
   std::vector<pal_contact> contacts = random_contacts(opened, true);
   std::vector<std::uint32_t> order(info.num_sites);
   std::iota(order.begin(), order.end(), 0u);

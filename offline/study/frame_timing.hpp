@@ -1,4 +1,4 @@
-// How long frames of a pack take on this machine.
+// Measures the frame times of a pack on this machine.
 #pragma once
 
 #include <algorithm>
@@ -22,14 +22,14 @@ struct Timing {
   }
 };
 
-// Calls frame(i) for i = 0 .. frames - 1, each timed alone, after a twentieth as many to warm up; before each comes
-// prepare(), which is not timed.
+// Times frame(i) for i = 0 .. frames - 1 singly, after a warm-up of frames / 20. prepare() runs untimed
+// before each frame.
 template <typename Frame, typename Prepare = void (*)()>
 Timing time_frames(
     std::string model, std::string stage, int frames, const Frame& frame, const Prepare& prepare = [] {}) {
   using Clock = std::chrono::steady_clock;
   Timing timing{std::move(model), std::move(stage), std::vector<double>(static_cast<size_t>(frames))};
-  for (int i = 0; i < frames / 20 + 1; ++i) frame(i);  // warm
+  for (int i = 0; i < frames / 20 + 1; ++i) frame(i);  // warm-up
   for (int i = 0; i < frames; ++i) {
     prepare();
     const Clock::time_point start = Clock::now();
@@ -41,7 +41,7 @@ Timing time_frames(
   return timing;
 }
 
-// Empties the caches, by a walk through more memory than they hold. Cost: some 10 ms.
+// Empties the caches: walks through more memory than the caches hold. Cost: about 10 ms.
 class CacheEvictor {
  public:
   void evict();
@@ -50,48 +50,43 @@ class CacheEvictor {
   std::vector<unsigned char> other_ = std::vector<unsigned char>(size_t{96} << 20);
 };
 
-// A contact that goes around at `reach` from rest, a hundredth of it each frame; the runtime's units.
-pal_contact on_path(std::uint32_t site, double reach, int frame);
-
-// A copy of as many bytes as a field reads: the bound that memory sets.
+// Copies the bytes of a field: the bound that memory sets.
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
 
-// A loop of some 30 us that touches no memory: what is beyond its median is the machine's.
+// Times a loop without memory accesses: a spread above its median is noise of the machine.
 Timing time_loop(int frames);
 
-// As the system calls it.
+// The system's name of the processor.
 std::string processor_name();
 
-// Contact frames at one site, at a new one in each and between sites, a tool that holds the one site, and visual
-// frames.
+// Times contact frames at one site, at a new site in each frame and between sites; a tool that holds the
+// site; visual frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
-// The nonlinear zone: contact frames along a smooth path, with each number of rings that the pack carries, with a new
-// zone made in each, and visual frames.
+// Times nonlinear_zone: contact frames on a smooth path for each number of rings, frames with a new zone
+// each, visual frames.
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 
-// Whether the pack knows its surface, so that places between sites can be found.
+// Whether the pack has the surface for contacts between sites.
 bool has_places(const OpenedPack& opened);
 
-// pal_pack_find_surface_point at places about an edge from the surface, another in each frame, and at places on it,
-// as those of a tool that slides; and whole frames of a tool that goes half an edge above it, whose search starts
-// where its last one ended: the pack has places.
+// Times pal_pack_find_surface_point at places about an edge from the surface, and at places on the surface. Also times
+// frames of a tool half an edge above the surface, whose search starts at the last result. The pack must have places.
 std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 
-// Opening the pack's file, which is in the system's cache by then, and making a session.
+// Times the opening of a cached pack file and the construction of a session.
 std::vector<Timing> time_start(const std::filesystem::path& file);
 
-// Contact frames as the scene will see them at worst.
+// Contact frames in the worst case of the scene.
 struct SceneTiming {
   Timing frame;
-  std::uint32_t contacts;  // as many as it asks for and the model answers
-  bool
-      is_zone;  // they move at the same sites, as zones are made over several frames; else at new sites in each
+  std::uint32_t contacts;  // number that the scene asks for and the model supports
+  // true: contacts move at fixed sites, since zones take several frames to prepare; false: new sites in each frame
+  bool is_zone;
 };
 SceneTiming time_scene(const OpenedPack& opened, int frames);
 
-// Contact frames of two or three, all at new places between sites in each, where linear_dd answers them: what a grasp
-// costs in one frame where no budget spreads it.
+// Times linear_dd with two or three contacts at new places between sites in each frame: a grasp without a time budget.
 std::optional<Timing> time_new_places(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

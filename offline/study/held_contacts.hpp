@@ -1,5 +1,5 @@
-// The frame that every linear method is asked for: K u = 0 with k contacts displaced by d, a linear body at rest
-// otherwise. With f the free equations and c those of the contacts, a patch's nodes moving as one,
+// The common problem of all linear methods: a linear body at rest, k contacts with displacement d. With free
+// equations f, contact equations c, and rigid patches:
 //   K_ff u_f = -K_fc d,   force on the contacts K_cf u_f + K_cc d.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace palpate {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 using SparseColumns = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-// What displacements are shown in.
+// Displacements in the runtime's precision.
 using RealMatrix = Eigen::Matrix<pal_real, Eigen::Dynamic, Eigen::Dynamic>;
 using RealVector = Eigen::Matrix<pal_real, Eigen::Dynamic, 1>;
 
@@ -22,20 +22,20 @@ struct HeldContacts {
   Sparse free_free;
   SparseColumns free_contact;
   Eigen::MatrixXd contact_contact;
-  std::vector<int> free_dofs;  // of the model
+  std::vector<int> free_dofs;  // dofs of the model
 
   // Contacts of one node each; `nodes`: of the model, with three free dofs each.
   HeldContacts(const Assembly& assembly, const std::vector<int>& nodes)
       : HeldContacts(assembly, patches_of(nodes), Eigen::VectorXd::Zero(assembly.num_dofs())) {}
 
-  // `patches`: nodes of the model, with three free dofs each, none of them in two patches; `rest`: all dofs.
+  // `patches`: disjoint sets of nodes of the model, with three free dofs each; `rest`: all dofs.
   HeldContacts(const Assembly& assembly, const std::vector<std::vector<int>>& patches,
                const Eigen::VectorXd& rest) {
     SparseLower lower;
     assembly.tangent(rest, false, lower);
     const Sparse all = lower.selfadjointView<Eigen::Lower>();
     const int num_contact = 3 * static_cast<int>(patches.size());
-    std::vector<int> place(static_cast<size_t>(all.rows()), -1);  // of an equation: contact c is -2 - c
+    std::vector<int> place(static_cast<size_t>(all.rows()), -1);  // place of an equation; contact c is -2 - c
     for (size_t contact = 0; contact < patches.size(); ++contact) {
       for (const int node : patches[contact]) {
         for (int axis = 0; axis < 3; ++axis)

@@ -1,5 +1,5 @@
-// Linear methods that EPFE is compared with, on the organ at rest with the patches of some contacts held: a back-solve
-// and a fixed tensor, both made for these contacts and no others, and localised conjugate gradients.
+// Linear reference methods for EPFE on the organ at rest, with fixed contacts: a back-solve, a fixed tensor,
+// and localised conjugate gradients.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,26 +20,26 @@ namespace palpate {
 struct HeldMethod {
   MethodKind kind = MethodKind::back_solve;
   std::string name;
-  double tolerance = 0;  // of LCG: of the residual, of what the contacts put on the free nodes
+  double tolerance = 0;  // of LCG: residual relative to the contacts' force on the free nodes
 };
 
 class HeldOrgan {
  public:
-  // No two of the sites share a node. Cost: a factor. Throws std::runtime_error when the stiffness at rest is not
+  // The sites must share no node. Cost: a factor. Throws std::runtime_error when the stiffness at rest is not
   // positive definite.
   HeldOrgan(const Organ& organ, const std::vector<size_t>& sites);
   HeldOrgan(const HeldOrgan&) = delete;  // its parts refer to one another
   HeldOrgan& operator=(const HeldOrgan&) = delete;
 
-  // Whether each node is free or not as a whole, which LCG takes for granted.
+  // Whether each node has either three free dofs or none; LCG requires it.
   bool has_whole_nodes() const;
 
-  // `displacement`: of each contact, three numbers each. Forces first, as a haptic frame, then the field of the packed
-  // nodes; what a method has made in the haptic frame costs nothing in the visual one.
+  // `displacement`: three numbers for each contact. haptic() computes the forces, visual() the field of the
+  // packed nodes; visual() reuses results of haptic().
   void haptic(const HeldMethod& method, const Eigen::VectorXd& displacement);
   void visual(const HeldMethod& method, const Eigen::VectorXd& displacement);
 
-  // Both, of contacts at the sites, in their order. LCG goes on from the answer before.
+  // Computes forces and field for contacts at the sites, in their order. LCG starts from the response before.
   MethodAnswer answer(const HeldMethod& method, const std::vector<LinearContact>& contacts);
 
  private:
@@ -47,16 +47,16 @@ class HeldOrgan {
   LocalizedCg& localized_cg(double tolerance);
 
   HeldContacts held_;
-  std::vector<int> shown_;       // of the free equations, those of packed nodes
-  std::vector<int> shown_at_;    // where they stand in a field
-  std::vector<int> contact_of_;  // of each number of a field; -1: it is not held
+  std::vector<int> shown_;       // free equations of packed nodes
+  std::vector<int> shown_at_;    // their positions in a field
+  std::vector<int> contact_of_;  // contact dof of each number of a field; -1: not held
   BackSolve back_solve_;
   std::optional<FixedTensor> tensor_;
   std::map<double, LocalizedCg> localized_cg_;  // by tolerance
   Eigen::VectorXd force_;                       // of the last haptic frame
 };
 
-// A back-solve, PFE, and LCG to each of these tolerances.
+// Returns a back-solve, PFE, and LCG for each tolerance.
 std::vector<HeldMethod> held_methods(const std::vector<double>& tolerances);
 
 }  // namespace palpate

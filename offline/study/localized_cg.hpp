@@ -1,10 +1,9 @@
-// LCG: conjugate gradients in every frame, warm started from the frame before, and only where there is a
-// residual: after a contact has moved that is around it, and each iteration reaches one ring of nodes further.
-// Nothing is made beforehand but K, so contacts, and K itself, may change at any time.
+// LCG: conjugate gradients in every frame, warm started, only on nodes with a residual. A moved contact
+// changes the residual near itself, and each iteration reaches one more ring of nodes. Only K is prepared, so
+// contacts and K may change at any time.
 //
-// Source: Nienhuys and van der Stappen 2001, A surgery simulation supporting cuts and finite element
-// deformation. The preconditioner, where asked for, is the inverse of K's diagonal 3 x 3 blocks, which keeps
-// what is local.
+// Source: Nienhuys and van der Stappen 2001, A surgery simulation supporting cuts and finite element deformation.
+// Optional preconditioner: the inverse 3 x 3 diagonal blocks of K, which keep the iteration local.
 #pragma once
 
 #include <Eigen/LU>
@@ -17,8 +16,8 @@ namespace palpate {
 
 class LocalizedCg {
  public:
-  // Stops where |residual| is `tolerance` times the force that the step of the contacts puts on the free
-  // nodes. Free dofs must come in threes, node by node.
+  // Stops at |residual| <= `tolerance` x force of the contacts' step on the free nodes. The free dofs of a
+  // node must be complete and consecutive.
   LocalizedCg(const HeldContacts& held, bool precondition, double tolerance)
       : held_(&held), stiffness_(held.free_free), precondition_(precondition), tolerance_(tolerance) {
     const Eigen::Index n = held.free_free.rows();
@@ -29,13 +28,13 @@ class LocalizedCg {
       inverse_blocks_.push_back(stiffness_.diagonal(node).inverse());
   }
 
-  // u_f.
+  // Returns u_f.
   const Eigen::VectorXd& frame(const Eigen::VectorXd& d) {
     const Eigen::VectorXd push = -(held_->free_contact * (d - contacts_));
     contacts_ = d;
     residual_ += push;
     const double enough = tolerance_ * (held_->free_contact * d).norm();
-    // What is left of earlier frames below its share of that is not worth a node.
+    // A residual below its share of the tolerance does not activate a node.
     const double worth = enough / std::sqrt(static_cast<double>(is_active_.size()));
     active_.clear();
     for (size_t node = 0; node < is_active_.size(); ++node) {
@@ -66,7 +65,7 @@ class LocalizedCg {
     return displacement_;
   }
 
-  // Of the last frame.
+  // u_f of the last frame.
   const Eigen::VectorXd& displacement() const { return displacement_; }
   int iterations() const { return iterations_; }
 
@@ -87,7 +86,7 @@ class LocalizedCg {
     preconditioned_.segment<3>(at(node)) =
         precondition_ ? Eigen::Vector3d(inverse_blocks_[static_cast<size_t>(node)] * r) : r;
   }
-  // The direction is zero on what comes in.
+  // The direction is zero on newly reached nodes.
   void reach_neighbours() {
     const size_t count = active_.size();
     if (count == is_active_.size()) return;

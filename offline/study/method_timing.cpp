@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "offline/study/timed_contacts.hpp"
 #include "offline/study/timed_session.hpp"
 
 namespace palpate {
@@ -74,7 +75,7 @@ void MethodTimer::advance(size_t set, std::vector<pal_contact>& contacts) {
 }
 
 void MethodTimer::warm_up(size_t set, TimedSession& session, std::vector<pal_contact>& contacts) {
-  constexpr int kFramesToThePath = 20;  // of a zone that starts at rest
+  constexpr int kFramesToThePath = 20;  // frames of a zone from rest to the path
   for (int i = 0; i < kFramesToThePath; ++i) {
     advance(set, contacts);
     session.haptic(contacts);

@@ -1,4 +1,4 @@
-// Microseconds of a method's frames: contacts on a path, and the field of all shown nodes.
+// Measures a method's frame times in microseconds: contacts on a path, and the field of all shown nodes.
 #pragma once
 
 #include <functional>
@@ -13,19 +13,19 @@ namespace palpate {
 
 class TimedSession;
 
-// Frames of one model on a pack, `contacts` sites at a time, that go around at `part` of the pack's largest |d|. Each
-// set of sites is timed in a session of its own that lives no longer than that, so that many timers hold no arenas.
+// Times frames of one model on a pack with `contacts` moving sites at a fraction `part` of the largest |d|.
+// Each set of sites has a short-lived session, so that timers hold no arenas.
 class MethodTimer {
  public:
-  // `site_sets`: of equally many sites each; frames are shared among them. `zone_rings`, `zone_iterations`: as of a
-  // session. The pack outlives this.
+  // `site_sets`: sets of equal size; frames are divided among the sets. `zone_rings`, `zone_iterations`: as
+  // for a session. The pack outlives the timer.
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
               std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
-  // One more round: `seconds` or `most_frames`, whichever is less, and `cold_frames` more, before each of which
-  // `caches`, not null then, are emptied.
+  // Times one more round: `seconds` or `most_frames`, whichever ends first, then `cold_frames` frames.
+  // `caches` is emptied before each cold frame and must not be null for such frames.
   void time_round(double seconds, int most_frames, int cold_frames = 0, CacheEvictor* caches = nullptr);
-  // Into the row; cold times where there are any.
+  // Writes the times into the row; cold times where measured.
   void summarise(MethodRow& row) const;
 
  private:
@@ -35,7 +35,7 @@ class MethodTimer {
     std::vector<double> medians;  // of rounds
   };
   void advance(size_t set, std::vector<pal_contact>& contacts);
-  // From rest to the path of the set's contacts.
+  // Moves the set's contacts from rest to their path.
   void warm_up(size_t set, TimedSession& session, std::vector<pal_contact>& contacts);
 
   const OpenedPack* opened_;
@@ -44,15 +44,15 @@ class MethodTimer {
   std::uint32_t zone_iterations_;
   std::vector<std::vector<std::uint32_t>> site_sets_;
   double reach_;
-  std::vector<int> frames_;  // of each set, so far
+  std::vector<int> frames_;  // frames so far, for each set
   Stage haptic_;
   Stage visual_;
 };
 
-// Of frames that are no runtime's: so many calls, each timed alone; with `caches` those are emptied before each.
+// Times `calls` calls singly. A non-null `caches` is emptied before each call.
 TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches = nullptr);
 
-// `medians`: of the rounds, nanoseconds too; empty: it was one.
+// `medians`: of the rounds, nanoseconds; empty: a single round.
 TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double>& medians);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// A symmetric matrix over nodes of three equations each, by rows of 3 x 3 blocks: one index for nine numbers.
+// A symmetric matrix over nodes of three equations each, stored by rows of 3 x 3 blocks.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,9 +11,10 @@ namespace palpate {
 
 class NodeBlocks {
  public:
-  // Equations come node by node.
+  // Equations must be ordered by node.
   explicit NodeBlocks(const Sparse& matrix) : starts_{0} {
-    std::vector<int> place(static_cast<size_t>(matrix.rows() / 3), -1);  // of a node's block in this row
+    // position of a node's block in this row
+    std::vector<int> place(static_cast<size_t>(matrix.rows() / 3), -1);
     for (Eigen::Index node = 0; node < matrix.rows() / 3; ++node) {
       for (int axis = 0; axis < 3; ++axis) {
         for (Sparse::InnerIterator it(matrix, 3 * node + axis); it; ++it) {
@@ -40,7 +41,7 @@ class NodeBlocks {
     }
     return Eigen::Matrix3d::Zero();
   }
-  // The node's three rows times x.
+  // Multiplies the node's three rows by x.
   Eigen::Vector3d times(int node, const Eigen::VectorXd& x) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (size_t block = start(node); block < start(node + 1); ++block)
@@ -51,7 +52,7 @@ class NodeBlocks {
  private:
   size_t start(int node) const { return static_cast<size_t>(starts_[static_cast<size_t>(node)]); }
 
-  std::vector<int> starts_;  // of each node's row in the two below, and the end
+  std::vector<int> starts_;  // start of each node's row in the two arrays below, and the end
   std::vector<int> nodes_;
   std::vector<Eigen::Matrix3d> blocks_;
 };

@@ -15,8 +15,8 @@ struct ErrorSummary {
   double max = 0;
 };
 
-// Microseconds of single frames. `lowest` and `highest`: medians of the rounds that the frames were timed in, what a
-// second run may be expected between.
+// Microseconds of single frames. `lowest` and `highest`: extreme medians over the timing rounds, the expected
+// range of a second run.
 struct TimeSummary {
   double median = 0;
   double p99 = 0;
@@ -26,64 +26,64 @@ struct TimeSummary {
   double highest = 0;
 };
 
-// Kinds of methods, in the order in which a legend has them.
+// Kinds of methods, in the order of a legend.
 enum class MethodKind {
   linear,
   polynomial,
-  moved,  // a polynomial, from another site
+  moved,  // a polynomial transferred from another site
   zone,
   fixed_tensor,
   back_solve,
   localized_cg,
-  elsewhere,  // measured by something else, other software for one
+  elsewhere,  // measured by other software
   newton
 };
 inline constexpr size_t kMethodKinds = 9;
 
-// One method, asked at one |d|.
+// One method at one |d|.
 struct MethodRow {
   MethodKind kind = MethodKind::linear;
   std::string name;      // "polynomial_dd, degree 5, rank 20, int16"
-  bool carried = false;  // by the pack that the report is about; else another setting, for comparison
+  bool carried = false;  // the reported pack carries the method; else another setting, for comparison
   int contacts = 1;
-  double part = 1;                         // of the pack's largest |d|
-  int pushes = 0;                          // that its errors are of,
-  int diverged = 0;                        //   those without an answer among them: errors as of a zero one
+  double part = 1;                         // fraction of the pack's largest |d|
+  int pushes = 0;  // pushes behind the errors
+  int diverged = 0;  // pushes without a response among them; such a response counts as zero
   ErrorSummary displacement;               // max over shown nodes |u - u_FE| / |d|
-  ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest
-  ErrorSummary force_unfloored;            // the same without a floor
+  ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
+  ErrorSummary force_unfloored;            // the same without the floor
   ErrorSummary displacement_off;           // |u - u_FE|, length unit
   ErrorSummary force_off;                  // |f - f_FE|, force unit
   TimeSummary haptic;                      // forces and stiffness
   TimeSummary visual;                      // displacements of all shown nodes
-  std::optional<TimeSummary> haptic_cold;  // none: not measured
+  std::optional<TimeSummary> haptic_cold;  // empty: not measured
   std::optional<TimeSummary> visual_cold;
 };
 
-// One push and one method's answer to it.
+// One method's response to one push.
 struct PushRow {
   std::string set;  // "random", "levels" or "several"
-  int push = 0;     // of the set
+  int push = 0;     // number within the set
   std::string name;
   MethodKind kind = MethodKind::linear;
   bool carried = false;
   int contacts = 1;
   std::string sites;                                 // labels, joined by ';'
-  std::vector<std::array<double, 3>> displacements;  // of each contact; length unit
-  double size = 0;                                   // the largest |d| of the contacts; length unit
-  double part = 0;                                   // of the pack's largest
-  std::optional<double> strain;                      // |d| / thickness of the organ along d; one contact
-  bool solved = true;                                // false: there is no truth, and errors are 1
+  std::vector<std::array<double, 3>> displacements;  // for each contact; length unit
+  double size = 0;                                   // largest |d| of the contacts; length unit
+  double part = 0;                                   // fraction of the pack's largest |d|
+  std::optional<double> strain;  // |d| / thickness of the organ along d; single contacts only
+  bool solved = true;            // false: the push has no equilibrium, and errors are 1
   double displacement_error = 1;
   double force_error = 1;
   double force_error_unfloored = 1;
   double displacement_off = 0;
   double force_off = 0;
-  std::optional<double> displacement_estimate;  // what the runtime estimated; none: no runtime answered
+  std::optional<double> displacement_estimate;  // the runtime's estimate; empty for other methods
   std::optional<double> force_estimate;
 };
 
-// What the pack says of a model, and what was found.
+// Claimed and measured errors of a model.
 struct PromiseRow {
   std::string model;
   int pushes = 0;
@@ -91,12 +91,12 @@ struct PromiseRow {
   double found_displacement_p95 = 0;
   double claimed_force_p95 = 0;
   double found_force_p95 = 0;
-  double displacement_coverage = 0;  // part of the pushes within the runtime's estimate
+  double displacement_coverage = 0;  // fraction of the pushes within the runtime's estimate
   double force_coverage = 0;
   bool kept = true;
 };
 
-// A copy of as many bytes as a method's field reads.
+// A copy of the bytes that a method's field reads.
 struct CopyRow {
   std::string method;
   double kilobytes = 0;
@@ -104,10 +104,10 @@ struct CopyRow {
 };
 
 struct OrganReport {
-  std::string name;         // of its files
+  std::string name;         // stem of the organ's file names
   std::string title;        // "brain"
-  std::string source;       // of the pack or scene, as given
-  std::string length_unit;  // "" where the scene states none
+  std::string source;       // path of the pack or scene
+  std::string length_unit;  // "" where the scene states no unit
   std::string force_unit;
   double metres_per_length_unit = 1;
   double newtons_per_force_unit = 1;
@@ -115,19 +115,19 @@ struct OrganReport {
   int elements = 0;
   int shown_nodes = 0;
   int sites = 0;
-  int sites_compared = 0;  // where methods are compared
+  int sites_compared = 0;  // number of sites in the comparison
   double pack_megabytes = 0;
   double mean_edge = 0;         // h; length unit
   double max_displacement = 0;  // length unit
-  double thickness = 0;         // of the organ under its sites, the median; length unit; 0: unknown
+  double thickness = 0;         // median thickness of the organ under its sites; length unit; 0: unknown
   int max_contacts = 1;
   int unsolved = 0;  // pushes without an equilibrium
   std::vector<PromiseRow> promises;
   std::vector<MethodRow> methods;
   std::vector<PushRow> pushes;
   std::vector<CopyRow> copies;
-  std::vector<std::string> notes;  // what could not be compared, and why
-  // What is to be known of methods that something else has measured.
+  std::vector<std::string> notes;  // omitted comparisons, with the reason
+  // Captions for methods measured by other software.
   std::vector<std::string> captions_elsewhere;
   std::filesystem::path error_map;  // PNG; empty: none
   bool is_kept() const {

@@ -24,12 +24,12 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kTimedSetsOfSlow = 2;     // at most, of a slow method,
-constexpr size_t kTimedSetsOfSeveral = 1;  // and of several contacts
-constexpr std::uint32_t kThick = 3;        // rings, whose frames take long
-constexpr int kFramesOfAnApproach = 50;    // of a contact that comes from rest: at 1 kHz, 0.16 m/s for 8 mm
+constexpr size_t kTimedSetsOfSlow = 2;     // for a slow method,
+constexpr size_t kTimedSetsOfSeveral = 1;  // for several contacts
+constexpr std::uint32_t kThick = 3;        // rings; thicker zones have slow frames
+constexpr int kFramesOfAnApproach = 50;    // of a contact that comes from rest
 
-// Gathers rows of one organ.
+// Collects the report's rows of one organ.
 class Measurement {
  public:
   Measurement(const OpenedPack& opened, const Organ& organ, const SampleStore* store,
@@ -80,7 +80,7 @@ class Measurement {
     parts_ = compared_parts(organ_);
   }
 
-  // Random pushes at all sites: whether the pack keeps what it says, and how its errors are distributed.
+  // Validates the pack's survey by random pushes at all sites, and records the distribution of errors.
   void judge(const std::filesystem::path& map) {
     const std::vector<Push> pushes =
         draw_pushes(opened_, organ_.scene, organ_.sites, effort_.random_pushes, seed_);
@@ -106,7 +106,7 @@ class Measurement {
     }
     for (const SurveyValidation& promise :
          judge_pack(opened_, samples, organ_.scene.max_displacement, jobs_)) {
-      if (promise.measured.errors.empty()) continue;  // none of the pushes was at a site of this model
+      if (promise.measured.errors.empty()) continue;  // no push was at a site of this model
       const SurveyBin& found = promise.measured.table.overall;
       report_.promises.push_back({promise.model, found.samples, promise.claimed.displacement.p95,
                                   found.displacement.p95, promise.claimed.force.p95, found.force.p95,
@@ -154,14 +154,15 @@ class Measurement {
     const std::vector<ComparedMethod> moving =
         moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
-    // A polynomial answers one contact alone.
+    // Polynomials support one contact only.
     std::erase_if(methods,
                   [](const ComparedMethod& method) { return method.kind == MethodKind::polynomial; });
     compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, contacts, rows_);
   }
 
-  // What a pack has of pairs of contacts is for all of its rings: what fewer are worth, a pack of no more of them says.
+  // A pack's interaction terms of contact pairs belong to all of its rings. Fewer rings therefore need packs
+  // of their own.
   void answer_by_packs_of_fewer_rings(std::vector<ComparedMethod>& methods, int contacts) {
     for (ComparedMethod& method : methods) {
       const auto rings = static_cast<int>(method.rings);
@@ -178,7 +179,7 @@ class Measurement {
     }
   }
 
-  // Errors of methods at each level, which do not depend on what else the machine does, and timers for what does.
+  // Measures errors at each level, independent of the machine's load, and prepares timers.
   void compare(const std::vector<ComparedMethod>& methods, const std::vector<Level>& levels,
                const std::vector<std::vector<size_t>>& site_sets) {
     const auto contacts = static_cast<std::uint32_t>(site_sets.front().size());
@@ -198,7 +199,7 @@ class Measurement {
     {
       ProgressBar bar(contacts > 1 ? "methods, several contacts" : "methods",
                       static_cast<int>(methods.size()));
-      // Those that take longest stand last: begun first, they leave no thread without work at the end.
+      // The slowest methods stand last and start first, so that threads end together.
       const auto measure = [&](size_t, size_t i) {
         const size_t m = methods.size() - 1 - i;
         measured[m] = measure_method(methods[m], levels_of(methods[m]), contacts);
@@ -222,8 +223,8 @@ class Measurement {
     return measured;
   }
 
-  // Of a method, with a timer for each level of a zone's, and one for all of another's: only a zone's frames depend
-  // on how far it is pushed.
+  // Adds the rows of a method. A zone gets one timer for each level; other methods get one timer, since their
+  // frame time does not depend on |d|.
   void add_rows(const ComparedMethod& method, const std::vector<Level>& levels,
                 const std::vector<std::vector<size_t>>& site_sets,
                 const std::vector<std::vector<MeasuredPush>>& measured) {
@@ -251,7 +252,7 @@ class Measurement {
     ProgressBar bar("timing frames", rounds * static_cast<int>(timers_.size()));
     int done = 0;
     CacheEvictor caches;
-    // By turns, so that what else the machine does meets all of them alike.
+    // Interleaved rounds expose all methods to the same load of the machine.
     for (int round = 0; round < rounds; ++round) {
       for (Timed& timed : timers_) {
         const double seconds = timed.carried ? effort_.seconds : effort_.seconds_of_settings;
@@ -281,7 +282,7 @@ class Measurement {
     }
   }
 
-  // Of the method's pack, of each site of the organ's.
+  // Returns the method's site numbers for the organ's sites.
   std::vector<std::uint32_t> sites_of(const ComparedMethod& method) const {
     const auto is_of = [&](const auto& pack) { return method.pack == &pack->opened; };
     const bool has_all = method.pack == &opened_ ||
@@ -301,11 +302,11 @@ class Measurement {
   const ReportEffort& effort_;
   std::int64_t seed_;
   int jobs_;
-  std::vector<double> parts_;  // of the largest |d|, at which methods are compared
+  std::vector<double> parts_;  // fractions of the largest |d| in the comparison
   OrganReport report_;
   ReportRows rows_;
-  std::unique_ptr<OtherSettings> others_;                         // whose packs the timers use,
-  std::vector<std::unique_ptr<StudyPack>> packs_of_fewer_rings_;  // as they do these
+  std::unique_ptr<OtherSettings> others_;                         // the timers refer to these packs
+  std::vector<std::unique_ptr<StudyPack>> packs_of_fewer_rings_;  // the timers refer to these packs
   std::vector<Timed> timers_;
 };
 

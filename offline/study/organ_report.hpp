@@ -1,4 +1,4 @@
-// Measures what a report says of one organ.
+// Measures an organ for a report.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,8 @@
 
 namespace palpate {
 
-// `organ` is what the pack was made from; `store`: where samples of it are kept, null: nowhere. Pushes come from
-// `seed`; errors depend on nothing else, times on the machine. Writes the error map to `map` (PNG), where the pack
-// has a surface to draw. Draws progress bars.
+// `organ` is the pack's source. `store` keeps samples; null: none are kept. `seed` draws the pushes and alone
+// determines errors. Writes the error map to `map` (PNG) where the pack has a surface. Draws progress bars.
 OrganReport measure_organ(const OpenedPack& opened, const Organ& organ, const SampleStore* store,
                           const ReportEffort& effort, std::int64_t seed, int jobs,
                           const std::filesystem::path& map);

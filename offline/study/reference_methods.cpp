@@ -10,6 +10,7 @@
 #include "offline/output/progress_bar.hpp"
 #include "offline/study/held_organ.hpp"
 #include "offline/study/method_timing.hpp"
+#include "offline/study/timed_contacts.hpp"
 
 namespace palpate {
 namespace {
@@ -26,14 +27,13 @@ std::vector<size_t> sites_of(const ContactTruth& truth) {
   return sites;
 }
 
-// Where a push stands among levels.
+// The position of a push among levels.
 struct PushPlace {
   size_t level;
   size_t push;
 };
 
-// By method, level and push. What holds the same contacts is answered together, as it shares all that is made
-// beforehand.
+// By method, level and push. Pushes with the same contacts share the preparation.
 using HeldPushes = std::vector<std::vector<std::vector<MeasuredPush>>>;
 
 HeldPushes measure_held(const Organ& organ, std::vector<HeldMethod>& methods,
@@ -71,7 +71,7 @@ HeldPushes measure_held(const Organ& organ, std::vector<HeldMethod>& methods,
   return measured;
 }
 
-// Contacts that go around at `part` of the largest |d|, each alike.
+// Returns contacts on the path at `part` of the largest |d|, all with the same displacement.
 std::vector<LinearContact> around(const Organ& organ, const std::vector<size_t>& sites, double part,
                                   int frame) {
   const pal_contact contact = on_path(0, part * organ.scene.max_displacement, frame);
@@ -82,7 +82,7 @@ std::vector<LinearContact> around(const Organ& organ, const std::vector<size_t>&
 
 struct HeldTimes {
   TimeSummary haptic, haptic_cold;
-  std::optional<TimeSummary> visual, visual_cold;  // none: the haptic frame has made the field
+  std::optional<TimeSummary> visual, visual_cold;  // empty: the haptic frame has computed the field
 };
 
 HeldTimes time_held(HeldOrgan& held, const HeldMethod& method, const Organ& organ,

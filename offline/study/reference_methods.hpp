@@ -1,5 +1,4 @@
-// What an organ is answered with where nothing is packed: linear methods, and Newton's method on the full model, each
-// frame from the one before.
+// Reference methods without a pack: linear methods, and Newton's method on the full model with warm starts.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,14 +12,13 @@
 
 namespace palpate {
 
-// Full Newton, warm: the state of the frame before, its patches moved on, and as many iterations as that takes to
-// converge.
+// Full Newton: starts from the state of the frame before, moves the patches, and iterates to convergence.
 class NewtonFrames {
  public:
-  // Starts from rest. No two of the sites share a node.
+  // Starts from rest. The sites must share no node.
   NewtonFrames(const Organ& organ, const std::vector<size_t>& sites);
 
-  // The same sites in each frame. Throws std::runtime_error where there is no equilibrium.
+  // Every frame has the same sites. Throws std::runtime_error where no equilibrium exists.
   void frame(const std::vector<LinearContact>& contacts);
 
  private:
@@ -30,8 +28,8 @@ class NewtonFrames {
   Eigen::VectorXd u_;
 };
 
-// Adds a row for each of them and each level: errors over its pushes, times of frames that go around at its |d|, at the
-// sites of the last level's first push. `contacts`: of each push. Draws progress bars.
+// Adds a row for each method and each level: errors over the level's pushes, and frame times. The timed frames move at
+// the level's |d|, at the sites of the last level's first push. `contacts`: contacts of each push. Draws progress bars.
 void compare_references(const Organ& organ, const ReportEffort& effort, const std::vector<Level>& levels,
                         int contacts, ReportRows& rows);
 

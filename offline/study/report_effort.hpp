@@ -1,4 +1,4 @@
-// How much a report measures: enough in half an hour on two cores, or a glance in two minutes.
+// The effort of a report: sizes and time limits of its measurements. quick() gives a first look.
 #pragma once
 
 #include <cstddef>
@@ -7,33 +7,33 @@
 namespace palpate {
 
 struct ReportEffort {
-  int random_pushes = 512;           // that a pack is judged by, and its distributions of errors are of
-  int most_sites = 12;               // at which methods are compared,
-  int pushes_at_level = 144;         // by so many pushes of each |d|;
-  int pushes_of_slow_methods = 24;   //   of thick zones that move or are not carried
-  int several = 32;                  // pushes of several contacts, of each |d|,
-  int several_of_slow_methods = 12;  //   of thick zones, the first so many
-  int most_zone_rings = 4;           // of a method that the pack does not carry
-  std::vector<int> zone_iterations = {1, 2, 3, 4, 5};            // of a frame of a zone that moves,
-  int most_moving_rings = 4;                                     // with at most so many rings
-  int most_moving_rings_of_several = 2;                          //   and so many where several contacts move
+  int random_pushes = 512;           // pushes for the validation and the error distributions
+  int most_sites = 12;               // sites of the comparison of methods
+  int pushes_at_level = 144;         // pushes for each |d|
+  int pushes_of_slow_methods = 24;   // the same for thick zones that move or come from another pack
+  int several = 32;                  // pushes of several contacts for each |d|
+  int several_of_slow_methods = 12;  // the same for thick zones: the first of these pushes
+  int most_zone_rings = 4;           // for methods that the pack does not carry
+  std::vector<int> zone_iterations = {1, 2, 3, 4, 5};  // in each frame of a zone with moving contacts
+  int most_moving_rings = 4;                           // for zones with moving contacts
+  int most_moving_rings_of_several = 2;                // for zones with several moving contacts
   std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3, 1e-4};  // of localised conjugate gradients
-  bool every_setting = true;                                     // of polynomials, else a few
+  bool every_setting = true;                                     // false: a few settings of polynomials
   bool packs_of_fewer_rings = true;                              // for several contacts
-  size_t timed_sets = 4;             // of sites, at which a method's frames are timed,
-  int timed_rounds = 5;              //   each method so often
-  double seconds = 0.6;              // of the warm frames of a method at one |d|,
-  double seconds_of_settings = 0.2;  //   of one that the pack does not carry,
-  int most_frames = 100000;          //   or so many of them
+  size_t timed_sets = 4;                                         // sets of sites in the timing of a method
+  int timed_rounds = 5;                                          // rounds for each method
+  double seconds = 0.6;                                          // warm frames of a method at one |d|
+  double seconds_of_settings = 0.2;  // the same for settings that the pack does not carry
+  int most_frames = 100000;          // limit of warm frames
   int cold_frames = 60;
   int cold_frames_of_settings = 12;
-  int reference_frames = 120;  // of linear references,
-  int newton_frames = 12;      // and of full Newton
-  int scene_sites = 24;        // of a scene that is packed for the report, at most;
-  int scene_survey = 0;        // pushes of its survey; 0: as many as `palpate build` takes
-  int scene_sets = 0;          // and sets of several contacts
+  int reference_frames = 120;  // frames of linear references
+  int newton_frames = 12;      // frames of full Newton
+  int scene_sites = 24;        // limit for a scene that is packed for the report
+  int scene_survey = 0;        // pushes of the scene's survey; 0: as in `palpate build`
+  int scene_sets = 0;          // contact sets of the scene's survey
 
-  // A glance: surveys and judgements of so few pushes hold less surely than those of a whole report.
+  // A first look: few pushes give weaker surveys and validations.
   static ReportEffort quick() {
     ReportEffort effort;
     effort.random_pushes = 24;

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Other ones than those of any survey, or of `draw_pushes`.
+// Draws directions that no survey and no `draw_pushes` uses.
 std::vector<Eigen::Vector3d> directions_of(int count, const Scene& scene, std::mt19937_64& random) {
   std::vector<Eigen::Vector3d> points =
       choose_survey_points(count, scene.directions == Directions::inward, random() | std::uint64_t{1} << 63);
@@ -31,7 +31,7 @@ std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt
   return first_apart(sites, order, static_cast<size_t>(contacts));
 }
 
-// That which was sampled.
+// Returns the sampled domain of each site.
 SiteDomain domain_of(const OpenedPack& opened, const Organ& organ) {
   return [&](size_t site) { return sampled_domain(opened, organ.scene, organ.sites, site); };
 }

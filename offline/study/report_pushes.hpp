@@ -11,29 +11,29 @@
 
 namespace palpate {
 
-// Truths of pushes of the same |d|, but where the pack's domain is shortened.
+// Truths of pushes with the same |d|, except where the pack's domain is shortened.
 struct LevelTruths {
-  double part = 1;  // of the pack's largest |d|
+  double part = 1;  // fraction of the pack's largest |d|
   std::vector<ContactTruth> truths;
 };
 
-// Contacts that are to be solved, all with the same |d|.
+// Contact sets to be solved, all with the same |d|.
 struct LevelSets {
   double part = 1;
   std::vector<std::vector<LinearContact>> sets;
 };
 
-// From the unit ball to the displacements of a site, length unit.
+// Maps the unit ball to the displacements of a site, length unit.
 using SiteDomain = std::function<Eigen::Matrix3d(size_t site)>;
 
-// How thick the organ is inward of its sites, the median: length unit; infinite where no ray leads into it.
+// Median thickness of the organ inward of its sites: length unit; infinite where no ray enters the organ.
 double median_thickness(const Organ& organ);
 
-// Of the largest |d|, at which methods are compared: quarters of it; where that is the 30 % strain that Zhong et al.
-// 2005 go to, 5, 10, 20 and 30 %.
+// Fractions of the largest |d| in a comparison: quarters. Where the largest |d| is 30 % strain (Zhong et al.
+// 2005): 5, 10, 20 and 30 % strain.
 std::vector<double> compared_parts(const Organ& organ);
 
-// One contact, at one of `sites` after the other, `count` of them for each of `parts`.
+// Draws `count` single contacts for each of `parts`, cycling through `sites`.
 std::vector<LevelSets> draw_levels(const Organ& organ, const SiteDomain& domain,
                                    const std::vector<double>& parts, const std::vector<size_t>& sites,
                                    int count, std::int64_t seed);
@@ -41,8 +41,8 @@ std::vector<LevelTruths> solve_levels(const OpenedPack& opened, const Organ& org
                                       const std::vector<double>& parts, const std::vector<size_t>& sites,
                                       int count, std::int64_t seed, int jobs);
 
-// `contacts` of them at a time, at random sites whose patches share no node, all with the same |d|; fewer sets, or
-// none, where such sites are hard to find.
+// Draws sets of `contacts` contacts with equal |d| at random sites whose patches share no node. Returns fewer
+// sets where such sites are rare.
 std::vector<LevelSets> draw_several(const Organ& organ, const SiteDomain& domain,
                                     const std::vector<double>& parts, int contacts, int count,
                                     std::int64_t seed);

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Of those that have a truth.
+// Summarises the pushes that have a truth.
 ErrorSummary summary_of(const std::vector<MeasuredPush>& pushes, const std::vector<ContactTruth>& truths,
                         double MeasuredPush::*error) {
   std::vector<double> values;

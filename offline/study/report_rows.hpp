@@ -1,4 +1,4 @@
-// What was measured, as rows of a report: pushes, and methods at one |d|.
+// Turns measurements into rows of a report: pushes, and methods at one |d|.
 #pragma once
 
 #include <string>
@@ -12,38 +12,38 @@
 
 namespace palpate {
 
-// With where and how far each of its pushes goes.
+// Truths of one |d|, with site and displacement of each push.
 struct Level {
   LevelTruths truths;
   std::vector<PushRow> about;
-  // The first so many pushes, or all.
+  // Returns the first `count` pushes, or all.
   Level first(int count) const;
 };
 
-// What a method is called, and which one it is.
+// A method's kind and name.
 struct MethodName {
   MethodKind kind = MethodKind::linear;
   std::string name;
   bool carried = false;
 };
 
-// One method over the pushes of a level; its times are another's to fill in.
+// Summarises one method over a level's pushes; the times remain empty.
 MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& level,
                      const std::vector<MeasuredPush>& pushes);
 
 class ReportRows {
  public:
-  // Adds to `report`; all outlive it.
+  // Adds rows to `report`. All arguments outlive the object.
   ReportRows(const OpenedPack& opened, const Organ& organ, OrganReport& report);
 
-  // Levels whose pushes are `set` in tables; notes those without a truth.
+  // Describes levels whose pushes belong to `set`; adds a note about pushes without a truth.
   std::vector<Level> described(const std::string& set, int contacts, std::vector<LevelTruths> levels);
-  // Where and how far, for all methods alike; counts them in `number`.
+  // Describes site and displacement of each push, common to all methods; advances `number`.
   std::vector<PushRow> describe_pushes(const std::string& set, const std::vector<ContactTruth>& truths,
                                        int& number) const;
   void add_pushes(const std::vector<PushRow>& about, const MethodName& method,
                   const std::vector<MeasuredPush>& pushes);
-  // A row of OrganReport::methods, whose times are another's to fill in.
+  // Adds a row to OrganReport::methods; the times remain empty.
   size_t add_method(const MethodName& method, int contacts, const LevelTruths& level,
                     const std::vector<MeasuredPush>& pushes);
   OrganReport& report() { return *report_; }

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Of nothing but these models; any error target is met by what is asked for.
+// Returns a scene with these models only; its loose target accepts every error.
 Scene study_scene(const Organ& organ) {
   Scene scene = organ.scene;
   scene.linear = true;

@@ -1,4 +1,4 @@
-// Packs of other settings than the scene's, at few of its sites: what they would give is compared with what it has.
+// Makes packs with other settings than the scene's, at a few of its sites, for comparison.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace palpate {
 
 // A pack that stays open.
 struct StudyPack {
-  std::string setting;  // what is other about it: "degree 5, rank 20, int16"
+  std::string setting;  // the difference from the scene: "degree 5, rank 20, int16"
   AlignedBytes bytes;
   OpenedPack opened;
 
@@ -21,28 +21,27 @@ struct StudyPack {
       : setting(std::move(what)), bytes(std::move(made)), opened(bytes) {}
 };
 
-// "degree 5, rank 20, int16": the largest of any site. The pack carries polynomial_dd.
+// Returns "degree 5, rank 20, int16", the largest values of any site. The pack must carry polynomial_dd.
 std::string polynomial_setting(const OpenedPack& opened);
 
-// polynomial_dd at all sites of the organ, a pack for each setting, all of the same samples: as many as degree 7
-// needs, or more. `store`: of the organ's samples, as BuildInputs::store.
+// Makes polynomial_dd packs at all sites of the organ, one pack for each setting. All packs share samples
+// that suffice for degree 7. `store`: samples of the organ, as in BuildInputs::store.
 std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ, int jobs,
                                                               std::vector<PolynomialSetting> settings,
                                                               const SampleStore* store);
 
-// Moved polynomials: at all sites of `study`, some of the organ's, a polynomial moved there from another one of its
-// sites, one edge away and two, by each map, a pack for each; "rigid, from 1 edge". Where sites are too few or too
-// far apart for that: a note. `store`: as above.
+// Makes packs of transferred polynomials ("rigid, from 1 edge"), one for each map and distance. Every site of
+// `study` receives the polynomial of another site of the organ, one or two edges away. Adds a note where such
+// sites are missing. `store`: as above.
 std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
                                                          const SampleStore* store,
                                                          std::vector<std::string>& notes);
 
-// As many rings, up to `most`, as take no more than 256 MB of a pack of nonlinear_zone at all sites of the organ, of so
-// many contacts.
+// Returns the largest number of rings, up to `most`, whose nonlinear_zone pack stays below 256 MB.
 int rings_of_zone_pack(const Organ& organ, int most, int contacts);
 
-// That pack, of so many rings, without a survey. Cost: as `palpate build` takes for zones; for several contacts, with
-// all pairs.
+// Makes a zone pack with `rings` rings and without a survey; several contacts include all pairs. Cost: as in
+// `palpate build`.
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts);
 
 }  // namespace palpate

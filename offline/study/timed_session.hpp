@@ -1,4 +1,4 @@
-// A session whose frames are timed: it speaks the runtime's units and does nothing but call it.
+// A session for timing: the runtime's units, no work besides the runtime's calls.
 #pragma once
 
 #include <chrono>
@@ -9,8 +9,10 @@
 
 namespace palpate {
 
-// With memory of its own, of one tool. `zone_rings`: 0: all that the pack carries; `zone_iterations`: 0: the
-// runtime's default; `budget_seconds`: 0: what contacts that change need is made ready at once.
+// Has its own memory and one tool. Zero values mean:
+//   `zone_rings`: all rings of the pack,
+//   `zone_iterations`: the runtime's default,
+//   `budget_seconds`: changed contacts are prepared at once.
 class TimedSession {
  public:
   TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
@@ -21,24 +23,24 @@ class TimedSession {
   void haptic(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
   }
-  // A tool holds a site; a haptic frame of its pose, with the same answer as the contact frame.
+  // hold() attaches a tool to a site. tool() then runs a haptic frame for the tool's pose, equal to the contact frame.
   void hold(std::uint32_t site, std::uint32_t tool = 0) {
     require_ok(session_.hold(tool, pal_default_hold(site)), "hold");
   }
   void release(std::uint32_t tool) { require_ok(session_.release(tool), "release"); }
-  // Tool 0 looks for the surface as long as it holds nothing.
+  // Lets tool 0 search the surface while it holds nothing.
   void look_for_surface() {
     pal_touch touch = {};
     touch.struct_size = sizeof touch;
     touch.law = PAL_LAW_TOUCH;
     require_ok(session_.set_touch(0, touch), "touch");
   }
-  // How many contacts tool 0 holds.
+  // Returns the number of contacts that tool 0 holds.
   std::uint32_t tool(const pal_pose& pose) {
     tools({&pose, 1});
     return tool_results_.front().num_contacts;
   }
-  // A haptic frame of the first tools: the flags of any.
+  // Runs a haptic frame of the first tools; returns the union of their flags.
   std::uint32_t tools(std::span<const pal_pose> poses) {
     require_ok(session_.haptic_frame(0.001, poses, {tool_results_.data(), poses.size()}), "frame");
     std::uint32_t flags = 0;

@@ -1,4 +1,4 @@
-// Packs of polynomials that were moved from other sites, which no pack of a scene carries.
+// Makes packs of polynomials transferred from other sites. Packs of scenes never carry such polynomials.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kEdgesAside = 0.5;  // that a site may be nearer, or farther
+constexpr double kEdgesAside = 0.5;  // tolerance of a site's distance
 
 struct Way {
   SiteMap map;
-  bool linear_stays;  // only what is not linear is moved
+  bool linear_stays;  // transfers the nonlinear part only
   const char* name;
 };
 constexpr Way kWays[] = {{SiteMap::printed, false, "eq. (25) as printed"},
@@ -32,7 +32,8 @@ const Eigen::Vector3d& place_of(const Organ& organ, const ContactSite& site) {
   return organ.model.positions[static_cast<size_t>(site.node)];
 }
 
-// The organ's site that is nearest to so many edges from `site`; none within kEdgesAside of that: its count of sites.
+// Returns the site whose distance from `site` is nearest to `edges` edges. Returns the number of sites where
+// no distance lies within kEdgesAside.
 size_t site_away(const Organ& organ, const ContactSite& site, double edges) {
   size_t found = organ.sites.sites.size();
   double nearest = kEdgesAside;
@@ -47,8 +48,8 @@ size_t site_away(const Organ& organ, const ContactSite& site, double edges) {
   return found;
 }
 
-// The exact linear answer of the contact put in place of what moved_remainder leaves out. With x = A d: u = F A^-1 x,
-// and of the energy d . S d / 2 the monomials xx, xy, xz, yy, yz, zz.
+// Adds the exact linear response that moved_remainder() leaves out. With x = A d: u = F A^-1 x, and the
+// energy d . S d / 2 in the monomials xx, xy, xz, yy, yz, zz.
 void put_linear_part(const SiteLinearResponse& linear, SitePolynomial& polynomial) {
   const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
   polynomial.linear = linear.field * from_unit;
@@ -56,7 +57,7 @@ void put_linear_part(const SiteLinearResponse& linear, SitePolynomial& polynomia
   polynomial.energy.head<6>() << S(0, 0) / 2, S(0, 1), S(0, 2), S(1, 1) / 2, S(1, 2), S(2, 2) / 2;
 }
 
-// Entries of a basis that was turned, within 1 again, as a pack has them.
+// Scales a rotated basis back to entries within 1, the range of a pack.
 void normalise_basis(SitePolynomial& polynomial) {
   for (Eigen::Index column = 0; column < polynomial.basis.cols(); ++column) {
     const double size = polynomial.basis.col(column).lpNorm<Eigen::Infinity>();
@@ -71,7 +72,7 @@ void normalise_basis(SitePolynomial& polynomial) {
 std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
                                                          const SampleStore* store,
                                                          std::vector<std::string>& notes) {
-  // Where each contact's polynomial comes from, by distance.
+  // Source site of each contact's polynomial, by distance.
   std::map<int, std::vector<size_t>> sources;
   std::vector<size_t> sampled_sites;
   for (const int edges : {1, 2}) {
@@ -101,7 +102,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
   SamplingPlan plan = plan_sampling(sampled.scene, sampled.sites, jobs);
   plan.survey_samples = 0;
   plan.rounded = false;
-  plan.fewest = false;  // what is moved is a fit, at each of them
+  plan.fewest = false;  // transfer needs a fit at each source site
   std::vector<SiteResult> results;
   try {
     const LinearDd linear = compute_linear_dd(sampled.assembly, sampled.sites, {}, sampled.rest);

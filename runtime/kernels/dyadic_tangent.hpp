@@ -1,13 +1,13 @@
-// Laws whose energy depends on I1 = F : F and J = det F alone: stress and tangent as coefficients of F and H = F^-T.
-// With W_1 = dW/dI1, W_J = dW/dJ and so on, as dI1/dF = 2 F and dJ/dF = J H:
+// Laws whose energy depends only on I1 = F : F and J = det F: stress and tangent as coefficients of F and H =
+// F^-T. With W_1 = dW/dI1, W_J = dW/dJ and so on, as dI1/dF = 2 F and dJ/dF = J H:
 //
 //   P      = identity F - transposed H
 //   dP[dF] = identity dF + transposed H dF^T H + (ff F + fh H)(F : dF) + (fh F + hh H)(H : dF)
 //
 //   identity = 2 W_1,  transposed = -W_J J,  ff = 4 W_11,  fh = 2 W_1J J,  hh = W_JJ J^2 + W_J J
 //
-// Between two shape gradients g_a, g_b the tangent is a few products of the vectors F g and H g, where the full one
-// costs a contraction of 81 numbers. Energies per volume at rest; all need J > 0.
+// Between two shape gradients g_a, g_b the tangent is a few products of the vectors F g and H g. The full
+// tangent would be a contraction of 81 numbers. Energies are per volume at rest and need J > 0.
 #pragma once
 
 #include <math.h>

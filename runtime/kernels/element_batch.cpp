@@ -81,7 +81,7 @@ PALPATE_INLINE void add_stiffness(const typename ElementBatch<kNodes>::Point& po
       const auto& g = point.gradients[a];
       const Lanes diagonal = identity[0] * g[0] + identity[1] * g[1] + identity[2] * g[2];
       for (size_t k = 0; k < 3; ++k) {
-        // The column 3 b + k begins with its diagonal.
+        // Column 3 b + k begins with its diagonal entry.
         const size_t column = 3 * b + k;
         const size_t begin = column * 3 * kNodes - column * (column - 1) / 2 - column;
         for (size_t i = a == b ? k : 0; i < 3; ++i) {
@@ -138,7 +138,7 @@ PALPATE_INLINE void find_second_order(const SecondOrderLanes& law, const MatrixL
   }
 }
 
-// The same source once for the instructions that every processor has, and once for 256 bits.
+// The macro compiles the same source for the baseline instruction set and for 256-bit vectors.
 #define PALPATE_KERNELS(name, ...)                                                                       \
   __VA_ARGS__ void find_second_order_##name(const SecondOrderLanes& law, const MatrixLanes& a,           \
                                             const MatrixLanes& b, MatrixLanes& stress, Lanes& squares) { \
@@ -166,7 +166,7 @@ PALPATE_INLINE void find_second_order(const SecondOrderLanes& law, const MatrixL
 #if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
 PALPATE_KERNELS(Avx2, __attribute__((target("avx2"))))
 PALPATE_KERNELS(Portable,
-                __attribute__((cold)))  // few processors are left that need them: as small as may be
+                __attribute__((cold)))  // few processors need the baseline code, so it is optimised for size
 #else
 PALPATE_KERNELS(Portable)
 #endif

@@ -1,22 +1,19 @@
-// Four elements of one kind side by side, each in a lane of the processor's vectors: what an element costs
-// then is a quarter of the arithmetic. The lanes do the same operations in the same order whatever the
-// instruction set, so every machine that rounds as IEEE 754 says gives the same bits.
+// Four elements of one kind side by side, one in each vector lane. Each lane does the same operations in the
+// same order on every instruction set, so all IEEE 754 machines give the same bits.
 //
-// With the shape gradients g_a at a point that stands for the volume V, and the stress and tangent of
-// dyadic_tangent.hpp:
+// With the shape gradients g_a at a point of volume V, and the stress and tangent of dyadic_tangent.hpp:
 //
 //   F    = 1 + sum_a u_a g_a^T
 //   P_a  = V (identity f_a - transposed h_a),   f_a = F g_a, h_a = H g_a
 //   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T
 //             + h_a (hh h_b + fh f_b)^T + f_a (fh h_b + ff f_b)^T)
 //
-// Of second order in the displacements, at F = 1, any isotropic law whose stress is zero there has with E the strain of
-// Green
+// To second order in the displacements at F = 1, every isotropic law without stress at rest has the energy
 //
 //   W = lambda/2 (tr E)^2 + mu tr E^2 + nu1/6 (tr E)^3 + nu2 tr E tr E^2 + 4/3 nu3 tr E^3 + ...
 //
-// (Toupin and Bernstein 1961), so for gradients A and B of two displacements, e_A and e_B their symmetric parts and
-// S(e) = lambda tr e 1 + 2 mu e, the symmetric bilinear part of its stress is
+// with E the Green strain (Toupin and Bernstein 1961). Let A and B be gradients of two displacements, e_A and
+// e_B their symmetric parts and S(e) = lambda tr e 1 + 2 mu e. The symmetric bilinear part of the stress is
 //
 //   P2(A, B) = (A S(e_B) + B S(e_A)) / 2 + S(sym(A^T B)) / 2 + (nu1/2 tr A tr B + nu2 e_A : e_B) 1
 //              + nu2 (tr A e_B + tr B e_A) + 2 nu3 (e_A e_B + e_B e_A)
@@ -29,10 +26,10 @@
 
 namespace palpate {
 
-// An element's arrays, each number in four lanes.
+// Sizes and arrays of four elements, each number in four lanes.
 template <int kNodes>
 using NodalLanes = std::array<std::array<Lanes, 3>, kNodes>;
-// The lower triangle of a stiffness, a >= b over the dofs of the element, column by column.
+// The lower triangle of an element stiffness, a >= b over the element's dofs, column by column.
 template <int kNodes>
 using StiffnessLanes = std::array<Lanes, static_cast<size_t>(3 * kNodes * (3 * kNodes + 1) / 2)>;
 
@@ -47,7 +44,7 @@ struct ElementBatch {
   std::array<Point, kPoints> points;
 };
 
-// At [i][J].
+// Indexed as [i][J].
 using MatrixLanes = std::array<std::array<Lanes, 3>, 3>;
 
 struct KinematicsLanes {
@@ -74,7 +71,7 @@ struct DyadicLanes {
   }
 };
 
-// The constants of P2 in each lane. Where stress is linear in the displacements all are zero.
+// The constants of P2 in each lane: all zero for a law whose stress is linear in the displacements.
 struct SecondOrderLanes {
   Lanes lambda;
   Lanes mu;
@@ -83,7 +80,7 @@ struct SecondOrderLanes {
   Lanes nu3;
 };
 
-// The values at the nodes of a batch, from an array of 3 per node.
+// Gathers nodal values of a batch from an array of 3 per node.
 template <int kNodes>
 NodalLanes<kNodes> gather(const ElementBatch<kNodes>& batch, const double* values) {
   NodalLanes<kNodes> nodal;
@@ -96,7 +93,7 @@ NodalLanes<kNodes> gather(const ElementBatch<kNodes>& batch, const double* value
   return nodal;
 }
 
-// Adds those of the first lanes, so many, to an array of 3 per node.
+// Adds the nodal values of the first `count` lanes to an array of 3 per node.
 template <int kNodes>
 void scatter(const ElementBatch<kNodes>& batch, int lanes, const NodalLanes<kNodes>& nodal, double* values) {
   for (size_t a = 0; a < kNodes; ++a) {
@@ -107,27 +104,28 @@ void scatter(const ElementBatch<kNodes>& batch, int lanes, const NodalLanes<kNod
   }
 }
 
-// The arithmetic of a batch, for the best instruction set that the processor has.
+// The batch operations for the best instruction set of the processor.
 template <int kNodes>
 struct BatchKernels {
   using Point = typename ElementBatch<kNodes>::Point;
   using Stiffness = StiffnessLanes<kNodes>;
 
   void (*deform)(const Point& point, const NodalLanes<kNodes>& displacement, KinematicsLanes& kinematics);
-  // Both add to what is there.
+  // Both functions add to their output.
   void (*add_force)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                     NodalLanes<kNodes>& force);
   void (*add_stiffness)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                         Stiffness& stiffness);
-  // P2(A, B) of F = 1 + A and 1 + B; `squares` := |(A + B) / 2|^2. The same of any kind.
+  // P2(A, B) for F = 1 + A and F = 1 + B, the same function for each kind of element; `squares` := |(A + B) /
+  // 2|^2.
   void (*find_second_order)(const SecondOrderLanes& law, const MatrixLanes& a, const MatrixLanes& b,
                             MatrixLanes& stress, Lanes& squares);
 };
 
-// For elements of 4 and of 10 nodes.
+// kNodes is 4 or 10.
 template <int kNodes>
 const BatchKernels<kNodes>& batch_kernels();
-// With the instructions that every processor has: the same bits.
+// The baseline instruction set, with the same bits.
 template <int kNodes>
 const BatchKernels<kNodes>& portable_batch_kernels();
 

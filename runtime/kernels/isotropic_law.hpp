@@ -1,28 +1,30 @@
-// Isotropic laws that are no functions of I1 and J alone: energy, stress and tangent in the principal frame.
+// Isotropic laws that depend on more than I1 and J: energy, stress and tangent in the principal frame.
 //
-// With F = sum_p l_p n_p N_p^T (n, N orthonormal, l_p > 0) and W(l_1, l_2, l_3), w_p = dW/dl_p, w_pr = d2W/dl_p dl_r:
+// With F = sum_p l_p n_p N_p^T (n, N orthonormal, l_p > 0) and W(l_1, l_2, l_3), w_p = dW/dl_p, w_pr =
+// d2W/dl_p dl_r:
 //
 //   P = sum_p w_p n_p N_p^T
 //   n_p . dP N_p = sum_r w_pr dF_rr                                       dF_pq = n_p . dF N_q
 //   n_p . dP N_q = (k+ + k-)/2 dF_pq + (k+ - k-)/2 dF_qp,  p != q
 //   k+ = (w_p - w_q) / (l_p - l_q),   k- = (w_p + w_q) / (l_p + l_q)
 //
-// (the derivative of the polar decomposition; for instance Smith, de Goes, Kim 2019, "Analytic eigensystems for
-// isotropic distortion energies"). As l_p -> l_q, k+ -> (w_pp + w_qq)/2 - w_pq, which is taken where the quotient
-// would lose more digits than that limit does.
+// This is the derivative of the polar decomposition (Smith, de Goes, Kim 2019, "Analytic eigensystems for
+// isotropic distortion energies"). As l_p -> l_q, k+ -> (w_pp + w_qq)/2 - w_pq. The code takes this limit
+// where the quotient would lose more digits.
 //
-// OGDEN, Abaqus Theory Guide:  W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) + U(J),
-// q_p = J^(-1/3) l_p. Let s_p = q_p^alpha and m their mean. As ds_p/dl_r = alpha s_p (delta_pr - 1/3) / l_r,
+// OGDEN, Abaqus Theory Guide:  W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) +
+// U(J), q_p = J^(-1/3) l_p. Let s_p = q_p^alpha and m their mean. As ds_p/dl_r = alpha s_p (delta_pr - 1/3) /
+// l_r,
 //
 //   w_p  = sum_i 2 mu_i / alpha_i (s_p - m) / l_p + U' J / l_p
 //   w_pr = sum_i 2 mu_i (s_p delta_pr - (s_p + s_r)/3 + m/3) / (l_p l_r) + (U'' J^2 + U' J) / (l_p l_r) - delta_pr w_p / l_p
 //
-// MOONEY-RIVLIN is two terms of it: mu = 2 C10, alpha = 2 and mu = 2 C01, alpha = -2.
+// MOONEY-RIVLIN has two Ogden terms: mu = 2 C10, alpha = 2 and mu = 2 C01, alpha = -2.
 //
 // St. Venant-Kirchhoff:  W = mu sum_p E_p^2 + lambda/2 (sum_p E_p)^2,  E_p = (l_p^2 - 1)/2.
 //
-// Hooke's law at small strain, e = (F + F^T)/2 - 1:  W = mu e : e + lambda/2 (tr e)^2, whose tangent has the same
-// form in any frame.
+// Hooke's law at small strain, e = (F + F^T)/2 - 1:  W = mu e : e + lambda/2 (tr e)^2. Its tangent has the
+// same form in any frame.
 #pragma once
 
 #include <math.h>
@@ -47,8 +49,8 @@ inline VolumetricResponse volumetric_response(const double inverse_d[3], double 
 constexpr int kOgdenTerms = 3;
 
 struct OgdenLaw {
-  double mu[kOgdenTerms];     // 0: no such term
-  double alpha[kOgdenTerms];  // not 0 where there is one
+  double mu[kOgdenTerms];     // 0: unused term
+  double alpha[kOgdenTerms];  // nonzero in used terms
   double inverse_d[3];
 };
 
@@ -69,11 +71,11 @@ struct PrincipalFrame {
   double reference[3][3];
 };
 
-// By Jacobi's rotations of F^T F: half the digits of a stretch 1e-8 of the largest are lost, far beyond what an element
-// survives.
+// Jacobi rotations of F^T F. A stretch of 1e-8 times the largest stretch loses half its digits, far beyond
+// physical stretches.
 inline PrincipalFrame principal_frame(const double F[3][3]) {
   constexpr int kMostSweeps = 12;
-  constexpr double kNothing = 1e-33;  // squared, of the trace
+  constexpr double kNothing = 1e-33;  // relative to the squared trace
   double C[3][3];
   double N[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int i = 0; i < 3; ++i) {
@@ -115,9 +117,9 @@ inline PrincipalFrame principal_frame(const double F[3][3]) {
   return frame;
 }
 
-// Of w_p and w_pr, which is in `tangent`.
+// Completes stress and tangent from w_p and from w_pr, which is in `tangent`.
 inline void complete_tangent(const PrincipalFrame& frame, const double w[3], PrincipalTangent& tangent) {
-  // (w_p - w_q) / (l_p - l_q) has a relative error of about 1e-16 / gap, its limit one of gap^2.
+  // (w_p - w_q) / (l_p - l_q) has a relative error of about 1e-16 / gap, and its limit an error of gap^2.
   constexpr double kSmallestGap = 1e-5;
   const double* l = frame.stretch;
   for (int p = 0; p < 3; ++p) {
@@ -151,7 +153,7 @@ inline PrincipalTangent ogden_tangent(const OgdenLaw& law, const double F[3][3])
   const VolumetricResponse volumetric = volumetric_response(law.inverse_d, J);
   PrincipalTangent tangent;
   tangent.energy = volumetric.energy;
-  double w[3];  // times l_p, and w_pr times l_p l_r, until all terms are in
+  double w[3];  // scaled by l_p, as w_pr by l_p l_r, until the sum is complete
   for (int p = 0; p < 3; ++p) {
     w[p] = volumetric.first * J;
     for (int r = 0; r < 3; ++r) tangent.second[p][r] = J * (volumetric.second * J + volumetric.first);

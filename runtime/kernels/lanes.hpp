@@ -7,8 +7,8 @@ namespace palpate {
 
 constexpr int kLanes = 4;
 
-// A vector of the compiler's in a struct that keeps its alignment, which the bare type changes with the
-// instruction set of the function it stands in. Arithmetic is always inlined, so that it takes that set too.
+// A compiler vector in a struct with a fixed alignment. The alignment of the bare vector type depends on the
+// instruction set of the surrounding function. Inlining lets the arithmetic use that instruction set.
 struct alignas(kLanes * sizeof(double)) Lanes {
   using Vector = double __attribute__((vector_size(kLanes * sizeof(double))));
   Vector values;

@@ -1,4 +1,5 @@
-// The runtime allocates nothing: malloc and its kin are replaced in this executable by ones that count.
+// The runtime allocates nothing: this executable replaces malloc, free and their relatives by counting
+// versions.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <stdlib.h>
@@ -18,10 +19,10 @@ std::atomic<long> allocations = 0;
 std::atomic<long> releases = 0;
 }  // namespace
 
-// Sanitizers bring a malloc of their own, which this one would hide.
+// Sanitizers bring a malloc of their own, which the counting malloc would hide.
 #if !defined(__SANITIZE_ADDRESS__) && defined(__GLIBC__)
 #define PALPATE_COUNTS_ALLOCATIONS 1
-// The names under which glibc keeps its own allocator for those who replace it.
+// glibc's own allocator, under the names that replacements may call.
 extern "C" {
 void* __libc_malloc(size_t);
 void* __libc_calloc(size_t, size_t);
@@ -64,7 +65,7 @@ void free(void* memory) {
 namespace palpate::test {
 namespace {
 
-// Allocations and releases while `call` runs.
+// Number of allocations and releases during `call`.
 template <typename Call>
 long counted(Call&& call) {
   const long before = allocations + releases;
@@ -82,7 +83,7 @@ class Allocation : public ::testing::Test {
 };
 
 TEST_F(Allocation, CounterCounts) {
-  void* volatile kept = nullptr;  // volatile: or the compiler removes the pair
+  void* volatile kept = nullptr;  // volatile, or the compiler removes the pair
   const auto keep = [&](void* memory) { kept = memory; };
   EXPECT_EQ(counted([&] { keep(malloc(8)), free(kept); }), 2);
   EXPECT_EQ(counted([&] { keep(calloc(2, 8)), free(kept); }), 2);
@@ -95,7 +96,7 @@ TEST_F(Allocation, CounterCounts) {
   EXPECT_EQ(counted([] {}), 0);
 }
 
-// What a session in the same process allocates when something in it does: the guard seen to fail.
+// Breaks the guard on purpose: touch() returns a std::vector, and the counter sees the allocation.
 TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
@@ -137,7 +138,7 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
       }
     });
     EXPECT_EQ(in_frames, 0);
-    EXPECT_GT(answered, 400);  // else nothing was tried
+    EXPECT_GT(answered, 400);  // else no frame was answered
   }
 }
 

@@ -1,4 +1,4 @@
-// A session lives in exactly the bytes it asked for, and says so when it cannot.
+// A session needs exactly the bytes that it declares, and refuses any smaller arena with a status.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ size_t required_bytes(const OpenPack& pack, const pal_session_config& config) {
   return bytes;
 }
 
-// Every model, with small and large capacities.
+// Configs of every model, with small and large capacities.
 std::vector<pal_session_config> configs(const OpenPack& pack) {
   std::vector<pal_session_config> all;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL}) {
@@ -70,7 +70,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
     ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
   }
   EXPECT_EQ(answered, 40);
-  // The same through tools: as many contacts as there is room for, held by the last tool.
+  // The same through tools: the last tool holds as many contacts as the session has room for.
   ASSERT_EQ(pal_session_set_fixed(session, nullptr, 0), PAL_STATUS_OK);
   pal_status status = PAL_STATUS_OK;
   for (uint32_t site = 0; status == PAL_STATUS_OK; ++site) {
@@ -138,12 +138,12 @@ TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
     use_all_of(pack, config, session);
     EXPECT_TRUE(all_canary(memory.bytes().first(64)));
     EXPECT_TRUE(all_canary(memory.bytes().last(kBehind)));
-    // Broken on purpose: the last cache line of the arena itself was written, and the canary sees it.
+    // Breaks the guard on purpose: a write to the arena's last cache line must trip the canary.
     EXPECT_FALSE(all_canary(memory.bytes().subspan(bytes, 64 + kBehind)));
   }
 }
 
-// The declared size is no generous guess.
+// The declared size equals the sum of the arrays.
 TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const OpenPack pack(between_pack_bytes());
   const pal_pack_info info = pack.info();
@@ -151,14 +151,14 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
   const size_t dofs = size_t{3} * info.max_patch_nodes;
   const size_t stride = (dofs + 7) / 8 * 8;
   const size_t inverse = dofs * stride * sizeof(double);
-  // Of the sets at three corners that answer, and of the next three.
+  // The sets at three corners that answer, and the next three sets.
   const size_t num_sets = 6;
   const size_t unit_forces = num_sets * 3 * stride * sizeof(double);
   const size_t columns = 3 * 3 * stride * sizeof(double);
   const size_t maps = 3 * info.num_contact_nodes * sizeof(uint32_t);
-  // Of three snapshots, where a contact between sites holds the nodes of three patches.
+  // Three snapshots, with a contact between sites that holds the nodes of three patches.
   const size_t fields = size_t{3} * 3 * info.max_patch_nodes * (sizeof(uint32_t) + 3 * sizeof(pal_real));
-  constexpr size_t kLines = 104;  // of cache, which the small arrays are rounded up to
+  constexpr size_t kLines = 104;  // cache lines that small arrays round up to
   const size_t rest =
       sizeof(pal_session) + num_sets * sizeof(LinearSet) + config.max_tools * sizeof(ToolState) + kLines * 64;
   const size_t needed = inverse + unit_forces + columns + maps + fields;
@@ -202,7 +202,7 @@ TEST(Arena, PackStorageIsCheckedToo) {
 TEST(Arena, ExceedingACapacityChangesNothing) {
   const OpenPack pack(between_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2,
-                       2);  // whose answers do not depend on the frames before
+                       2);  // results independent of the frames before
   session.fix({3});
   const std::vector<pal_contact> held = {{1, {0.01, 0, -0.02}, 0, {}, {}, {}},
                                          {8, {0, 0.01, -0.01}, 0, {}, {}, {}}};
@@ -238,7 +238,7 @@ TEST(Arena, ConfigOutsideItsRangeIsRefused) {
   EXPECT_EQ(status_of(session_config(pack.get(), PAL_MODEL_AUTO, 65, 0)), PAL_STATUS_BAD_ARGUMENT);
   EXPECT_EQ(status_of(session_config(pack.get(), PAL_MODEL_AUTO, 1, 1025)), PAL_STATUS_BAD_ARGUMENT);
   pal_session_config config = pal_default_session_config(pack.get());
-  const int unknown = 77;  // as a C program may pass it
+  const int unknown = 77;  // a value that a C program can pass
   static_assert(sizeof unknown == sizeof config.model);
   std::memcpy(&config.model, &unknown, sizeof unknown);
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
@@ -249,7 +249,7 @@ TEST(Arena, ConfigOutsideItsRangeIsRefused) {
   config.zone_iterations = 17;
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
   constexpr uint32_t kFirstRelease = 168;
-  config.struct_size = kFirstRelease;  // which knew of neither
+  config.struct_size = kFirstRelease;  // without both fields
   EXPECT_EQ(status_of(config), PAL_STATUS_OK);
   config.struct_size = kFirstRelease - 1;
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_STRUCT_SIZE);

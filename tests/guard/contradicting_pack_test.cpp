@@ -1,4 +1,4 @@
-// Packs whose tables contradict one another: geometry, sites, compliance, surveys.
+// Opening refuses packs whose tables contradict one another: geometry, sites, compliance, surveys.
 #include <gtest/gtest.h>
 
 #include "tests/support/mutated_pack_fixture.hpp"
@@ -38,8 +38,8 @@ TEST_F(Contradiction, Sites) {
       PAL_STATUS_CORRUPT_CONTENT);
 }
 
-// A compliance is symmetric and positive definite, so |a_ij| <= sqrt(a_ii a_jj); anything else would feed a
-// device energy, or have a nonsensical inverse.
+// A compliance is symmetric and positive definite, so |a_ij| <= sqrt(a_ii a_jj). A violation could feed
+// energy to a device.
 TEST_F(Contradiction, LinearCompliance) {
   const pack::LinearDd& linear = *tables().linear_dd();
   const auto changed = [&](auto&& change) {
@@ -59,7 +59,7 @@ TEST_F(Contradiction, LinearCompliance) {
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
-// Scene values that are finite and still make no sense in double or float arithmetic.
+// Finite scene values that overflow or vanish in double or float arithmetic.
 TEST_F(Contradiction, Scales) {
   const auto written = [&](auto&& change) {
     Scene scene = small_.scene;
@@ -91,7 +91,7 @@ TEST_F(Contradiction, Scales) {
   EXPECT_EQ(written([](Scene& scene) { scene.tip_radius = -1; }), PAL_STATUS_CORRUPT_CONTENT);
 }
 
-// Two surveys of one model: their bins together are more than a pack view holds.
+// Two surveys of one response model have together more bins than a pack view holds.
 TEST_F(Contradiction, Surveys) {
   const auto written = [&](std::vector<ModelSurvey> surveys) {
     PackContent content = small_.content();
@@ -113,7 +113,7 @@ TEST_F(Contradiction, Surveys) {
   broken.table.bins[2].force.bound = -1;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   broken = survey;
-  broken.table.bins[2].samples = 0;  // measured on nothing, and yet sure
+  broken.table.bins[2].samples = 0;  // an error of zero without a sample
   broken.table.bins[2].force.bound = 0.5;
   EXPECT_EQ(written({broken}), PAL_STATUS_CORRUPT_CONTENT);
   broken.table.bins[2].displacement = broken.table.bins[2].force = {1, 1, 1, 1, 0};

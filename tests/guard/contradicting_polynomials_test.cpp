@@ -1,4 +1,4 @@
-// Packs whose tables of polynomials contradict one another.
+// Opening refuses packs whose polynomial tables contradict one another.
 #include <gtest/gtest.h>
 
 #include "tests/support/mutated_pack_fixture.hpp"
@@ -10,7 +10,7 @@ const pack::PolynomialDd& polynomials_of(const AlignedBytes& bytes) {
   return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->polynomial_dd();
 }
 
-// After `change` of the record of site 2.
+// Status after `change` to the record of site 2.
 template <typename Change>
 pal_status status_with_site(Change&& change, const AlignedBytes& original = small_pack_bytes()) {
   return status_with<pack::PolynomialSite>(
@@ -33,13 +33,13 @@ TEST_F(Contradiction, PolynomialSites) {
     EXPECT_EQ(changed([](Site& site) { site.samples = 0; }), PAL_STATUS_OK) << "no frame reads it";
     for (const uint32_t wrong : {0u, degree + 1, 8u, 0xffffffffu})
       EXPECT_EQ(changed([&](Site& site) { site.degree = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
-    // Other ranks and degrees need other arrays than there are.
+    // Other ranks and degrees need arrays of other lengths.
     EXPECT_EQ(changed([](Site& site) { --site.degree; }), PAL_STATUS_CORRUPT_CONTENT);
     for (const uint32_t wrong : {pack::kMostRank + 1, pack::kMostRank + 2, 0x80000000u, 0xffffffffu})
       EXPECT_EQ(changed([&](Site& site) { site.rank = wrong; }), PAL_STATUS_CORRUPT_CONTENT) << wrong;
     EXPECT_EQ(changed([](Site& site) { site.rank += 2; }), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(changed([](Site& site) { --site.rank; }), PAL_STATUS_CORRUPT_CONTENT);
-    // Each part begins where the last one ends: no gap, no overlap, no order of its own.
+    // Each site's part begins at the end of the part before: no gap, no overlap, no other order.
     for (uint64_t Site::*start : {&Site::energy_start, &Site::coefficients_start, &Site::field_start}) {
       for (const uint64_t by : {uint64_t{1}, uint64_t{64}, ~uint64_t{0}, uint64_t{1} << 63})
         EXPECT_EQ(changed([&](Site& site) { site.*start += by; }), PAL_STATUS_CORRUPT_CONTENT) << by;
@@ -57,7 +57,7 @@ TEST_F(Contradiction, PolynomialSites) {
                 PAL_STATUS_CORRUPT_CONTENT)
           << scale;
     }
-    // Not of a domain within the scene's largest displacement, or of one that has no end in some direction.
+    // Domains beyond the scene's largest displacement, and domains without an end in some direction.
     for (const double scale : {0.9, 4.5}) {
       EXPECT_EQ(changed([&](Site& site) {
                   for (double& entry : site.to_unit) entry *= scale;
@@ -94,7 +94,7 @@ TEST_F(Contradiction, PolynomialNumbers) {
     };
     for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1e20)}) {
       EXPECT_EQ(with(polynomial.coefficients(), 7, wrong), PAL_STATUS_CORRUPT_CONTENT) << wrong;
-      // Columns of L in the first panel, and in the last of all.
+      // Columns of L, in the first panel and in the last panel.
       EXPECT_EQ(with(polynomial.field(), 40, wrong), of_columns) << wrong;
       const auto& last = reinterpret_cast<const pack::PolynomialSite*>(bytes->bytes().data() +
                                                                        polynomial.sites()->offset())[11];
@@ -104,7 +104,7 @@ TEST_F(Contradiction, PolynomialNumbers) {
       const uint64_t in_last = polynomial.field()->bytes() / sizeof(pal_real) - in_panel + of_linear - 1;
       EXPECT_EQ(with(polynomial.field(), in_last, wrong), of_columns) << wrong;
     }
-    // A basis of the plain one is within 1.
+    // Entries of the unrounded basis are within [-1, 1].
     for (const pal_real wrong : {not_a_number, pal_real(3e38), pal_real(-1.01)}) {
       EXPECT_EQ(with(polynomial.field(), 3 * pack::kPanelRows + 5, wrong), of_columns) << wrong;
     }
@@ -128,7 +128,7 @@ TEST_F(Contradiction, PolynomialTable) {
     EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
 }
 
-// Whole packs, each array as long as its sites say: of degrees and ranks that no frame has room for.
+// Whole packs with consistent arrays, for degrees and ranks beyond a frame's capacity.
 TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
   const auto written = [&](int degree, uint32_t rank, bool rounded) {
     std::vector<SiteResult> results = small_.polynomials;
@@ -157,7 +157,7 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
     EXPECT_EQ(status_of(kDegree, kRank + 1), PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(status_of(kDegree + 1, kRank), PAL_STATUS_CORRUPT_CONTENT);
   }
-  // The last site without its last columns, and the arrays as much shorter: an odd column is one of a pair.
+  // Removes columns of the last site and shortens the arrays to match. int16 columns come in pairs.
   const auto status_of_rank = [&](uint32_t fewer, uint32_t fewer_packed) {
     AlignedBytes copy = written(3, 8, true);
     unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
@@ -184,7 +184,7 @@ TEST_F(Contradiction, PolynomialsBeyondWhatAFrameHolds) {
   EXPECT_EQ(status_of_rank(1, 3), PAL_STATUS_CORRUPT_CONTENT);
 }
 
-// Opened without a look at its numbers, a damaged pack may answer with them, but no more than that.
+// Without verification a damaged pack may give wrong numbers, but the frame stays within its memory.
 TEST_F(Contradiction, PolynomialsNobodyVerified) {
   AlignedBytes copy = copy_of(rounded_pack_bytes().bytes());
   const pack::PolynomialDd& table = polynomials_of(copy);

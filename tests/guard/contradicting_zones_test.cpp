@@ -1,4 +1,4 @@
-// Packs whose tables of zones contradict one another.
+// Opening refuses packs whose zone tables contradict one another.
 #include <gtest/gtest.h>
 
 #include "tests/support/mutated_pack_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::mutated_pack_fixture {
 namespace {
 
-// With so many bytes of an array in place of all of them.
+// Status with an array of `num_bytes` bytes in place of the whole array.
 pal_status status_with_bytes(flatbuffers::voffset_t table, flatbuffers::voffset_t field, uint64_t num_bytes,
                              const AlignedBytes& original) {
   AlignedBytes copy = copy_of(original.bytes());
@@ -43,7 +43,7 @@ TEST_F(Contradiction, PairsOfZones) {
   }
 }
 
-// With room for so many bytes behind all others.
+// A copy with room for `num_bytes` behind all segments.
 AlignedBytes with_room(const AlignedBytes& original, uint64_t num_bytes) {
   const uint64_t end = original.bytes().size();
   AlignedBytes longer(end + num_bytes / pack::kAlignment * pack::kAlignment + pack::kAlignment);
@@ -54,7 +54,8 @@ AlignedBytes with_room(const AlignedBytes& original, uint64_t num_bytes) {
   return longer;
 }
 
-// So many fields of each pair, and arrays behind all others that are as long as that: nothing contradicts the number.
+// Status with `count` fields of each pair and arrays of matching length: only the capacity can refuse the
+// pack.
 pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original) {
   const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
@@ -75,7 +76,7 @@ pal_status status_with_pair_fields(uint32_t count, const AlignedBytes& original)
   return open_status(longer.bytes());
 }
 
-// The same of the degree of what is outside of zones.
+// Status with another degree of the exterior's series and arrays of matching length.
 pal_status status_with_exterior_degree(uint32_t degree, const AlignedBytes& original) {
   const pack::Pack& tables = *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
@@ -106,7 +107,7 @@ TEST_F(Contradiction, DegreesOutsideOfZones) {
     EXPECT_EQ(status_with_exterior_degree(wrong, zone_pack_bytes()), PAL_STATUS_CORRUPT_CONTENT) << wrong;
 }
 
-// Of the weights there are as many as the degree asks for.
+// The degree determines the number of weights.
 TEST_F(Contradiction, DegreesOfPairs) {
   const uint32_t degree = pack::GetPack(zone_pack_bytes().bytes().data() + sizeof(pack::PackHeader))
                               ->nonlinear_zone()
@@ -145,7 +146,7 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].free_axes = 0; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[3].position[1] = std::nan(""); }),
             PAL_STATUS_CORRUPT_CONTENT);
-  // A node's elements: all of its own, each once, one node's behind the other's.
+  // A node's elements: each of its elements once, nodes in order.
   EXPECT_EQ(with_node([](pack::ZoneNode* n) { ++n[0].num_elements; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].first_element = n[1].first_element; }),
             PAL_STATUS_CORRUPT_CONTENT);
@@ -160,7 +161,7 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(with_element([&](pack::ZoneElement* e) { e[1].nodes[2] = zone.num_nodes(); }),
             PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].material = 7; }), PAL_STATUS_CORRUPT_CONTENT);
-  // Volume patches follow one another, and are no larger than a frame has room for.
+  // Volume patches are consecutive and fit a frame's capacity.
   EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].volume_patch = e[1].volume_patch = 3; }),
             PAL_STATUS_OK);
   EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].volume_patch = 3; }), PAL_STATUS_CORRUPT_CONTENT);
@@ -173,7 +174,7 @@ TEST_F(Contradiction, Zones) {
   EXPECT_EQ(status_with<double>(
                 zone.compliance(), [](double* c) { c[1] = 1e30; }, original),
             PAL_STATUS_CORRUPT_CONTENT);
-  // Their numbers are any, their units are not.
+  // Columns may hold any integer; their units must be finite and in range.
   for (const double wrong : {1e30, -1e30, std::nan("")}) {
     for (const pack::Segment* units : {zone.field_units(), zone.exterior_units()}) {
       EXPECT_EQ(status_with<double>(
@@ -182,7 +183,7 @@ TEST_F(Contradiction, Zones) {
           << wrong;
     }
   }
-  // What the organ outside adds.
+  // The terms of the exterior.
   const auto num_rows =
       static_cast<uint32_t>(zone.exterior()->bytes() * pack::kPanelNodes /
                             (uint64_t{zone.rings()} * tables().sites()->num_sites() *
@@ -211,7 +212,7 @@ TEST_F(Contradiction, Zones) {
   }
 }
 
-// Columns of zones that are real are over their units; of int16 any are.
+// Columns stored as reals are bounded by their units; columns of int16 may hold any integer.
 TEST_F(Contradiction, ColumnsOfZones) {
   for (const bool rounded : {false, true}) {
     SCOPED_TRACE(rounded);

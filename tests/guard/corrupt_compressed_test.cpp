@@ -1,5 +1,5 @@
-// A compressed compliance that was damaged and its checksum made right again: refused, or served with finite
-// numbers and without a read past its end.
+// A damaged compressed compliance with a repaired checksum: opening refuses the pack, or frames give finite
+// numbers and read no byte past the end.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace palpate::test {
 namespace {
 
-// Small, and yet with blocks of every kind.
+// Small, with blocks of every kind.
 const AlignedBytes& good_bytes() {
   static const AlignedBytes bytes = [] {
     const TouchedSurface surface(6);
@@ -65,7 +65,7 @@ pal_status status_of(std::span<const unsigned char> bytes, pal_verify verify = P
   return pal_pack_open_memory(bytes.data(), bytes.size(), verify, storage, sizeof storage, &pack);
 }
 
-// After `change` of the array in `segment`.
+// Status after `change` to the array in `segment`.
 template <typename T, typename Change>
 pal_status status_with(const pack::Segment* segment, Change&& change, pal_verify verify = PAL_VERIFY_ONCE) {
   AlignedBytes copy = copy_of(good_bytes().bytes());
@@ -99,13 +99,13 @@ TEST(CorruptCompressed, PlacesThatContradictThePanels) {
 }
 
 TEST(CorruptCompressed, BlocksThatPointElsewhere) {
-  // Also of a trusted pack, whose numbers alone are not looked at.
+  // PAL_VERIFY_NEVER skips the numbers; places of blocks are still checked.
   for (const pal_verify verify : {PAL_VERIFY_ONCE, PAL_VERIFY_NEVER}) {
     const auto blocks = [&](auto&& change) {
       return status_with<pack::CompressedBlock>(good().blocks(), change, verify);
     };
     const size_t count = good().blocks()->bytes() / sizeof(pack::CompressedBlock);
-    const auto all = [&](auto&& change) {  // of every tenth block in turn
+    const auto all = [&](auto&& change) {  // every tenth block in turn
       for (size_t at = 0; at < count; at += count / 10)
         EXPECT_EQ(blocks([&](pack::CompressedBlock* b) { change(b[at]); }), PAL_STATUS_CORRUPT_CONTENT) << at;
     };
@@ -118,11 +118,11 @@ TEST(CorruptCompressed, BlocksThatPointElsewhere) {
     all([](pack::CompressedBlock& b) { b.rank = 0xfffffffc; });
     EXPECT_EQ(blocks([](pack::CompressedBlock* b) {
                 while (b->rank != pack::kPanelRows) ++b;
-                ++b->start;  // no longer on 64 bytes
+                ++b->start;  // not aligned to 64 bytes
               }),
               PAL_STATUS_CORRUPT_CONTENT);
     EXPECT_EQ(blocks([&](pack::CompressedBlock* b) {
-                for (size_t i = 0; i < count; ++i) b[i].rank = 0;  // also with its own panel
+                for (size_t i = 0; i < count; ++i) b[i].rank = 0;  // also the block of a panel with itself
               }),
               PAL_STATUS_CORRUPT_CONTENT);
   }
@@ -146,11 +146,11 @@ TEST(CorruptCompressed, NumbersBeyondTheirBounds) {
     EXPECT_EQ(status_with<pal_real>(good().basis(), [&](pal_real* b) { b[5] = wrong; }),
               PAL_STATUS_CORRUPT_CONTENT);
   }
-  // What a node moves of itself.
+  // The self-compliance of a node.
   const OpenPack pack(good_bytes());
   const auto own = [&](pal_real value) {
     return status_with<pal_real>(good().coefficients(), [&](pal_real* c) {
-      const pack::CompressedBlock* block = blocks;  // of contact node 0
+      const pack::CompressedBlock* block = blocks;  // block of contact node 0
       const uint32_t place = reinterpret_cast<const uint32_t*>(
           good_bytes().bytes().data() + good().node_places()->offset())[pack.face().info().num_nodes -
                                                                         pack.face().info().num_contact_nodes];
@@ -224,7 +224,7 @@ TEST(CorruptCompressed, MutatedSegmentsAreRefusedOrServed) {
       pal_pack_close(pack);
     }
   }
-  EXPECT_GT(accepted, 30);  // small changes of numbers: else frames were never reached
+  EXPECT_GT(accepted, 30);  // small changes of numbers; else frames were never reached
 }
 
 TEST(CorruptCompressed, ASessionLivesInTheBytesItAskedFor) {
@@ -235,7 +235,7 @@ TEST(CorruptCompressed, ASessionLivesInTheBytesItAskedFor) {
   config.max_requested = pack.info().num_nodes;
   size_t with = 0;
   require(pal_session_required_bytes(pack.get(), &config, &with), "bytes");
-  EXPECT_GE(with, without + size_t{8} * config.max_requested);  // the list, and its order by panel
+  EXPECT_GE(with, without + size_t{8} * config.max_requested);  // the list, and the list in order of panels
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Damaged packs are refused with the status that says what is wrong, and never read past their end: each is
-// opened in memory of exactly its size, which AddressSanitizer fences.
+// Opening refuses damaged packs with the status that names the damage, and reads no byte past the end. Each
+// pack lies in memory of exactly its size, so AddressSanitizer sees an overrun.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -35,7 +35,7 @@ std::string_view as_text(std::span<const unsigned char> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// After `change` to a copy of the small pack.
+// Status after `change` to a copy of the small pack.
 template <typename Change>
 pal_status status_after(Change&& change) {
   AlignedBytes copy = copy_of(small_pack_bytes().bytes());
@@ -69,15 +69,14 @@ TEST(CorruptPack, EveryTruncationIsRefused) {
     const bool has_header = length >= sizeof(pack::PackHeader);
     EXPECT_EQ(open_status(cut.bytes()), has_header ? PAL_STATUS_TRUNCATED : PAL_STATUS_NOT_A_PACK) << length;
     if (!has_header) continue;
-    // A header that claims the shorter length: then the tables or segments do not fit, or the checksum is
-    // off.
+    // The header claims the shorter length. The tables or segments do not fit, or the checksum differs.
     pack::PackHeader header = header_of(cut.bytes());
     header.file_bytes = length;
     set_header(cut.bytes(), header);
     EXPECT_NE(open_status(cut.bytes()), PAL_STATUS_OK) << length;
     repair_checksum(cut.bytes());
     const pal_status status = open_status(cut.bytes());
-    if (bytes.size() - length < pack::kAlignment) continue;  // padding may be all that is gone
+    if (bytes.size() - length < pack::kAlignment) continue;  // the cut may have removed only padding
     EXPECT_TRUE(status == PAL_STATUS_CORRUPT_TABLES || status == PAL_STATUS_CORRUPT_CONTENT)
         << length << ": " << pal_status_text(status);
   }
@@ -97,7 +96,7 @@ TEST(CorruptPack, EverySingleBitOfHeaderAndTablesCounts) {
   const std::span<unsigned char> bytes = copy.bytes();
   const pack::PackHeader header = header_of(bytes);
   const size_t end = header.tables_offset + header.tables_bytes;
-  const size_t step = kSanitized ? 7 : 1;  // instrumented code is ten times slower
+  const size_t step = kSanitized ? 7 : 1;  // instrumented code is slow
   std::map<pal_status, int> statuses;
   for (size_t bit = 0; bit < 8 * end; bit += bit < 8 * sizeof header ? 1 : step) {
     const size_t byte = bit / 8;
@@ -125,8 +124,8 @@ TEST(CorruptPack, EverySingleBitOfHeaderAndTablesCounts) {
     }
     EXPECT_EQ(status, expected) << "bit " << bit;
   }
-  EXPECT_EQ(open_status(bytes), PAL_STATUS_OK);  // every bit is back
-  // All three layers of the check did something.
+  EXPECT_EQ(open_status(bytes), PAL_STATUS_OK);  // the last round restored every bit
+  // All three layers of the check refused some packs.
   EXPECT_GT(statuses[PAL_STATUS_CORRUPT_TABLES], 10);
   EXPECT_GT(statuses[PAL_STATUS_CORRUPT_CONTENT], 10);
   EXPECT_GT(statuses[PAL_STATUS_BAD_CHECKSUM], 10);
@@ -176,7 +175,7 @@ TEST(CorruptPack, HeaderThatLiesAboutTheTables) {
   EXPECT_EQ(tables(64, header.file_bytes), PAL_STATUS_CORRUPT_TABLES);
   for (const uint64_t bytes : {0, 1, 4, 8, 15, 16, 17})
     EXPECT_EQ(tables(64, bytes), PAL_STATUS_CORRUPT_TABLES);
-  // Tables that claim the segments as theirs.
+  // Tables that overlap the segments.
   EXPECT_EQ(tables(64, header.file_bytes - 64), PAL_STATUS_CORRUPT_CONTENT);
 }
 
@@ -189,9 +188,10 @@ TEST(CorruptPack, FilesThatAreNoPacks) {
   EXPECT_EQ(file_status(dir.write("short.pack", "PALPATE")), PAL_STATUS_NOT_A_PACK);
   EXPECT_EQ(file_status(dir.write("cut.pack", as_text(bytes.first(bytes.size() / 2)))), PAL_STATUS_TRUNCATED);
   EXPECT_EQ(file_status(dir.path() / "missing.pack"), PAL_STATUS_FILE_NOT_FOUND);
-  EXPECT_EQ(file_status(dir.path()), PAL_STATUS_FILE_NOT_READABLE);                      // a directory
-  EXPECT_EQ(file_status("/dev/null"), PAL_STATUS_FILE_NOT_READABLE);                     // a device
-  EXPECT_EQ(file_status(dir.path() / "good.pack" / "x"), PAL_STATUS_FILE_NOT_READABLE);  // through a file
+  EXPECT_EQ(file_status(dir.path()), PAL_STATUS_FILE_NOT_READABLE);   // a directory
+  EXPECT_EQ(file_status("/dev/null"), PAL_STATUS_FILE_NOT_READABLE);  // a device
+  EXPECT_EQ(file_status(dir.path() / "good.pack" / "x"),
+            PAL_STATUS_FILE_NOT_READABLE);  // a file in place of a folder
   EXPECT_EQ(file_status(""), PAL_STATUS_FILE_NOT_FOUND);
 }
 
@@ -199,10 +199,10 @@ TEST(CorruptPack, FilesThatCannotBeRead) {
   const TempDir dir;
   const auto file = dir.write("locked.pack", as_text(small_pack_bytes().bytes()));
   ASSERT_EQ(chmod(file.c_str(), 0), 0);
-  if (geteuid() != 0) {  // the superuser may read it all the same
+  if (geteuid() != 0) {  // the superuser may read any file
     EXPECT_EQ(file_status(file), PAL_STATUS_FILE_NOT_READABLE);
   }
-  // Nobody can open a socket as a file.
+  // open() fails on a socket.
   sockaddr_un address = {};
   address.sun_family = AF_UNIX;
   const std::string path = (dir.path() / "s").string();
@@ -214,17 +214,17 @@ TEST(CorruptPack, FilesThatCannotBeRead) {
   close(handle);
 }
 
-// A pipe without a writer: the answer must come at once, not when somebody writes.
+// A pipe without a writer: opening must refuse at once and not wait for a writer.
 TEST(CorruptPack, PipeDoesNotBlock) {
   const TempDir dir;
   const std::string path = (dir.path() / "pipe").string();
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-  alarm(20);  // ends the test where it would hang
+  alarm(20);  // ends the test if opening waits
   EXPECT_EQ(file_status(path), PAL_STATUS_FILE_NOT_READABLE);
   alarm(0);
 }
 
-// A trusted pack's numbers are not looked at; what a frame would trip over still is.
+// PAL_VERIFY_NEVER skips numbers; sizes and indices that a frame follows are still checked.
 TEST(CorruptPack, TrustGoesToNumbersOnly) {
   const auto good = small_pack_bytes().bytes();
   const auto status_of = [](std::span<const unsigned char> bytes, pal_verify verify) {
@@ -288,7 +288,7 @@ TEST(CorruptPack, EveryStatusHasItsOwnText) {
     EXPECT_GT(text.size(), 5U);
     EXPECT_NE(text.back(), '.');
   }
-  EXPECT_EQ(known, 28);  // as many as palpate.h pins
+  EXPECT_EQ(known, 28);  // the number that palpate.h pins
   for (const pal_status status : {PAL_STATUS_OK,
                                   PAL_STATUS_NULL_ARGUMENT,
                                   PAL_STATUS_BAD_STRUCT_SIZE,

@@ -1,5 +1,5 @@
-// A tree of the surface that is not what the format says is refused at opening: a search follows its indices
-// without looking. Each contradiction is made on purpose, its checksum right again.
+// Opening refuses a surface tree that violates the format, because a search follows the tree's indices
+// unchecked. Each test makes one contradiction and repairs the checksum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ uint32_t first_node(bool leaf) {
   return node;
 }
 
-// After `change` of the array in `segment`.
+// Status after `change` to the array in `segment`.
 template <typename T, typename Change>
 pal_status status_with(const pack::Segment* segment, Change&& change) {
   AlignedBytes copy = copy_of(small_pack_bytes().bytes());
@@ -50,7 +50,7 @@ pal_status status_with_nodes(Change&& change) {
   return status_with<pack::BvhNode>(tree().nodes(), change);
 }
 
-// With `value` in a field of the tree's table.
+// Status with `value` in a field of the tree's table.
 template <typename T>
 pal_status status_with_field(flatbuffers::voffset_t field, const T& value) {
   const auto bytes = small_pack_bytes().bytes();
@@ -61,7 +61,7 @@ pal_status status_with_field(flatbuffers::voffset_t field, const T& value) {
   return open_status(copy.bytes());
 }
 
-// A copy in which a table lacks a field, as if written by a builder that does not know it.
+// A copy in which a table lacks a field, as from an older builder.
 AlignedBytes without_field(const void* table, flatbuffers::voffset_t field) {
   const auto bytes = small_pack_bytes().bytes();
   const auto* start = static_cast<const unsigned char*>(table);
@@ -76,10 +76,10 @@ AlignedBytes without_field(const void* table, flatbuffers::voffset_t field) {
 TEST(CorruptSurfaceBvh, WholeOneOpens) {
   EXPECT_EQ(status_with_nodes([](pack::BvhNode*) {}), PAL_STATUS_OK);
   EXPECT_EQ(status_with_field(Tree::VT_NUM_NODES, tree().num_nodes()), PAL_STATUS_OK);
-  EXPECT_GT(tree().num_nodes(), 4U);  // else there is nothing to break
+  EXPECT_GT(tree().num_nodes(), 4U);  // else there is no tree to break
 }
 
-// Of a builder before this table: valid, and nothing is found.
+// A pack from a builder without this table: valid, and a search finds no point.
 TEST(CorruptSurfaceBvh, PacksWithoutItStayValid) {
   const AlignedBytes old = without_field(&tables(), pack::Pack::VT_SURFACE_BVH);
   const OpenPack pack(old);
@@ -124,7 +124,7 @@ TEST(CorruptSurfaceBvh, BoxesThatDoNotHoldWhatIsBelowThem) {
   const float nan = std::nanf("");
   const float infinity = std::numeric_limits<float>::infinity();
   for (const uint32_t node : {0U, leaf}) {
-    for (const float bound : {nan, infinity, 1e20f, 0.6f}) {  // 0.6: above all of the block
+    for (const float bound : {nan, infinity, 1e20f, 0.6f}) {  // 0.6 is above the whole block
       EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[node].min[0] = bound; }),
                 PAL_STATUS_CORRUPT_CONTENT)
           << node << ' ' << bound;
@@ -135,12 +135,11 @@ TEST(CorruptSurfaceBvh, BoxesThatDoNotHoldWhatIsBelowThem) {
           << node << ' ' << bound;
     }
   }
-  // The whole of infinity holds everything, but nothing can be computed with it; a leaf must not leave the
-  // root.
+  // An infinite box holds every point, but distances to the box overflow. A leaf must stay in the root's box.
   EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[0].max[1] = infinity; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[0].min[1] = -3e15f; }), PAL_STATUS_CORRUPT_CONTENT);
   EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[leaf].max[1] = 10; }), PAL_STATUS_CORRUPT_CONTENT);
-  // A box that is merely too large is slow, not wrong.
+  // A box that is too large costs time, and the result stays right.
   EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[0].max[1] = 10; }), PAL_STATUS_OK);
 }
 
@@ -148,7 +147,7 @@ TEST(CorruptSurfaceBvh, ChildrenThatAreNoTree) {
   const uint32_t interior = first_node(false);
   const uint32_t count = tree().num_nodes();
   const uint32_t right = nodes()[interior].first;
-  // Itself, its left child, before it, behind the end, and the middle of a subtree.
+  // The node itself, its left child, a node before it, an index past the end, the middle of a subtree.
   for (const uint32_t child :
        {interior, interior + 1, 0U, count, count + 7, 0xffffffffU, right - 1, right + 1}) {
     EXPECT_EQ(status_with_nodes([&](pack::BvhNode* n) { n[interior].first = child; }),
@@ -190,8 +189,8 @@ TEST(CorruptSurfaceBvh, NormalsThatAreNotUnit) {
   }
 }
 
-// Sites on a line, one to a leaf, in a chain that goes down `depth` edges; always to the right, or always to
-// the left.
+// A degenerate tree: sites on a line, one a leaf, in a chain of `depth` edges that always goes right or
+// always left.
 struct Chain {
   Chain(uint32_t depth, bool to_the_right) {
     const uint32_t count = depth + 1;
@@ -237,7 +236,7 @@ struct Chain {
 
 TEST(CorruptSurfaceBvh, TreesThatLeaveSomethingOut) {
   EXPECT_TRUE(is_surface_tree(Chain(5, true).pack));
-  Chain primitives(5, true);  // more than the leaves have
+  Chain primitives(5, true);  // more primitives than the leaves hold
   primitives.primitives.insert(primitives.primitives.end(), 3, 0);
   primitives.pack.primitives = primitives.primitives.data();
   ++primitives.pack.num_primitives;
@@ -247,7 +246,7 @@ TEST(CorruptSurfaceBvh, TreesThatLeaveSomethingOut) {
   fewer.pack.primitives = exactly.data();
   --fewer.pack.num_primitives;
   EXPECT_FALSE(is_surface_tree(fewer.pack));
-  Chain node(5, true);  // one that nothing leads to
+  Chain node(5, true);  // a node without a parent
   node.nodes.push_back(node.nodes.back());
   node.pack.bvh_nodes = node.nodes.data();
   ++node.pack.num_bvh_nodes;
@@ -270,15 +269,14 @@ TEST(CorruptSurfaceBvh, LeavesThatAreTooLargeOrTooSmallForTheirPrimitives) {
   }
 }
 
-// The deepest tree that opens is searched from any side within the memory that a search has; AddressSanitizer
-// watches.
+// A search of the deepest valid tree stays within its stack, from any side, under AddressSanitizer.
 TEST(CorruptSurfaceBvh, DepthIsBounded) {
   for (const bool to_the_right : {false, true}) {
     for (const uint32_t depth : {1U, 7U, pack::kMostBvhDepth}) {
       const Chain chain(depth, to_the_right);
       ASSERT_TRUE(is_surface_tree(chain.pack)) << depth;
       for (uint32_t site = 0; site <= depth; ++site) {
-        // From afar everything is equally near to rounding, so that everything waits.
+        // From afar rounding makes all distances equal, so every node stays on the stack.
         for (const double away : {0.25, 1e15}) {
           const double position[3] = {site + 0.25, 0, away};
           SurfaceHit hit;

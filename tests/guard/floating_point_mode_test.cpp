@@ -1,4 +1,4 @@
-// Frames flush subnormal numbers, and leave the caller's floating-point mode as it was.
+// Frames flush subnormal numbers and restore the caller's floating-point mode.
 #include <gtest/gtest.h>
 
 #include <cfenv>
@@ -13,7 +13,7 @@ namespace palpate::test {
 namespace {
 
 double halved(double value) {
-  volatile double half = 0.5;  // computed when it runs
+  volatile double half = 0.5;  // volatile: the compiler must not compute the product
   return value * half;
 }
 
@@ -29,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Runtime, FloatingPointMode,
 TEST_P(FloatingPointMode, NoSubnormalNumberComesOut) {
   const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), GetParam(), 3, 0);
-  // So small that the field's floats, and then the force's doubles, would be subnormal.
+  // Pushes so small that the field's floats, and then the force's doubles, would be subnormal.
   for (const double push : {1e-38, 1e-41, 1e-300, 1e-308, 5e-324}) {
     SCOPED_TRACE(push);
     const pal_contact_result result = session.touch({{0, {0, 0, -push}, 0, {}, {}, {}}}).front();
@@ -53,8 +53,8 @@ TEST_P(FloatingPointMode, TheCallersModeStays) {
   EXPECT_GT(halved(std::numeric_limits<double>::min()), 0.0);
 }
 
-// With traps on, as debug builds of engines have them, a NaN that comes in must not kill the process; and whatever
-// the rounding mode, the answer is the same.
+// Debug builds of engines trap on NaN: a NaN input must not end the process. The rounding mode must not
+// change the result.
 TEST_P(FloatingPointMode, TheCallersModeChangesNothing) {
   const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), GetParam(), 3, 0);

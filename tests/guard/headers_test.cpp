@@ -1,4 +1,5 @@
-// The public headers: each alone as C11 and C++20, palpate.hpp as C++20, pedantic, no warning; what they promise.
+// The public headers compile alone, pedantic and without warnings: C headers as C11 and C++20, palpate.hpp as
+// C++20.
 #include <gtest/gtest.h>
 #include <palpate/palpate.hpp>
 
@@ -27,7 +28,7 @@ class Headers : public ::testing::Test {
                        shell_word(include) + " " + shell_word(file.string()));
   }
 
-  // A folder with all headers, in which `from` stands as `to` in `header`.
+  // A folder with all headers, where `header` has `to` in place of `from`.
   std::string spoilt(const std::string& header, const std::string& from, const std::string& to) const {
     std::string text = header_text(header);
     const std::size_t at = text.find(from);
@@ -63,7 +64,7 @@ TEST_F(Headers, CompileAlone) {
 }
 
 TEST_F(Headers, CheckRefusesSpoiltHeaders) {
-  EXPECT_NE(compile("palpate.hpp", true).exit_code, 0);  // C++ is no C
+  EXPECT_NE(compile("palpate.hpp", true).exit_code, 0);  // palpate.hpp is not C
   const std::string without_integers = spoilt("version.h", "#include <stdint.h>", "");
   EXPECT_NE(compile("status.h", true, without_integers).exit_code, 0);
   EXPECT_NE(compile("status.h", false, without_integers).exit_code, 0);
@@ -73,7 +74,7 @@ TEST_F(Headers, CheckRefusesSpoiltHeaders) {
   EXPECT_NE(compile("tool.h", true, spoilt("tool.h", "#include <palpate/session.h>", "")).exit_code, 0);
   const std::string with_a_reference = spoilt("session.h", "uint32_t count)", "uint32_t& count)");
   EXPECT_NE(compile("session.h", true, with_a_reference).exit_code, 0);
-  EXPECT_EQ(compile("session.h", false, with_a_reference).exit_code, 0);  // C++ would not have noticed
+  EXPECT_EQ(compile("session.h", false, with_a_reference).exit_code, 0);  // a reference is valid C++
   EXPECT_NE(compile("palpate.h", true,
                     spoilt("status.h", "PAL_STATUS_BAD_CHECKSUM = 45", "PAL_STATUS_BAD_CHECKSUM = 45,,"))
                 .exit_code,
@@ -99,7 +100,7 @@ TEST_F(Headers, LinkedVersionIsTheirs) {
             PALPATE_PROJECT_VERSION);
 }
 
-// The text of each flag is its own; other bits, and several at once, are no flag.
+// Every flag has a text of its own. Other bits and combinations of flags have none.
 TEST_F(Headers, EveryFlagHasAText) {
   const std::string none = pal_flag_text(0);
   std::set<std::string> texts = {none};
@@ -112,7 +113,7 @@ TEST_F(Headers, EveryFlagHasAText) {
   EXPECT_EQ(pal_flag_text(3), none);
 }
 
-// What is returned must be looked at, in C++.
+// C++ warns of a discarded status.
 TEST_F(Headers, StatusMustBeLookedAt) {
   const std::filesystem::path file = dir_.write(
       "unit.cpp", "#include <palpate/palpate.h>\nvoid f() { pal_pack_open(0, PAL_VERIFY_ONCE, 0, 0, 0); }\n");

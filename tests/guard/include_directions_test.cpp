@@ -55,7 +55,7 @@ bool starts_with_any(const std::string& text, const std::vector<std::string>& pr
                      [&](const std::string& prefix) { return text.starts_with(prefix); });
 }
 
-// What stands between the quotes or angles of an #include line; "" for any other line.
+// The path in quotes or angles of an #include line; "" for any other line.
 std::string included_path(const std::string& line) {
   const auto skip_blanks = [&](std::size_t at) {
     return std::min(line.find_first_not_of(" \t", at), line.size());
@@ -70,7 +70,7 @@ std::string included_path(const std::string& line) {
   return end == std::string::npos ? "" : line.substr(at + 1, end - at - 1);
 }
 
-// Adds "offline/fem/a.cpp includes runtime/src/b.hpp" for each such line; `file` is the path from the top.
+// Adds "offline/fem/a.cpp includes runtime/src/b.hpp" for each violation. `file` is the path from the top.
 void find_violations(const std::filesystem::path& path, const std::string& file,
                      std::vector<std::string>& found) {
   const std::vector<std::string> ours = {"offline/", "runtime/", "schemas/", "palpate/",
@@ -91,7 +91,7 @@ void find_violations(const std::filesystem::path& path, const std::string& file,
   }
 }
 
-// All of them in a source tree, sorted; `files` counts what was read.
+// All violations in a source tree, sorted. `files` counts the files read.
 std::vector<std::string> violations(const std::filesystem::path& root, int& files) {
   const std::set<std::string> sources = {".h", ".hpp", ".c", ".cpp", ".inl"};
   std::vector<std::string> found;

@@ -1,5 +1,5 @@
-// Packs whose content was changed and whose checksum was made right again. Opening may accept or refuse them,
-// but whatever it accepts must be served without a crash and without a number that is not finite.
+// Packs with random damage and a repaired checksum. Opening refuses the pack, or every call gives finite
+// numbers and none crashes.
 #include <gtest/gtest.h>
 
 #include "tests/support/mutated_pack_fixture.hpp"
@@ -7,7 +7,7 @@
 namespace palpate::test::mutated_pack_fixture {
 namespace {
 
-// Asks everything of a pack that opened. False when an answer with status OK is not finite.
+// Makes every kind of call on an open pack. False when a result with status OK is not finite.
 bool serves_finite_numbers(const pal_pack* pack) {
   pal_pack_info info = {};
   info.struct_size = sizeof info;
@@ -70,7 +70,7 @@ bool serves_finite_numbers(const pal_pack* pack) {
   return finite;
 }
 
-// Opens the bytes; true when they are refused, or served well.
+// Opens the bytes; true when opening refuses them or all results are finite.
 bool refused_or_served(std::span<const unsigned char> bytes, int& accepted) {
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
   pal_pack* pack = nullptr;
@@ -88,7 +88,7 @@ void store(std::span<unsigned char> bytes, size_t at, T value) {
   if (at + sizeof value <= bytes.size()) memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-// Changes one number in [begin, end): a bit, a byte, or a value that programs trip over.
+// Changes one number in [begin, end): a bit, a byte, or a special value such as NaN.
 void mutate(std::span<unsigned char> bytes, size_t begin, size_t end, std::mt19937_64& random) {
   const auto any = [&](size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(random); };
   const size_t at = begin + any(end - begin);
@@ -150,7 +150,7 @@ void check_mutations(std::span<const unsigned char> original, size_t begin, size
   }
 }
 
-// PALPATE_MUTATED_PACKS=100000 makes as many in each test.
+// PALPATE_MUTATED_PACKS sets the number of packs in each test.
 int num_rounds() {
   return static_cast<int>(rounds_by("PALPATE_MUTATED_PACKS", kSanitized ? 200 : 1000, 20000));
 }
@@ -161,7 +161,7 @@ TEST(MutatedPack, Tables) {
   int accepted = 0;
   check_mutations(bytes, header.tables_offset, header.tables_offset + header.tables_bytes, 2 * num_rounds(),
                   2, accepted);
-  EXPECT_GT(accepted, num_rounds() / 20);  // names, error figures: else frames were never reached
+  EXPECT_GT(accepted, num_rounds() / 20);  // names, error figures; else frames were never reached
 }
 
 TEST(MutatedPack, EachSegment) {
@@ -203,7 +203,7 @@ TEST(MutatedPack, EachSegmentOfZones) {
   EXPECT_GT(accepted, num_rounds() / 5);
 }
 
-// Where one array holds numbers of two kinds.
+// A segment holds numbers of two kinds here: int16 columns and real units.
 TEST(MutatedPack, EachSegmentOfRoundedPolynomials) {
   const auto bytes = rounded_pack_bytes().bytes();
   const pack::PolynomialDd& polynomial =

@@ -1,4 +1,4 @@
-// A visual frame on a thread of its own sees whole haptic frames, and no data race.
+// A visual frame on its own thread sees whole haptic frames, without a data race.
 #include <gtest/gtest.h>
 
 #include "tests/support/runtime_session.hpp"
@@ -13,7 +13,7 @@ TEST(Snapshot, TheFieldIsThatOfTheLastHapticFrame) {
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
   const std::vector<pal_real> rest = session.field();
   session.touch({{0, {0, 0, -0.02}, 0, {}, {}, {}}});
-  session.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});  // two haptic frames to one visual
+  session.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});  // two haptic frames to each visual frame
   OwnedSession only_last(pack.get(), PAL_MODEL_AUTO);
   only_last.touch({{0, {0, 0, -0.04}, 0, {}, {}, {}}});
   const std::vector<pal_real> pushed = session.field();
@@ -42,7 +42,7 @@ CommandResult run_threads(const std::string& more) {
   return run_command(shell_word(PALPATE_SNAPSHOT_THREADS) + " " + shell_word(pack.string()) + more);
 }
 
-// Of kernels that spread addresses wider than it expects.
+// Some kernels spread addresses wider than ThreadSanitizer expects.
 bool sanitizer_cannot_run(const CommandResult& run) {
   return run.output.find("unexpected memory mapping") != std::string::npos;
 }

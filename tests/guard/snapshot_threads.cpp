@@ -1,7 +1,7 @@
-// snapshot_threads PACK [two-readers]: haptic frames on one thread and visual frames on another, built with
-// ThreadSanitizer. Every field that the reader sees must be, to the bit, one that some haptic frame made.
-// With two-readers, which the header forbids, ThreadSanitizer must find the race (exit code 66): it is at
-// work.
+// snapshot_threads PACK [two-readers]: haptic frames on one thread, visual frames on another, under
+// ThreadSanitizer. Every field that the reader sees must equal, to the bit, the field of some haptic frame.
+// The header forbids two readers: with two-readers ThreadSanitizer must find the race (exit code 66), which
+// proves the check.
 #include <atomic>
 #include <cstdio>
 #include <cstring>
@@ -31,7 +31,7 @@ struct Simulation {
   }
 };
 
-// Rest, one contact (polynomial) and two (linear).
+// Contact sets: rest, one contact (polynomial), two contacts (linear).
 std::vector<std::vector<pal_contact>> scenes(double push) {
   const pal_contact first = {0, {0, 0, -push}, 0, {}, {}, {}};
   const pal_contact second = {1, {push, 0, 0}, 0, {}, {}, {}};

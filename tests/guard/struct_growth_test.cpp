@@ -1,4 +1,4 @@
-// Old callers meet a new library and new callers an old one through struct_size.
+// struct_size lets old callers use a new library and new callers an old library.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -10,7 +10,7 @@
 namespace palpate::test {
 namespace {
 
-// A caller compiled with a later header: the struct goes on.
+// The struct of a caller that was compiled with a later header.
 template <typename T>
 struct Newer {
   T known;
@@ -42,7 +42,7 @@ TEST(StructGrowth, ANewerCallersConfigServesWhileItAsksForNothingNew) {
   EXPECT_EQ(pal_session_required_bytes(pack.get(), &config.known, &bytes), PAL_STATUS_BAD_STRUCT_SIZE);
 }
 
-// Nothing of ours has grown yet: a struct that did.
+// A struct that has grown, as a public struct may in a later release.
 struct Grown {
   uint32_t struct_size;
   uint32_t first;
@@ -50,7 +50,7 @@ struct Grown {
 };
 constexpr uint32_t kFirstBytes = 8;
 
-// As across the library's border, where no compiler sees whose struct it is.
+// noinline: the compiler must not see whose struct it is, as across the library's border.
 [[gnu::noinline]] pal_status read(const Grown& from, Grown& to) {
   return read_sized(from, kFirstBytes, to);
 }
@@ -59,7 +59,7 @@ constexpr uint32_t kFirstBytes = 8;
 }
 
 TEST(StructGrowth, AnOlderCallerKeepsTheDefaultAndItsMemory) {
-  const Grown given = {kFirstBytes, 7, 99};  // 99: not the caller's struct any more
+  const Grown given = {kFirstBytes, 7, 99};  // 99 lies beyond the caller's struct
   Grown config = {sizeof config, 1, 2};
   ASSERT_EQ(read(given, config), PAL_STATUS_OK);
   EXPECT_EQ(config.struct_size, sizeof config);
@@ -85,7 +85,7 @@ TEST(StructGrowth, SizesThatNobodyWroteAreRefused) {
   }
 }
 
-// What callers of the first release were compiled with; must never change.
+// Sizes in the first release. They must never change.
 static_assert(sizeof(pal_pack_info) >= 88 && sizeof(pal_geometry) >= 40 && sizeof(pal_session_config) >= 16);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the runtime archive asks of the world: an allow-list of undefined symbols, and its size.
+// The runtime archive: an allow-list of undefined symbols, exported symbols, and the size.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 namespace palpate::test {
 namespace {
 
-// libc without the heap, stdio, signals, threads and exit; libm; what the compiler and linker bring.
+// libc without heap, stdio, signals, threads and exit; libm; symbols of the compiler and linker.
 const std::set<std::string> kAllowed = {
     "memcmp",
     "memcpy",
@@ -31,7 +31,7 @@ const std::set<std::string> kAllowed = {
     "mmap",
     "mmap64",
     "munmap",            // mapping a pack
-    "__errno_location",  // why open failed
+    "__errno_location",  // reason of a failed open
     "sqrt",
     "sqrtf",
     "fabs",
@@ -50,7 +50,7 @@ struct SymbolNames {
   std::set<std::string> undefined;
 };
 
-// That others than itself see of an archive or object.
+// Global symbols that an archive or object defines.
 SymbolNames global_symbols(const std::filesystem::path& archive) {
   const CommandResult nm = run_command(shell_word(PALPATE_NM) + " -gP " + shell_word(archive.string()));
   if (nm.exit_code != 0) throw std::runtime_error(nm.output);
@@ -66,7 +66,7 @@ SymbolNames global_symbols(const std::filesystem::path& archive) {
   return names;
 }
 
-// Undefined symbols of an archive or object that it does not define itself either.
+// Symbols that an archive or object needs from elsewhere.
 std::set<std::string> undefined_symbols(const std::filesystem::path& archive) {
   SymbolNames names = global_symbols(archive);
   for (const std::string& name : names.defined) names.undefined.erase(name);
@@ -88,7 +88,7 @@ class Symbols : public ::testing::Test {
       GTEST_SKIP() << "an instrumented archive calls its sanitizers; the release build is checked";
   }
 
-  // What the check says of a translation unit with this text.
+  // Forbidden symbols that the check finds in a translation unit with this text.
   std::string forbidden_in(const std::string& text) const {
     const std::filesystem::path source = dir_.write("unit.cpp", text);
     const std::filesystem::path object = dir_.path() / "unit.o";
@@ -104,13 +104,13 @@ class Symbols : public ::testing::Test {
 
 TEST_F(Symbols, ArchiveNeedsOnlyWhatIsAllowed) {
   EXPECT_EQ(forbidden_symbols(PALPATE_RUNTIME_ARCHIVE), "");
-  // The list was read: opening a file needs these.
+  // Opening a file needs these symbols, so the list was read.
   const std::set<std::string> undefined = undefined_symbols(PALPATE_RUNTIME_ARCHIVE);
   EXPECT_TRUE(undefined.contains("munmap"));
   EXPECT_TRUE(undefined.contains("close"));
 }
 
-// Two libraries that each carry a runtime, of two versions, do not meet.
+// Two libraries may each contain a runtime of another version; internal symbols must not collide.
 TEST_F(Symbols, ArchiveShowsTheCApiAlone) {
   std::set<std::string> declared = declared_functions();
 #if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
@@ -149,7 +149,7 @@ TEST_F(Symbols, ArchiveIsSmall) {
   const std::filesystem::path copy = dir_.path() / "stripped.a";
   std::filesystem::copy_file(PALPATE_RUNTIME_ARCHIVE, copy);
   std::string strip = PALPATE_NM;
-  strip.replace(strip.size() - 2, 2, "strip");  // it stands beside nm under the same prefix
+  strip.replace(strip.size() - 2, 2, "strip");  // strip stands beside nm, under the same prefix
   const CommandResult stripped =
       run_command(shell_word(strip) + " --strip-debug " + shell_word(copy.string()));
   ASSERT_EQ(stripped.exit_code, 0) << stripped.output;

@@ -1,6 +1,6 @@
-// Frames leave the upper halves of vector registers clear (vzeroupper): where they are not, whatever follows with
-// vectors of 128 bits or with scalars, the next frame and the host's own code, takes two to three times as long, until
-// someone else clears them. GCC sees to it from -O2 on, but not in what it compiles for the smallest size.
+// Frames clear the upper halves of vector registers (vzeroupper). Dirty upper halves slow down later SSE
+// code, in the next frame and in the host, until a vzeroupper. GCC inserts vzeroupper from -O2 on, but not
+// with -Os.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -17,7 +17,7 @@ namespace palpate::test {
 namespace {
 
 #if defined(__x86_64__)
-// Whether the processor says which of its registers are not as they begin (XGETBV with 1), and means it.
+// Whether XGETBV with ECX = 1 reports the registers in use on this processor, and reports them truly.
 bool tells_registers_in_use() {
   uint32_t a = 0;
   uint32_t b = 0;
@@ -75,7 +75,7 @@ class UpperHalves : public ::testing::Test {
   }
 };
 
-// The guard seen to fail.
+// Breaks the guard on purpose.
 TEST_F(UpperHalves, ThoseThatAreSetAreSeen) {
   set_upper_halves();
   const bool in_use = upper_halves_in_use();
@@ -102,7 +102,7 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
   }
 }
 
-// Of every model, with one contact and with several, nodes fixed, and fields of both kinds of columns.
+// All models, one and several contacts, fixed nodes, fields with both kinds of columns.
 TEST_F(UpperHalves, ClearAfterEveryFrame) {
   int answered = 0;
   for (const AlignedBytes* bytes : {&zone_pack_bytes(), &rounded_pack_bytes()}) {
@@ -135,7 +135,7 @@ TEST_F(UpperHalves, ClearAfterEveryFrame) {
       }
     }
   }
-  EXPECT_GT(answered, 1100);  // of 1,260; else few were tried
+  EXPECT_GT(answered, 1100);  // else few frames were answered
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A visual frame stores into the caller's memory and never loads from it, which may be a graphics card's.
+// A visual frame stores into the caller's memory and never loads from it: the memory may be a graphics
+// card's.
 #include <gtest/gtest.h>
 
 #include "tests/support/runtime_session.hpp"
@@ -12,7 +13,7 @@
 namespace palpate::test {
 namespace {
 
-// Every access to one page traps: counted, let through by a single step, and the page is closed again.
+// Traps every access to a page: counts the access, single-steps over it, and protects the page again.
 class WatchedPage {
  public:
   static constexpr size_t kBytes = 4096;
@@ -42,7 +43,7 @@ class WatchedPage {
 
  private:
   static constexpr long kTrapFlag = 0x100;
-  static constexpr long kWrite = 2;  // of a page fault's error code
+  static constexpr long kWrite = 2;  // bit of a page fault's error code
 
   static void on_access(int, siginfo_t*, void* context) {
     auto& registers = static_cast<ucontext_t*>(context)->uc_mcontext.gregs;

@@ -1,5 +1,5 @@
-// What a contact has without a solve, its series at rest; and maps that move a site's answer: what each one promises of
-// places and vectors, and when there is none.
+// The Taylor series of a contact at rest, and the affine maps that transfer a site's response to another
+// contact.
 #include "offline/precompute/affine_site.hpp"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TouchedBlock flat_block(const Eigen::Vector3d& away,
   return block;
 }
 
-// The middle one of the sites.
+// The middle site of the block.
 struct SolvedSite {
   TouchedBlock block;
   Assembly assembly;
@@ -65,7 +65,7 @@ struct SolvedSite {
   }
 };
 
-// To fifth order in the field, and so in the force: what is left of the nonlinear answer is of sixth.
+// The series has five orders, so the error of field and force is of sixth order.
 TEST(AffineSite, SeriesAtRestConvergesWithItsOrder) {
   for (const bool ten_nodes : {false, true}) {
     SolvedSite solved(touched_block(ten_nodes ? 3 : 4, 0.3, ten_nodes));
@@ -86,7 +86,7 @@ TEST(AffineSite, SeriesAtRestConvergesWithItsOrder) {
   }
 }
 
-// Second derivatives of the field and third ones of the energy, known from the solver in another way.
+// The first terms equal second derivatives of the field and third derivatives of the energy from the solver.
 TEST(AffineSite, SeriesAtRestBeginsWithTheDerivativesThere) {
   SolvedSite solved(touched_block(4, 0.3));
   Sample rest;
@@ -111,7 +111,7 @@ TEST(AffineSite, SeriesAtRestBeginsWithTheDerivativesThere) {
   }
 }
 
-// Of a linear organ nothing is left beyond the linear answer.
+// A linear organ has no terms beyond the linear response.
 TEST(AffineSite, SeriesOfALinearOrganIsNil) {
   TouchedBlock block = touched_block(3, 0.3);
   for (Material& material : block.model.materials) material.law = LinearElastic{1.0, 4.0};
@@ -141,7 +141,7 @@ TEST(AffineSite, TakesTheContactToTheSite) {
   }
 }
 
-// The paper's map depends on where the origin is, ours do not; and they turn with the organ.
+// The paper's map depends on the origin, ours do not. All maps rotate with the organ.
 TEST(AffineSite, OnlyThePapersMapDependsOnTheOrigin) {
   const Eigen::Matrix3d R = Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, -1).normalized()).matrix();
   const TouchedBlock here = flat_block({0.3, -0.2, 0.7});
@@ -173,7 +173,7 @@ TEST(AffineSite, ASingularMapIsNone) {
   EXPECT_TRUE(at_origin(SiteMap::rigid));
 }
 
-// On a flat regular top the nodes about one site lie as those about its neighbour.
+// On a flat regular top, the neighbourhoods of two sites match node by node.
 TEST(AffineSite, TableTakesEachNodesCounterpart) {
   const TouchedBlock block = flat_block(Eigen::Vector3d::Zero());
   const auto placement =

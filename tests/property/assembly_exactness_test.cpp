@@ -1,4 +1,4 @@
-// States that assembly reproduces exactly, and states that it refuses.
+// Assembly: states that finite elements represent exactly, and states that assembly refuses.
 #include <gtest/gtest.h>
 
 #include "tests/support/assembly_fixture.hpp"
@@ -11,7 +11,7 @@ TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   shape.cells = {3, 3, 3};
   const Model model = tetrahedral_block(shape);
   const Assembly assembly(model, no_dofs(model));
-  // Everything stretched a little, and one corner node pushed into its elements.
+  // A slight stretch everywhere, and a corner node pushed into its elements.
   Eigen::VectorXd displacement = affine_displacement(model, 1.15 * Eigen::Matrix3d::Identity());
   displacement.head<3>() += Eigen::Vector3d::Constant(0.15);
   Assembly::SparseLower exact;
@@ -32,7 +32,7 @@ TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   }
 }
 
-// The patch test: under F everywhere the stress is the law's everywhere, and no inner node feels a force.
+// Patch test: a constant F gives the law's stress everywhere and no force on inner nodes.
 TEST(AssemblyProperty, ConstantStrainIsExact) {
   for (const Kind kind : kKinds) {
     BlockShape shape;
@@ -61,9 +61,8 @@ TEST(AssemblyProperty, ConstantStrainIsExact) {
   }
 }
 
-// A quadratic displacement is in the space of ten nodes: at rest their stiffness gives the exact energy of
-// small strain; for u = (a z^2, 0, 0) on the unit cube, e_xz = a z, it is the integral of 2 mu e_xz^2, 2/3 mu
-// a^2.
+// Ten-node elements contain quadratic displacements, so small-strain energy is exact. For u = (a z^2, 0, 0)
+// on the unit cube, e_xz = a z and the energy is the integral of 2 mu e_xz^2, 2/3 mu a^2.
 TEST(AssemblyProperty, TenNodesBendExactly) {
   BlockShape shape;
   shape.cells = {1, 1, 1};
@@ -93,14 +92,14 @@ TEST(AssemblyProperty, OriginDoesNotMatter) {
     assembly.internal_force(displacement, force);
     return force;
   };
-  // A shift that no coordinate is rounded by changes no bit.
+  // A shift without rounding of coordinates changes no bit.
   EXPECT_EQ((force_at({8192, -16384, 4096}) - near_force).norm(), 0.0);
-  // Coordinates of 1e4 are rounded at 1e-12 and edges are about 0.5.
+  // Coordinates of 1e4 are rounded at 1e-12; edges are about 0.5.
   EXPECT_LE((force_at({1.1e4, 0.7e4, -1.3e4}) - near_force).norm(), 1e-10 * near_force.norm());
 }
 
-// A state whose exact force is zero shows what rounding leaves: no more than is said, and no thousand times
-// less.
+// In a state with zero exact force, the remainder is rounding: below the stated bound, and above a thousandth
+// of the bound.
 TEST(AssemblyProperty, RoundingIsAsSmallAsSaid) {
   for (const double stiffness : {1.0, 1e6}) {
     BlockShape shape;
@@ -143,7 +142,7 @@ TEST(AssemblyProperty, EliminatedDofsLeaveTheEquations) {
   Assembly::SparseLower reduced_lower;
   reduced.tangent(displacement, false, reduced_lower);
   EXPECT_EQ((dense_of(reduced_lower) - all(reduced.equation_dofs(), reduced.equation_dofs())).norm(), 0.0);
-  // Forces are known at eliminated dofs too: they are the reactions.
+  // At eliminated dofs the internal forces are the reactions.
   Eigen::VectorXd force;
   Eigen::VectorXd reduced_force;
   whole.internal_force(displacement, force);
@@ -183,8 +182,8 @@ TEST(AssemblyProperty, AnInvertedElementIsNamed) {
     if (std::find(nodes.begin(), nodes.end(), 5) != nodes.end()) around.push_back(static_cast<int>(e));
   }
   ASSERT_EQ(around, (std::vector<int>{4, 5}));
-  // Moved straight down it keeps its distance from the plane x = y of 0 4 7 and crosses the plane y = z of 0
-  // 1 7.
+  // Moved straight down, corner 5 keeps its distance from the plane x = y of 0 4 7 and crosses the plane y =
+  // z of 0 1 7.
   Eigen::VectorXd displacement = Eigen::VectorXd::Zero(model.num_dofs());
   displacement.segment<3>(15) = Eigen::Vector3d(0, 0, -1.5);  // z = -0.5 < y = 0
   Eigen::VectorXd force;
@@ -192,7 +191,7 @@ TEST(AssemblyProperty, AnInvertedElementIsNamed) {
   EXPECT_EQ(state.worst_element, 5);
   EXPECT_NEAR(state.min_jacobian, -0.5, 1e-14) << "the height over that face went from 1 to -1/2";
   EXPECT_EQ(stored_energy(assembly, displacement), std::numeric_limits<double>::infinity());
-  // Flat counts as inverted, and so does what is not a number.
+  // A flat element and a NaN count as inverted.
   displacement[17] = -1.0;
   EXPECT_EQ(stored_energy(assembly, displacement), std::numeric_limits<double>::infinity());
   EXPECT_LE(assembly.internal_force(displacement, force).min_jacobian, 0.0);
@@ -201,7 +200,7 @@ TEST(AssemblyProperty, AnInvertedElementIsNamed) {
   EXPECT_FALSE(assembly.internal_force(displacement, force).min_jacobian > 0);
 }
 
-// Energy, force and tangent of laws whose measure of volume is not det F.
+// Energy, force and tangent of a law with tr F, not det F, as measure of volume.
 TEST(AssemblyProperty, HookesLawSharesTheTrace) {
   for (const Law& law : {Law(LinearElastic{1.0, 30.0}), Law(StVenantKirchhoff{1.0, 30.0})}) {
     BlockShape shape;
@@ -232,8 +231,7 @@ TEST(AssemblyProperty, HookesLawSharesTheTrace) {
   }
 }
 
-// The energy that shared_volumes.hpp states, formed element by element; and that of elements each in a patch of its
-// own is that of C3D4.
+// The energy equals the sum in shared_volumes.hpp. Patches of single elements give the energy of C3D4.
 TEST(AssemblyProperty, SharedVolumesStoreTheMeansEnergy) {
   const Model apart = several_materials();
   Model alone = apart;
@@ -259,7 +257,7 @@ TEST(AssemblyProperty, SharedVolumesStoreTheMeansEnergy) {
   ASSERT_GT(count_volume_patches(model).fewest_elements, 1);
   const Eigen::VectorXd bent = 0.05 * TestRandom(12).vector(model.num_dofs());
   double expected = 0;
-  std::map<int, std::pair<double, double>> patches;  // volumes at rest and now
+  std::map<int, std::pair<double, double>> patches;  // volumes at rest and in the current configuration
   for (const Tetrahedron& element : model.elements) {
     Eigen::Matrix3d rest;
     Eigen::Matrix3d now;
@@ -283,8 +281,7 @@ TEST(AssemblyProperty, SharedVolumesStoreTheMeansEnergy) {
   EXPECT_NEAR(stored_energy(assembly, bent), expected, kRounding * expected);
 }
 
-// Without a bulk modulus of their own, elements of a patch have no mode that costs less than those of a tissue without
-// any resistance to a change of volume but that of its shear.
+// A patch has no spurious soft mode: the softest mode costs at least as much as in a tissue with lambda = 0.
 TEST(AssemblyProperty, SharedVolumesHaveNoSoftModes) {
   const auto softest = [](Kind kind, double bulk) {
     BlockShape shape;

@@ -1,5 +1,5 @@
-// The discrete equations: forces are the gradient of the energy, the tangent that of the forces, and rigid
-// motions cost nothing.
+// The discrete equations: force = gradient of the energy, tangent = gradient of the force, rigid motions cost
+// nothing.
 #include <gtest/gtest.h>
 
 #include "tests/support/assembly_fixture.hpp"
@@ -7,7 +7,7 @@
 namespace palpate::assembly_fixture {
 namespace {
 
-// What must hold for elements of either kind; those of ten nodes have curved edges.
+// Properties of every kind of element. Ten-node elements have curved edges here.
 class AssemblyOfEachKind : public ::testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(Assembly, AssemblyOfEachKind, ::testing::ValuesIn(kKinds), [](const auto& one) {
@@ -74,7 +74,7 @@ TEST_P(AssemblyOfEachKind, TangentKeepsOnePatternForAllStates) {
       before = static_cast<int>(it.row());
     }
   }
-  // A second state in the same matrix leaves nothing of the first.
+  // A second state in the same matrix keeps nothing of the first state.
   assembly.tangent(Eigen::VectorXd::Zero(model.num_dofs()), false, later);
   EXPECT_EQ((dense_of(later) - dense_of(rest)).norm(), 0.0);
 }
@@ -82,7 +82,7 @@ TEST_P(AssemblyOfEachKind, TangentKeepsOnePatternForAllStates) {
 TEST_P(AssemblyOfEachKind, ProjectedTangentHasNoNegativeEigenvalue) {
   const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
-  // Squeezed to 0.6: pressure makes rotations, and with them the true tangent, unstable.
+  // Compressed to 0.6: the pressure makes rotations, and so the tangent, unstable.
   const Eigen::VectorXd squeezed = affine_displacement(model, 0.6 * Eigen::Matrix3d::Identity()) +
                                    0.01 * TestRandom(6).vector(model.num_dofs());
   Assembly::SparseLower lower;
@@ -102,20 +102,19 @@ TEST_P(AssemblyOfEachKind, ProjectedTangentHasNoNegativeEigenvalue) {
 TEST_P(AssemblyOfEachKind, ProjectionLeavesAPositiveTangentAlone) {
   const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
-  // Stretched a little, so that tension steadies rotations; much more, and a law with a large lambda softens
-  // in shear.
+  // A slight stretch: tension stabilises rotations. A large stretch softens a law with large lambda in shear.
   const Eigen::VectorXd stretched = affine_displacement(model, 1.03 * rotation_about({1, -1, 2}, 0.7)) +
                                     0.002 * TestRandom(7).vector(model.num_dofs());
   Assembly::SparseLower exact;
   Assembly::SparseLower projected;
   assembly.tangent(stretched, false, exact);
   assembly.tangent(stretched, true, projected);
-  // Without what keeps the volume, a point has modes that cost nothing: rounding makes some of them negative.
+  // Elements that share volumes have zero-energy modes at a point; rounding makes some slightly negative.
   const double allowed = shares_volume(GetParam()) ? kRounding * exact.norm() : 0.0;
   EXPECT_LE((dense_of(exact) - dense_of(projected)).norm(), allowed);
 }
 
-// Enough elements that every number of threads is really used.
+// Enough elements to occupy every number of threads.
 TEST_P(AssemblyOfEachKind, ThreadsDoNotChangeABit) {
   BlockShape shape;
   shape.cells = {14, 14, 14};
@@ -157,11 +156,11 @@ TEST_P(AssemblyOfEachKind, RigidMotionsCostNothing) {
       displacement.segment<3>(3 * node) += Eigen::Vector3d(3, -2, 5);
     Eigen::VectorXd force;
     const ElementState state = assembly.internal_force(displacement, force);
-    // Displacements of five block sizes are rounded at 1e-15.
+    // Rounding of displacements of five block sizes.
     EXPECT_LE(force.cwiseAbs().maxCoeff(), 1e-13 * stiffest) << "angle " << angle;
     EXPECT_NEAR(state.min_jacobian, 1.0, 1e-13);
     EXPECT_NEAR(stored_energy(assembly, displacement), 0.0, 1e-13 * stiffest);
-    // The tangent turns with the body: K (Q v) = Q K v for every v; here a random one.
+    // The tangent rotates with the body: K (Q v) = Q K v for every v; here for a random v.
     const Eigen::MatrixXd v = TestRandom(9).matrix(model.num_dofs(), 1);
     const auto turned = [&](const Eigen::MatrixXd& column) {
       return Eigen::MatrixXd((Q * column.reshaped(3, model.num_nodes())).reshaped());

@@ -1,4 +1,4 @@
-// Polynomials that are orthonormal over the ball: their mean products by quadrature that is exact for them.
+// Polynomials orthonormal over the ball, checked by a quadrature that is exact for their products.
 #include "offline/precompute/ball_polynomials.hpp"
 
 #include <gtest/gtest.h>
@@ -49,11 +49,11 @@ Eigen::Index mean_terms(int first, int last) {
   return pack::num_monomials(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last));
 }
 
-// Mean of m m^T over the ball or its half z >= 0, m the monomials of degrees first .. last: in spherical coordinates
-// products of polynomials of r, of cos(theta) and of e^(i phi).
+// Mean of m m^T over the ball, or over its half z >= 0, for the monomials m of degrees first .. last. In
+// spherical coordinates the integrand is a product of polynomials in r, cos(theta) and e^(i phi).
 Eigen::MatrixXd mean_products(int first, int last, bool half) {
-  const int points = last + 2;      // to degree 2 last + 3; the most is 2 last + 2 of r^2
-  const int angles = 2 * last + 2;  // to order 2 last + 1 of 2 last
+  const int points = last + 2;      // exact to degree 2 last + 3; the integrand has 2 last + 2 in r
+  const int angles = 2 * last + 2;  // exact to order 2 last + 1; the integrand has 2 last
   const Eigen::Index terms = mean_terms(first, last);
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(terms, terms);
   for (const Node& r : gauss_points(points, 0, 1)) {
@@ -74,7 +74,7 @@ Eigen::MatrixXd mean_products(int first, int last, bool half) {
 }
 
 TEST(BallPolynomials, QuadratureKnowsTheBall) {
-  // 1, <x^2> = 1/5, <x^2 y^2> = 1/35 (of x^4: 3/35), <z> of the half 3/8.
+  // 1, <x^2> = 1/5, <x^2 y^2> = 1/35 (<x^4> = 3/35), <z> = 3/8 for the half.
   const Eigen::MatrixXd ball = mean_products(0, 2, false);
   EXPECT_NEAR(ball(0, 0), 1, 1e-14);
   EXPECT_NEAR(ball(1, 1), 1.0 / 5, 1e-14);
@@ -96,7 +96,7 @@ TEST(BallPolynomials, AreOrthonormal) {
         const Eigen::VectorXd sizes = means.selfadjointView<Eigen::Lower>().eigenvalues();
         const double error =
             (T.transpose() * means * T - Eigen::MatrixXd::Identity(T.rows(), T.cols())).cwiseAbs().maxCoeff();
-        // Rounding times the condition of the moments: 1e11 at degree 8 over half the ball.
+        // Rounding times the condition of the moments: 1e11 at degree 8 over the half ball.
         EXPECT_LE(error, 100 * std::numeric_limits<double>::epsilon() * sizes.maxCoeff() / sizes.minCoeff())
             << first << " .. " << last << (half ? " half" : "");
         EXPECT_LE(error, 1e-3);
@@ -105,7 +105,8 @@ TEST(BallPolynomials, AreOrthonormal) {
   }
 }
 
-// Each is a monomial and those before it, so that the polynomials of a degree span what the monomials do.
+// Each polynomial combines a monomial with earlier monomials, so each degree spans the same space as its
+// monomials.
 TEST(BallPolynomials, AreOfTheirMonomialsAndThoseBefore) {
   for (const bool half : {false, true}) {
     const Eigen::MatrixXd T = orthonormal_on_ball(2, 5, half);
@@ -114,7 +115,7 @@ TEST(BallPolynomials, AreOfTheirMonomialsAndThoseBefore) {
   }
 }
 
-// The check sees polynomials of the other domain, and a transposed T.
+// Breaks the check on purpose: polynomials of the other domain, and a transposed T.
 TEST(BallPolynomials, OthersAreSeen) {
   const auto off = [](const Eigen::MatrixXd& T, bool half) {
     return (T.transpose() * mean_products(2, 4, half) * T - Eigen::MatrixXd::Identity(T.rows(), T.cols()))

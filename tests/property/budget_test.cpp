@@ -1,4 +1,4 @@
-// A haptic frame that may not make a model ready at once: what answers meanwhile, and that nothing is lost.
+// A haptic frame with a budget prepares a new contact set over several frames. The old set answers meanwhile.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ constexpr double kSecondsPerOperation = 1e-9;
 
 class Budget : public ::testing::Test {
  protected:
-  // So many multiply-adds a frame.
+  // A budget of `operations` multiply-adds a frame.
   pal_session_config config_with(double operations, pal_model model = PAL_MODEL_AUTO) const {
     pal_session_config config = session_config(pack_.get(), model, 4, 4);
     config.budget_seconds = operations * kSecondsPerOperation;
@@ -54,14 +54,14 @@ TEST_F(Budget, ASecondContactComesInWhenItIsReady) {
   for (size_t tool = 0; tool < 4; ++tool)
     EXPECT_TRUE(same_bits(small_.last()[tool], both[tool])) << "made in pieces or at once";
   EXPECT_EQ(small_.field(), unbounded_.field());
-  // Two patches of 5 to 7 nodes that share some: n = 24 to 36; n^3/6 + 6 n^2 to factor and solve, 2 n^2 to
-  // gather, in thousands, less what the last frame does.
+  // Two patches of 5 to 7 nodes with common nodes: n = 24 to 36. Factor and solve take n^3/6 + 6 n^2 thousand
+  // operations, gathering 2 n^2, less the part of the last frame.
   EXPECT_GE(frames, 6);
   EXPECT_LE(frames, 18);
 }
 
 TEST_F(Budget, TheWorstFrameIsBounded) {
-  // The number of frames falls as the budget rises: work is what is counted.
+  // A larger budget needs fewer frames: the budget counts work.
   int before = 1 << 30;
   for (const double operations : {300.0, 1000.0, 5000.0, 1e6}) {
     ToolSession tools(pack_.get(), config_with(operations));
@@ -111,7 +111,8 @@ TEST_F(Budget, FixedNodesComeInWhenReadyToo) {
   EXPECT_TRUE(are_alike(small_.last()[0], after));
 }
 
-// A third tool that grasps and lets go all the time: what was begun is finished, and answers.
+// A third tool grasps and releases all the time. The preparation still ends, and the tools get their
+// response.
 TEST_F(Budget, ContactsThatChangeAllTheTimeAreAnsweredToo) {
   small_.hold(0, pal_default_hold(4));
   small_.hold(1, pal_default_hold(5));
@@ -124,8 +125,7 @@ TEST_F(Budget, ContactsThatChangeAllTheTimeAreAnsweredToo) {
   EXPECT_GT(answered, 550);
 }
 
-// Whatever the model does, a device must not feel it as a kick: here a tool lets go while another set is
-// prepared.
+// A device must not feel a switch as a kick: here a tool releases while another set is prepared.
 TEST_F(Budget, LettingGoMeanwhileFadesToo) {
   pal_session_config config = config_with(300);
   config.blend_seconds = 0.01;
@@ -141,14 +141,13 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
   EXPECT_GT(before.norm(), 0);
   EXPECT_LE((after - before).norm(), 0.15 * before.norm());
   EXPECT_TRUE(tools.last()[0].flags & PAL_FLAG_BLENDING);
-  // The other two are answered anew once the third is ready, and once more without the first: each switch
-  // fades for 10 ms.
+  // Two switches, each faded over 10 ms: the third contact joins, then the first leaves.
   for (int frame = 0; frame < 24; ++frame) tools.frame(poses_);
   EXPECT_EQ(force_of(tools.last()[0]).norm(), 0);
 }
 
-// A tool that presses on while a zone is made ready under it, or comes back out, has not paid for the force that is there
-// once it is: the force may fade in, and may be reduced, but never in a frame.
+// A tool presses on while its zone is prepared, or comes back out. The tool has not paid for the zone's
+// force, so the force must fade in or be reduced, never jump.
 TEST(BudgetOfZones, WhatIsReadyLateDoesNotKick) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 4.0});
   struct Felt {
@@ -181,11 +180,11 @@ TEST(BudgetOfZones, WhatIsReadyLateDoesNotKick) {
   const Felt ready = press(1e9);
   for (double operations = 2e4; operations < 1e6; operations *= 1.3) {
     SCOPED_TRACE(operations);
-    EXPECT_LE(press(operations).step, 0.25 * ready.largest);  // the cubic of a blend rises by 0.15 in a frame
+    EXPECT_LE(press(operations).step, 0.25 * ready.largest);  // the blend's cubic rises by 0.15 a frame
   }
 }
 
-// Contact frames for contacts of their own, again and again the same, leave the tools theirs.
+// Contact frames with the same contacts, over and over, leave the tools their share of the budget.
 TEST_F(Budget, ContactFramesBetweenDoNotStarveTools) {
   small_.hold(0, pal_default_hold(4));
   small_.hold(1, pal_default_hold(5));
@@ -199,8 +198,7 @@ TEST_F(Budget, ContactFramesBetweenDoNotStarveTools) {
   EXPECT_GT(answered, 150);
 }
 
-// A change in the middle waits for its turn, and a contact frame in between takes the place of what was
-// ready.
+// A change during preparation waits for its turn. A contact frame in between replaces the prepared set.
 TEST_F(Budget, InterruptionsDelayButDoNotMislead) {
   small_.hold(0, pal_default_hold(4));
   small_.hold(1, pal_default_hold(5));
@@ -252,7 +250,7 @@ TEST_F(Budget, ReplaysToTheSameBits) {
 uint64_t stopped_clock(void*) {
   return 5;
 }
-// A processor whose multiply-add takes `*user` nanoseconds, read by the two calls around each round in turn.
+// A clock on which a multiply-add takes `*user` nanoseconds, read by two calls around each round.
 struct FakeClock {
   uint64_t step;
   uint64_t now = 0;

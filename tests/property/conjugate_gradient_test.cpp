@@ -1,4 +1,4 @@
-// Solves by conjugate gradients.
+// Linear solves by conjugate gradients.
 #include <gtest/gtest.h>
 
 #include "tests/support/static_solver_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::static_solver_fixture {
 namespace {
 
-// Conjugate gradients come to the same equilibria, also where the tangent is indefinite on the way.
+// Conjugate gradients reach the same equilibria as the factorisation, also through indefinite tangents.
 TEST(StaticSolverProperty, ConjugateGradientsAgree) {
   const Model model = organ();
   const Assembly assembly(model, model.fixed_dofs());
@@ -35,7 +35,7 @@ TEST(ConjugateGradientProperty, SolvesWhatIsPositiveDefiniteAndRefusesTheRest) {
   solver.prepare(stiffness);
   ASSERT_TRUE(solver.solve(b));
   EXPECT_LE((b - x).norm(), 1e-6 * x.norm()) << "1e-9 times the condition";
-  for (Eigen::Index i = 0; i < stiffness.rows(); ++i) stiffness.coeffRef(i, i) -= 0.5;  // no longer definite
+  for (Eigen::Index i = 0; i < stiffness.rows(); ++i) stiffness.coeffRef(i, i) -= 0.5;  // indefinite
   solver.prepare(stiffness);
   b = x;
   EXPECT_FALSE(solver.solve(b));

@@ -1,4 +1,4 @@
-// Contacts at points between sites: the blend of their corners' answers, continuous over the whole surface.
+// Contacts between sites blend the responses at the corners of their triangle, and the blend is continuous.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -38,7 +38,7 @@ Eigen::Matrix3d stiffness_of(const pal_contact_result& result) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
 }
 
-// A pack, by a model of it.
+// A pack and the response model that answers.
 struct Case {
   const char* name;
   const AlignedBytes& (*bytes)();
@@ -61,7 +61,7 @@ class ContactPlaces : public testing::TestWithParam<Case> {
   OpenPack pack_{at_hand().bytes()};
   OwnedSession session_{pack_.get(), at_hand().model};
 
-  // Somewhere inside a triangle of the touchable surface.
+  // A random point inside a triangle of the touchable surface.
   Point inside() const {
     const pal_geometry geometry = pack_.face().geometry();
     Eigen::Vector3d top = Eigen::Vector3d::Zero();
@@ -124,7 +124,7 @@ TEST_P(ContactPlaces, PushBackWithTheGradientOfAnEnergy) {
   EXPECT_EQ((stiffness - stiffness.transpose()).norm(), 0);
 }
 
-// A long path over many triangles, a hundredth of an edge at a time: across sites, edges and corners.
+// A long path over many triangles in steps of a hundredth of an edge: across sites, edges and corners.
 TEST_P(ContactPlaces, SlideWithoutAJump) {
   const pal_geometry geometry = pack_.face().geometry();
   Eigen::Vector3d most = Eigen::Vector3d::Zero();
@@ -135,7 +135,7 @@ TEST_P(ContactPlaces, SlideWithoutAJump) {
   double peak = 0;
   double force_jump = 0;
   double field_jump = 0;
-  double nearest_jump = 0;  // of the site that is nearest: what a blend is for
+  double nearest_jump = 0;  // jump of a response that uses only the nearest site
   int crossed = 0;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
@@ -202,7 +202,7 @@ TEST(ContactPlace, OfWeightsThatMakeNoSenseIsRefused) {
   EXPECT_EQ(status_of(1, 1e308, 1e308), PAL_STATUS_BAD_ARGUMENT);
 }
 
-// Corners of weight zero may name any site, whatever rounding makes of what the others leave of 1.
+// A corner of weight zero may name any site, also where rounding makes the other weights sum to less than 1.
 TEST(ContactPlace, LooksAtNoSiteWithoutWeight) {
   constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
   const OpenPack pack(small_pack_bytes());
@@ -232,7 +232,7 @@ TEST(ContactPlace, LooksAtNoSiteWithoutWeight) {
   }
 }
 
-// A tool that holds a point feels what the contact there answers, and turns about that point.
+// A tool that holds a point feels the contact's response there, and rotates about the point.
 TEST(ContactPlace, HeldByATool) {
   const OpenPack pack(small_pack_bytes());
   pal_session_config config = session_config(pack.get(), PAL_MODEL_AUTO, 3, 0);
@@ -256,7 +256,7 @@ TEST(ContactPlace, HeldByATool) {
   EXPECT_LE((torque_of(result) - arm.cross(force_of(expected))).norm(), 1e-10 * force_of(expected).norm());
   EXPECT_EQ(result.flags, 0U);
   EXPECT_EQ(result.model, PAL_MODEL_POLYNOMIAL);
-  // A second hold: neither moves to a site.
+  // A second hold; both holds keep their points.
   tools.hold(1, pal_default_hold(0));
   EXPECT_FALSE(tools.frame({at(grip), at_rest()})[0].flags & PAL_FLAG_NEAREST_SITE);
 }

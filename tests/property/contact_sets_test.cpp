@@ -1,4 +1,4 @@
-// Sets of several contacts that surveys are made of: which they are, what is kept of them, and what a table says.
+// Surveys of several contacts: the choice of contact sets, their storage, and the table of errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +74,7 @@ TEST(ContactSets, HoldNoNodeTwiceAndAreNearOrApart) {
     if (is_near(set.kind)) nearest_of_near = std::max(nearest_of_near, least);
     if (set.kind == SetKind::three_apart) nearest_of_apart = std::min(nearest_of_apart, least);
     if (set.kind != SetKind::two_near) continue;
-    // No other site that could be moved beside the first is nearer.
+    // No other site that could be the second contact is nearer to the first.
     const size_t first = set.contacts[0].site;
     for (size_t site = 0; site < block.sites.sites.size(); ++site) {
       if (share_a_node(block, first, site)) continue;
@@ -114,7 +114,7 @@ TEST(ContactSets, PatchesThatAllOverlapLeaveNone) {
   EXPECT_TRUE(drawn(block_of(3, 5.0), 20).empty());
 }
 
-// What is kept is taken as it is; neither it nor the number of threads changes a digit.
+// A build reuses stored solves, and neither they nor the number of threads change a digit.
 TEST(ContactSets, AreKeptAsTheyWereSolved) {
   TouchedBlock block = touched_block(4, 0);
   block.scene.max_contacts = 3;
@@ -129,7 +129,7 @@ TEST(ContactSets, AreKeptAsTheyWereSolved) {
   EXPECT_EQ(plain.counts.solves, 8);
   EXPECT_GT(plain.counts.iterations, 8);
   EXPECT_GT(plain.counts.factorizations, 7);
-  // Two of them first, as of a build that was killed.
+  // Two solves are in the store first, as after a killed build.
   size_t next = 0;
   const SolvedSets begun = solve_drawn_sets(assembly, block.sites, {}, sets, 1, &store, {},
                                             [&] { return next < 2 ? next++ : sets.size(); });
@@ -167,9 +167,8 @@ TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
   const SetKind kind = SetKind::two_near;
   std::vector<SetAnswer> answers;
   for (int i = 1; i <= 20; ++i) answers.push_back(answer(kind, 0.01 * i));
-  answers.push_back(answer(kind, 0.9, true, true));  // wrong, and says so
-  answers.push_back(
-      answer(kind, 1.0, false, true));  // there is no answer, and it says that it may not be one
+  answers.push_back(answer(kind, 0.9, true, true));   // wrong, with a flag
+  answers.push_back(answer(kind, 1.0, false, true));  // no response, with a flag
   answers.push_back(answer(SetKind::three_apart, 0.4));
   const SetSurvey survey = tabulate_sets(answers);
   ASSERT_EQ(survey.kinds.size(), 2U);
@@ -180,12 +179,12 @@ TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
   EXPECT_EQ(survey.kinds[0].displacement.max, 0.9) << "a flagged answer is an answer";
   EXPECT_NEAR(survey.kinds[0].displacement.median, 0.11, 1e-12);
   EXPECT_EQ(survey.kinds[1].displacement.median, 0.4);
-  // The largest of few, over its load and its reach.
+  // With few samples the bound is the largest error, over its load and over its reach.
   EXPECT_NEAR(survey.over_load.displacement, 0.4 / 0.5, 1e-12);
   EXPECT_NEAR(survey.over_load.force, 0.8 / 0.5, 1e-12);
   EXPECT_NEAR(survey.over_reach.displacement, 0.4 / 0.25, 1e-12);
   EXPECT_NEAR(survey.over_reach.force, 0.8 / 0.25, 1e-12);
-  // An answer without a flag where there is no equilibrium is as wrong as can be.
+  // A response without a flag where no equilibrium exists counts as an error of 1.
   answers.push_back(answer(kind, 1.0, false, false));
   const SetSurvey silent = tabulate_sets(answers);
   EXPECT_EQ(silent.kinds[0].displacement.max, 1.0);
@@ -196,7 +195,8 @@ TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
       EXPECT_EQ(bounds.force, 0);
     }
   }
-  // The largest over its size, not the largest; and no rounding of a set that does not move.
+  // The largest error over its set's size, which may differ from the largest error. A set at rest adds no
+  // rounding.
   const SetSurvey uneven =
       tabulate_sets({answer(kind, 0.4, true, false, 0.5, 2), answer(kind, 0.3, true, false, 1, 1),
                      answer(kind, 1e-5, true, false, 0, 0)});

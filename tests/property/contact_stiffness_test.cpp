@@ -1,5 +1,5 @@
-// The inverse that linear_dd keeps while nodes come and go: its inner loops, and what a million changes leave
-// of it.
+// The contact stiffness M, the inverse of the held block of the compliance A, updated as nodes join and
+// leave.
 #include "runtime/src/linear/contact_stiffness.hpp"
 
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@
 namespace palpate::test {
 namespace {
 
-// Of instruction sets that this processor has: all agree with the plain loops, and those that fuse products
-// and sums with one another to the bit.
+// All instruction sets of this processor agree with the plain loops. Kernels with fused multiply-add agree
+// with one another to the bit.
 TEST(InverseKernel, AllAgreeWithScalarWithinRounding) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> value(-1, 1);
@@ -71,10 +71,10 @@ TEST(InverseKernel, AllAgreeWithScalarWithinRounding) {
   }
 }
 
-// Nodes that can be held one by one, close together.
+// Sites close together whose patches have one node each.
 class ContactStiffnessTest : public ::testing::Test {
  protected:
-  static constexpr double kAlone = 1e-6;  // a tip that reaches no other node
+  static constexpr double kAlone = 1e-6;  // a tip radius without neighbours
 
   static const AlignedBytes& pack_bytes() {
     static const AlignedBytes bytes = [] {
@@ -92,7 +92,7 @@ class ContactStiffnessTest : public ::testing::Test {
   OpenPack pack_{pack_bytes()};
 };
 
-// How far M A is from 1, whatever the way to it.
+// |M A - 1| after any sequence of updates.
 class KeptInverse {
  public:
   explicit KeptInverse(const OpenPack& pack, uint32_t max_nodes, const InverseKernel& kernel)
@@ -151,7 +151,7 @@ TEST_F(ContactStiffnessTest, IsTheInverseWhateverComesAndGoes) {
   }
 }
 
-// Broken by hand, it is set right node by node; broken badly, it says so.
+// A slightly damaged M is repaired node by node; a badly damaged M sets a flag.
 TEST_F(ContactStiffnessTest, SetsItselfRight) {
   KeptInverse inverse(pack_, 8, choose_inverse_kernel());
   for (uint32_t node = 0; node < 8; ++node) inverse.add(3 * node);
@@ -181,7 +181,7 @@ TEST_F(ContactStiffnessTest, SetsItselfRight) {
   EXPECT_EQ(inverse->num_nodes, 0U);
 }
 
-// The same node under two numbers.
+// Two numbers for the same node.
 TEST_F(ContactStiffnessTest, ANodeThatMovesAsAnotherGetsASpring) {
   AlignedBytes bytes(pack_bytes().bytes().size());
   std::copy(pack_bytes().bytes().begin(), pack_bytes().bytes().end(), bytes.bytes().begin());
@@ -199,8 +199,8 @@ TEST_F(ContactStiffnessTest, ANodeThatMovesAsAnotherGetsASpring) {
   for (size_t i = 0; i < 15 * inverse->stride; ++i) ASSERT_TRUE(std::isfinite(inverse->matrix[i]));
 }
 
-// DESIGN's proof of the run-time set: a million contacts and fixed nodes added, removed and moved stay within
-// 1e-5 of a fresh session; in fact within 1e-9.
+// A million contacts and fixed nodes join, leave and move. DESIGN asks for 1e-5 of a fresh session; the test
+// asks for 1e-9.
 TEST_F(ContactStiffnessTest, AMillionChangesLeaveNoTrace) {
   constexpr int kChanges = kSanitized ? 30'000 : 1'000'000;
   constexpr int kBetweenChecks = 1'000;

@@ -1,4 +1,4 @@
-// Truths of several contacts: that of one is a survey's, those of small pushes are linear; and how thick a block is.
+// Reference solves of several contacts, and the thickness of a block under a site.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -30,7 +30,7 @@ TEST(ContactTruth, OfOneContactIsThatOfASurvey) {
   const ContactTruth truth =
       solve_contact_sets(block.assembly, block.sites, {{{1, d}}}, 1, block.rest).front();
   ASSERT_TRUE(survey.solved && truth.solved);
-  constexpr double kSingle = 1e-6;  // a survey's fields are kept in single precision
+  constexpr double kSingle = 1e-6;  // a survey stores fields in single precision
   EXPECT_LE((truth.field - survey.truth.field).norm(), kSingle * truth.field.norm());
   EXPECT_LE((truth.forces[0] - survey.truth.force).norm(), 1e-8 * truth.forces[0].norm());
   EXPECT_EQ(truth.largest_displacement(), d.norm());
@@ -49,14 +49,14 @@ TEST(ContactTruth, OfSmallPushesIsTheLinearAnswer) {
   for (size_t i = 0; i < sets.size(); ++i) {
     ASSERT_TRUE(truths[i].solved);
     const LinearContactAnswer linear = solve_contacts(solver, block.sites, sets[i]);
-    constexpr double kNonlinear = 1e-4;  // of strains of some 1e-5
+    constexpr double kNonlinear = 1e-4;  // strains of about 1e-5
     EXPECT_LE((truths[i].field - linear.field).norm(), kNonlinear * linear.field.norm());
     for (size_t c = 0; c < sets[i].size(); ++c)
       EXPECT_LE((truths[i].forces[c] - linear.forces[c]).norm(), kNonlinear * linear.forces[c].norm());
   }
 }
 
-// The block is 0.25 x 0.25 x 0.25; node 19 is a corner of its top, and pushes lead inward or against it.
+// The block is 0.25 x 0.25 x 0.25. Node 19 is a corner of its top; pushes lead inwards or outwards.
 TEST(LocalThickness, OfABlockIsItsHeight) {
   const Block block(kContact);
   const Surface surface = extract_surface(block.loaded.model);

@@ -1,5 +1,5 @@
-// The arithmetic of four elements at once: against the constitutive laws as they stand, and the same bits
-// with every instruction set.
+// Four elements at once give the constitutive laws' forces and tangents, with the same bits for every
+// instruction set.
 #include "runtime/kernels/element_batch.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// A different element in each lane, its stretch, and a law of every term.
+// A different element and stretch in each lane, and a law with all terms.
 template <int kNodes>
 struct Scene {
   typename ElementBatch<kNodes>::Point point;

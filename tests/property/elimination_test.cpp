@@ -1,4 +1,4 @@
-// Elimination of the first unknowns of a dense symmetric matrix, beside Eigen.
+// Elimination of the first unknowns of a dense symmetric matrix, compared with Eigen.
 #include "runtime/src/numerics/elimination.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ Eigen::MatrixXd positive_definite(Eigen::Index size) {
   return any * any.transpose() + 0.1 * static_cast<double>(size) * Eigen::MatrixXd::Identity(size, size);
 }
 
-// Numbers on a cache line of their own, as an arena's.
+// Numbers aligned to a cache line, as in the arena.
 struct OnCacheLines {
   OnCacheLines(Eigen::Index rows, Eigen::Index columns)
       : memory(static_cast<size_t>(rows * columns) * sizeof(double)),
@@ -33,7 +33,7 @@ struct OnCacheLines {
   Eigen::Map<Eigen::MatrixXd> numbers;
 };
 
-// The matrix as the kernels take it, its upper triangle nonsense.
+// The kernels' matrix layout, with nonsense in the upper triangle.
 struct Stored : OnCacheLines {
   explicit Stored(const Eigen::MatrixXd& matrix)
       : OnCacheLines(elimination_stride(static_cast<uint32_t>(matrix.rows())),
@@ -124,7 +124,7 @@ TEST(Elimination, AddsProducts) {
   }
 }
 
-// On half a register, as rows of pair_weights are.
+// Rows of half a register, as in pair_weights.
 TEST(Elimination, AddsProductsOfFloats) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 36, 48, 56, 72}) {
@@ -196,7 +196,7 @@ TEST(Elimination, RefusesWhatIsNotPositiveDefinite) {
       matrix(9, 9) = wrong;
       Stored stored(matrix);
       EXPECT_FALSE(eliminate(kernel, stored.numbers.data(), stored.stride, 20, 20)) << wrong;
-      // Where it stays it is nobody's pivot.
+      // An unknown that stays has no pivot.
       Eigen::MatrixXd last = positive_definite(20);
       last(19, 19) = -1;
       Stored staying(last);

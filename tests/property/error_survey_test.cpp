@@ -1,4 +1,4 @@
-// Figures of a set of errors, against tables and chance.
+// Statistics of survey errors, compared with published tables and with random draws.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Of 1, 2, ... n.
+// The bound for the errors 1, 2, ... n.
 double bound_of_the_first(int n) {
   std::vector<double> values(static_cast<size_t>(n));
   std::iota(values.begin(), values.end(), 1.0);
@@ -30,7 +30,7 @@ TEST(CoveringBound, IsThatOfTheTables) {
   EXPECT_EQ(covering_bound({}), 1) << "an error that was not measured may be all there is";
 }
 
-// In 95 % of surveys it covers 95 % of what comes after.
+// In 95 % of surveys the bound covers 95 % of later samples.
 TEST(CoveringBound, CoversAsOftenAsItSays) {
   constexpr int kSurveys = 4000;
   std::mt19937_64 random(3);
@@ -48,8 +48,8 @@ TEST(CoveringBound, CoversAsOftenAsItSays) {
   }
 }
 
-// Errors that go with a power of |d|: what a bin says of its upper end covers those, and its lower end is told as much
-// less as they are, but for what the line between lies above the power.
+// Errors that grow with a power of |d|: the estimate at a bin's upper end covers them. At the lower end the
+// estimate falls by the same power, plus the difference between a line and the power.
 TEST(SurveyBins, GrowAsErrorsDo) {
   constexpr double kMost = 2.0;
   for (const int power : {0, 1, 4}) {
@@ -77,7 +77,7 @@ TEST(SurveyBins, GrowAsErrorsDo) {
   }
 }
 
-// Errors that fall, or of which the bin below has none, are told as they were.
+// Errors that fall, or that follow a bin without errors, keep their measured values.
 TEST(SurveyBins, DoNotGrowWhereErrorsDoNot) {
   std::vector<SurveySample> samples(120);
   std::vector<SampleErrors> errors;
@@ -95,9 +95,8 @@ TEST(SurveyBins, DoNotGrowWhereErrorsDoNot) {
   EXPECT_EQ(table.bins[1].displacement.bound, 1) << "an error that was not measured may be all there is";
 }
 
-// An organ a hundred times as stiff along x as along y, and a model that is wrong by the same along both, as the
-// square of the push: its bounds are parts of the forces along x, and beside the force scale cover what it is wrong
-// by along y.
+// An organ a hundred times stiffer along x than along y, and a model with equal errors along both that grow
+// with |d|^2. The bounds are parts of the forces along x. With the force scale they cover the errors along y.
 TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
   constexpr double kMost = 2.0;
   constexpr double kWrong = 0.01;
@@ -121,7 +120,7 @@ TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
     const double part = sample.truth.displacement.norm() / kMost;
     const auto bin = static_cast<size_t>(std::min(3.0, std::floor(4 * part * (1 - 1e-12))));
     const double error = kWrong * kMost * part * kMost * part;
-    // All but the few above each bound of 95 %.
+    // All samples but the few above each 95 % bound.
     const SurveyBin& of = table.bins[bin];
     if (part < 0.97 * of.to) {
       const double below = (of.to - part) / (of.to - of.from);

@@ -1,5 +1,5 @@
-// The inner loops of every field: those of all instruction sets that this processor has give what plain loops do, to
-// the bound that field_kernel.hpp states.
+// The inner loops of every field: all instruction sets of this processor agree with plain loops to the bound
+// in field_kernel.hpp.
 #include "runtime/src/numerics/field_kernel.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
     for (pal_real& start : scalar) start = any();
     const std::vector<pal_real> start = scalar;
     kernels[0].add_columns(columns, kStride, weights.data(), count, true, scalar.data());
-    std::vector<pal_real> fused;  // of the first that fuses products and sums
+    std::vector<pal_real> fused;  // result of the first kernel with fused multiply-add
     for (uint32_t k = 0; k < num_kernels; ++k) {
       SCOPED_TRACE(kernels[k].name);
       std::vector<pal_real> result = start;
@@ -50,7 +50,7 @@ TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
       EXPECT_EQ(from_zero, added);
       for (size_t i = 0; i < pack::kPanelRows; ++i) {
         double magnitude =
-            std::abs(static_cast<double>(start[i]));  // what was there takes part in the rounding
+            std::abs(static_cast<double>(start[i]));  // the start value takes part in the rounding
         double exact = static_cast<double>(start[i]);
         for (uint32_t j = 0; j < count; ++j) {
           const double product =
@@ -70,7 +70,7 @@ TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
   }
 }
 
-// Of all bytes there are, and to the bit in all kernels.
+// Every byte value, to the bit, in all kernels.
 TEST(FieldKernel, BytesAreWidenedExactly) {
   std::mt19937_64 random(6);
   std::uniform_real_distribution<pal_real> value(-1, 1);
@@ -107,7 +107,7 @@ TEST(FieldKernel, BytesAreWidenedExactly) {
 
 constexpr uint32_t kMostPairs = pack::num_column_pairs(3 + pack::kMostRank);
 
-// One call's operands, columns on cache lines.
+// The operands of a call, with columns on cache lines.
 struct RoundedPanel {
   explicit RoundedPanel(uint32_t num_pairs)
       : num_columns(3 + 2 * num_pairs), memory(sizeof(int16_t) * pack::rounded_panel_numbers(num_columns)) {
@@ -120,7 +120,7 @@ struct RoundedPanel {
   int16_t& entry(uint32_t column, size_t row) {
     return columns()[pack::rounded_place(column, static_cast<uint32_t>(row))];
   }
-  // Of some columns.
+  // Sum over the columns [first, end), in 64-bit integers.
   int64_t integer(size_t row, uint32_t first, uint32_t end) {
     int64_t sum = 0;
     for (uint32_t k = first; k < end; ++k) sum += int64_t{rounded.weights[k]} * int64_t{entry(k, row)};
@@ -132,7 +132,7 @@ struct RoundedPanel {
   RoundedWeights rounded;
 };
 
-// Every entry has a place of its own, and those of a pair are side by side.
+// Every entry has its own place, and the entries of a pair are adjacent.
 TEST(FieldKernel, RoundedColumnsFillTheirPanel) {
   for (const uint32_t columns : {3u, 4u, 5u, 16u, 52u, 99u}) {
     SCOPED_TRACE(columns);
@@ -150,8 +150,8 @@ TEST(FieldKernel, RoundedColumnsFillTheirPanel) {
   }
 }
 
-// How far a kernel is from the sum with integers of 64 bits, over the bound that it states; onto `start`, or from zero
-// where there is none.
+// Error of a kernel against 64-bit integer sums, over its stated bound. The sum starts from `start`, or from
+// zero.
 double error_over_bound(AddRounded add_rounded, RoundedPanel& panel, const std::vector<pal_real>& start) {
   std::vector<pal_real> result = start.empty() ? std::vector<pal_real>(pack::kPanelRows, 7) : start;
   add_rounded(panel.columns(), panel.rounded, !start.empty(), result.data());
@@ -179,7 +179,7 @@ void expect_exact(RoundedPanel& panel, const std::vector<pal_real>& start) {
   FieldKernel kernels[kMostFieldKernels];
   const uint32_t num_kernels = list_field_kernels(kernels);
   for (uint32_t k = 0; k < num_kernels; ++k) {
-    // Half the bound each: then any two are within it of one another.
+    // Half the bound for each kernel: any two are then within the bound of each other.
     ASSERT_LE(error_over_bound(kernels[k].add_rounded, panel, start), 0.5) << kernels[k].name;
     ASSERT_LE(error_over_bound(kernels[k].add_rounded, panel, {}), 0.5) << kernels[k].name;
   }
@@ -210,8 +210,8 @@ TEST(FieldKernel, RoundedColumnsAreSummedExactly) {
   }
 }
 
-// Sums of the largest numbers there may be, of all signs: 16 bits saturate and 32 overflow if anything is in
-// excess. The sizes of the weights add up to 65535; an entry of -32768 no builder writes, but a pack may hold it.
+// Sums of the largest numbers with all signs, where 16 bits saturate and 32 bits overflow on any excess. The
+// weights' magnitudes add up to 65535. No builder writes an entry of -32768, but a pack may hold one.
 TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
   const std::vector<pal_real> start(pack::kPanelRows, 0);
   std::mt19937_64 random(9);
@@ -230,12 +230,12 @@ TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
           const bool is_turned = weights.size() == kMost && !same_signs && random() % 2 == 0;
           return static_cast<int16_t>(is_turned ? -weights[k] : weights[k]);
         };
-        // The first three are the same, too.
+        // Three columns are equal, too.
         for (size_t k = 0; k < 3; ++k) panel.rounded.weights[k] = weight_of(k);
         for (size_t k = 0; k < weights.size(); ++k) panel.rounded.weights[3 + k] = weight_of(k);
         for (size_t row = 0; row < pack::kPanelRows; ++row) {
           for (uint32_t k = 0; k < panel.num_columns; ++k) {
-            // Every product of one sign, so that nothing cancels; or the largest as they are.
+            // Either all products have one sign and nothing cancels, or the largest numbers stay as they are.
             const bool turned = !same_signs && (panel.rounded.weights[k] < 0) != (row % 2 == 0);
             const int entry = turned ? std::min(32767, -largest) : largest;
             panel.entry(k, row) = static_cast<int16_t>(entry);
@@ -247,7 +247,7 @@ TEST(FieldKernel, TheLargestRoundedSumsDoNotOverflow) {
   }
 }
 
-// The checks see a kernel that saturates pairs of products, and one whose sums are of less than 32 bits.
+// Breaks the check on purpose: a kernel that saturates pairs, and a kernel with sums of less than 32 bits.
 TEST(FieldKernel, SaturatedAndWrappedSumsAreSeen) {
   constexpr AddRounded kSaturated = [](const int16_t* columns, const RoundedWeights& rounded, bool,
                                        pal_real* sum) {

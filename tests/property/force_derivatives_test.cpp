@@ -1,4 +1,4 @@
-// Derivatives of the internal force, beside differences of the force itself.
+// Derivatives of the internal force, compared with differences of the force.
 #include "offline/precompute/force_derivatives.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace palpate::test {
 namespace {
 
-// u(x) of free nodes, three smooth ones and two to take products with.
+// u(x) at free nodes: three smooth fields, and two directions for the products.
 Eigen::MatrixXd smooth_fields(const Model& model) {
   Eigen::MatrixXd fields = Eigen::MatrixXd::Zero(model.num_dofs(), 5);
   const std::vector<char> fixed = model.fixed_dofs();
@@ -34,7 +34,7 @@ class ForceDerivativesTest : public testing::TestWithParam<bool> {
     return block;
   }
 
-  // P, of free dofs.
+  // P at the free dofs.
   Eigen::VectorXd force(const Eigen::VectorXd& u) const {
     Eigen::VectorXd internal;
     assembly.internal_force(at_rest + u, internal);
@@ -48,7 +48,7 @@ class ForceDerivativesTest : public testing::TestWithParam<bool> {
   Assembly assembly{block.model, block.model.fixed_dofs()};
   std::vector<char> fixed = block.model.fixed_dofs();
   Eigen::MatrixXd fields = smooth_fields(block.model);
-  Eigen::VectorXd at_rest = 0.5 * fields.col(3);  // not the mesh's
+  Eigen::VectorXd at_rest = 0.5 * fields.col(3);  // a stressed reference state, not the mesh's
   Eigen::MatrixXd along = fields.leftCols<3>();
   Eigen::MatrixXd v = fields.rightCols<2>();
 };

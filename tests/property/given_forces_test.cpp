@@ -1,4 +1,4 @@
-// Contacts of which the force is given along some axes, and the displacement along the others.
+// Contacts with a prescribed force along some axes and a prescribed displacement along the others.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -13,10 +13,10 @@
 namespace palpate::test {
 namespace {
 
-// As in runtime_linear_dd_test.cpp.
+// Two float64 factorisations, as in runtime_linear_dd_test.cpp.
 constexpr double kForceTolerance = 1e-10;
 constexpr double kFieldTolerance = field_tolerance(1e-5);
-constexpr double kNotRead = 77;  // a displacement, or a force, that must not matter
+constexpr double kNotRead = 77;  // fills the entries that the runtime must not read
 
 Eigen::Vector3d vector(const double numbers[3]) {
   return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
@@ -37,8 +37,8 @@ class GivenForces : public ::testing::Test {
     return contact;
   }
 
-  // What is given comes out, and the displacements found, given instead, bring the same forces and field; and
-  // these are those of a dense solve of the whole organ.
+  // The result has the prescribed values. The found displacements, prescribed in turn, give the same forces
+  // and field. Both match a dense solve of the whole organ.
   void expect_right(const std::vector<pal_contact>& contacts) {
     const auto results = session_.touch(contacts);
     const std::vector<pal_real> field = session_.field();
@@ -97,7 +97,7 @@ TEST_F(GivenForces, OfSeveralContactsTogether) {
   }
 }
 
-// A contact on which nothing acts follows the others.
+// A contact with zero force follows the other contacts.
 TEST_F(GivenForces, OfZeroFollowTheRest) {
   pal_contact free = contact(11, 7);
   std::fill_n(free.force, 3, 0.0);
@@ -153,7 +153,7 @@ TEST_F(GivenForces, NeedLinearDd) {
   EXPECT_EQ(pal_contact_frame(polynomial.get(), &pushed, 1, nullptr), PAL_STATUS_MODEL_CANNOT_ANSWER);
 }
 
-// With units that the scene states.
+// Forces are in newtons where the scene states its units.
 TEST_F(GivenForces, AreInNewtons) {
   const pal_contact pushed = contact(4, 7);
   const auto plain = session_.touch({pushed}).front();

@@ -1,4 +1,4 @@
-// Gravity: where the organ rests in it, and what contacts and tools feel when it turns.
+// Gravity: the organ's equilibrium under it, and the response of contacts and tools when gravity turns.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -45,8 +45,8 @@ struct HeavyBlock {
   }
 };
 
-// Of a linear organ the answer is exact, however gravity turns: u_g by a dense solve of its own, and contacts
-// that are held where they were.
+// For a linear organ the response is exact for every direction of gravity. The reference takes u_g from a
+// dense solve of its own and holds the contacts at their places.
 class GravityOfALinearOrgan : public ::testing::Test {
  protected:
   static constexpr double kGravity = 0.02;
@@ -143,7 +143,7 @@ TEST_F(GravityOfALinearOrgan, RestIsWhereThePackSays) {
   EXPECT_EQ(info.has_gravity, 1U);
   EXPECT_EQ(info.gravity_may_turn, 1U);
   EXPECT_EQ(Eigen::Vector3d(info.gravity), gravity_);
-  // There it is touched: a site's place at rest is the surface that a tool finds.
+  // A tool touches the sagged surface: there lies the site's position at rest.
   const Eigen::Vector3d place =
       heavy_.block.model.positions[static_cast<size_t>(heavy_.block.sites.sites[1].node)] +
       heavy_.rest.displacement.segment<3>(3 * heavy_.block.sites.sites[1].node);
@@ -152,7 +152,7 @@ TEST_F(GravityOfALinearOrgan, RestIsWhereThePackSays) {
   EXPECT_LE(std::abs(point.distance), 1e-6);
 }
 
-// Held where it was, a contact carries what hung on it; unheld it sags by what the field says.
+// A contact held in place carries the tissue's weight. A free contact sags with the field.
 TEST_F(GravityOfALinearOrgan, AFreeContactFollows) {
   const Eigen::Vector3d turned(0.02, 0, 0.01);
   require(pal_session_set_gravity(session_.get(), turned.data()), "gravity");
@@ -244,7 +244,7 @@ TEST_F(GravityOfALinearOrgan, DamageIsRefused) {
             PAL_STATUS_CORRUPT_CONTENT);
 }
 
-// Fixed nodes are where they were, touched or not.
+// Fixed nodes keep their positions, with or without contacts.
 TEST_F(GravityOfALinearOrgan, HoldsWhatIsFixedUntouchedToo) {
   session_.fix({0, 1});
   const Eigen::Vector3d turned = -gravity_;
@@ -259,8 +259,8 @@ TEST_F(GravityOfALinearOrgan, HoldsWhatIsFixedUntouchedToo) {
   }
 }
 
-// Saying again where gravity points, in every frame, gives no tool energy: here nodes are fixed at depth,
-// which stiffens the tissue that the tool then leaves.
+// Setting the same gravity again in every frame gives a tool no energy. Nodes fixed at depth stiffen the
+// tissue before the tool leaves.
 TEST_F(GravityOfALinearOrgan, SayingItAgainGivesNoEnergy) {
   for (const bool says : {false, true}) {
     pal_session_config config = session_config(pack_.get(), PAL_MODEL_AUTO, 1, 4);
@@ -288,7 +288,7 @@ TEST_F(GravityOfALinearOrgan, SayingItAgainGivesNoEnergy) {
   }
 }
 
-// Energy that comes from gravity is no energy that a tool has made: nothing is reduced.
+// Energy from gravity does not count as energy from a tool: no force is reduced.
 TEST_F(GravityOfALinearOrgan, TurningItIsNotHeldAgainstTools) {
   ToolSession tools(pack_.get(), session_config(pack_.get(), PAL_MODEL_AUTO, 1, 0));
   tools.hold(0, pal_default_hold(1));
@@ -325,8 +325,8 @@ TEST_F(GravityOfALinearOrgan, IsRecorded) {
   EXPECT_EQ(calls, 4);
 }
 
-// A nonlinear organ: contacts are answered from its sagged rest, to first order by linear_dd, and by
-// polynomials as well as without gravity.
+// A nonlinear organ: contacts start from the sagged equilibrium, to first order in linear_dd. Polynomials are
+// as accurate as without gravity.
 TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   const HeavyBlock heavy(CompressibleNeoHookean{0.48, 0.2}, 0.3);
   EXPECT_GT(heavy.rest.displacement.lpNorm<Eigen::Infinity>(), 0.05) << "else nothing is shown";
@@ -356,13 +356,13 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   EXPECT_LE(error_of(nonlinear, 2, d), 0.01);
   EXPECT_GT(error_of(linear, 2, d), 0.01);
   EXPECT_LE(error_of(linear, 2, 1e-3 * d), 1e-3);
-  // A push far smaller than the sag keeps its digits, also where it is rounded as if it had been kept.
+  // A push far smaller than the sag keeps its digits, also where storage rounds the sample.
   SiteSampler sampler(solver, heavy.block.sites, heavy.block.sites.sites[2], heavy.rest);
   Sample small;
   ASSERT_EQ(sampler.solve(1e-4 * d, small), PushOutcome::solved);
   const Sample small_truth = truth_at(2, 1e-4 * d);
   EXPECT_LE((small.field - small_truth.field).norm(), 1e-6 * small_truth.field.norm());
-  // The energy is that of the work done: its gradient is the force.
+  // The energy is the work done: its gradient is the force.
   const Sample truth = truth_at(2, d);
   constexpr double kStep = 1e-5;
   for (int axis = 0; axis < 3; ++axis) {
@@ -370,7 +370,7 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
     EXPECT_NEAR((truth_at(2, d + step).energy - truth_at(2, d - step).energy) / (2 * kStep),
                 truth.force[axis], 1e-6 * truth.force.norm());
   }
-  // Only the scene's gravity: turned, linear_dd answers.
+  // Polynomials hold only for the scene's gravity; linear_dd answers when gravity turns.
   EXPECT_EQ(pal_session_set_gravity(nonlinear.get(), Eigen::Vector3d(0, 0, 0.1).eval().data()),
             PAL_STATUS_MODEL_CANNOT_ANSWER);
   OwnedSession automatic(pack.get(), PAL_MODEL_AUTO, 1, 0);
@@ -383,7 +383,7 @@ TEST(GravityOfANonlinearOrgan, ContactsAreAnsweredFromItsRest) {
   EXPECT_EQ(automatic.touch({contact}).front().model, PAL_MODEL_POLYNOMIAL);
 }
 
-// St. Venant-Kirchhoff's law collapses under its own weight.
+// St. Venant-Kirchhoff's law collapses under this weight.
 TEST(GravityRest, TooMuchIsSaid) {
   TouchedBlock block = touched_block(2, 0.4);
   block.model.materials.front().law = StVenantKirchhoff{0.48, 0.2};

@@ -1,4 +1,4 @@
-// Inclusions put into the tissue while running, beside full solves of organs that have them.
+// Inclusions that stiffen the tissue while running, compared with full solves of organs that contain them.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -26,14 +26,14 @@ void include(OwnedSession& session, const pal_inclusion& inclusion) {
   require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
 }
 
-// palpate.h's words for where it is how stiff: half of the change at the radius, all of it over an edge, as a cubic.
+// The definition in palpate.h: a cubic over an edge, with half of the change at the radius.
 double stiffness_at(const pal_inclusion& inclusion, double edge, const Vector3d& point) {
   const double depth = (inclusion.radius - (point - Vector3d(inclusion.centre)).norm()) / edge;
   const double t = std::clamp(depth + 0.5, 0.0, 1.0);
   return 1 + (inclusion.stiffness - 1) * (3 * t * t - 2 * t * t * t);
 }
 
-// The organ whose elements are of such tissue, each of its own.
+// The full solve of an organ in which each element has its own stiffness.
 ContactAnswer solve_with(const ZoneBlock& organ, const pal_inclusion& inclusion,
                          const std::vector<pal_contact>& contacts) {
   TouchedBlock block = organ.block;
@@ -53,7 +53,7 @@ ContactAnswer solve_with(const ZoneBlock& organ, const pal_inclusion& inclusion,
   return solve_contacts(block, assembly, organ.rest, contacts);
 }
 
-// |error of the force| / |force|, of one contact.
+// |error of the force| / |force| for a contact.
 double force_error(const pal_contact_result& found, const ContactAnswer& truth) {
   return (Vector3d(found.force) - truth.forces[0]).norm() / truth.forces[0].norm();
 }
@@ -76,7 +76,7 @@ TEST(Inclusion, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   }
 }
 
-// While it moves and hardens, and the tool moves, too: nearly, and exactly once both hold still.
+// While inclusion and tool move, the response is near the full solve; once both hold still, it is exact.
 TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
   for (const bool quadratic : {false, true}) {
     const ZoneBlock& organ = tissue_block(8, quadratic, Vector3d::Zero(), quadratic ? 2 : 4, 0.3);
@@ -103,9 +103,8 @@ TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
   }
 }
 
-// Of a zone of two rings, a third of the block deep: what of a ball lies below it is not felt.
-// docs/response_models.md states these
-// errors.
+// A zone of two rings reaches a third of the block's depth, so the contact does not feel the part of a ball
+// below. docs/response_models.md states the errors.
 TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
@@ -113,9 +112,9 @@ TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
   OwnedSession session(organ.pack->get(), organ.config(1));
   const Vector3d without(settle(session, contacts)[0].force);
   struct Expectation {
-    double depth;  // of the ball's centre
+    double depth;  // depth of the ball's centre
     double error;
-    double felt;  // of the change of the force
+    double felt;  // felt part of the change of the force
   };
   for (const auto& [depth, error, felt] :
        {Expectation{0.2, 0.01, 0.95}, {0.35, 0.06, 0.5}, {0.5, 0.08, 0}, {0.75, 0.04, 0}}) {
@@ -133,7 +132,7 @@ TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
   }
 }
 
-// The answer does not depend on the way that it has come, and when it is gone all is as before.
+// The response does not depend on the inclusion's path, and a removed inclusion leaves no change.
 TEST(Inclusion, LeavesNothingBehind) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 4, 0.26, false, true);
   OwnedSession moved(organ.pack->get(), organ.config(1));
@@ -154,7 +153,7 @@ TEST(Inclusion, LeavesNothingBehind) {
   EXPECT_LE((Vector3d(there[0].force) - before).norm(), 1e-6 * before.norm());
 }
 
-// A quarter of a millimetre of an organ of ten centimetres a frame.
+// Moves by a quarter of a millimetre a frame in an organ of ten centimetres.
 TEST(Inclusion, MovesSmoothly) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(1));
@@ -174,7 +173,7 @@ TEST(Inclusion, MovesSmoothly) {
   EXPECT_LE(largest, 0.02 * peak);
 }
 
-// Hardened under a weight of its own it stays where it rests.
+// Tissue hardened under its own weight stays in its sagged equilibrium.
 TEST(Inclusion, RestsWhereTheTissueDoes) {
   const ZoneBlock& organ = tissue_block(2, false, {0.02, 0.01, -0.06});
   OwnedSession session(organ.pack->get(), organ.config(1));
@@ -183,8 +182,8 @@ TEST(Inclusion, RestsWhereTheTissueDoes) {
   EXPECT_LE(Vector3d(result[0].force).norm(), 1e-9);
 }
 
-// What hardens under a tool that holds still pushes back, and what this brings is not taken from the tool: on the way
-// out it is given back in full, limited meanwhile or not.
+// Tissue that hardens under a resting tool pushes back. The tool gets this energy back in full on its way
+// out, with or without a limit meanwhile.
 TEST(Inclusion, BringsEnergyOfItsOwn) {
   const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = pal_default_session_config(organ.pack->get());
@@ -197,8 +196,8 @@ TEST(Inclusion, BringsEnergyOfItsOwn) {
   };
   ToolSession free_session(organ.pack->get(), config);
   const double before = press(free_session);
-  // Within a frame, too, after which the contact has first to come to rest.
-  using Case = std::pair<double, double>;  // limit, stiffness that a frame brings
+  // The tissue hardens within a frame, and the contact must converge first.
+  using Case = std::pair<double, double>;  // force limit, stiffness added in a frame
   for (const auto& [limit, rise] : {Case{HUGE_VAL, 0.02}, Case{1.1 * before, 0.02}, Case{HUGE_VAL, 30.0}}) {
     config.max_force = limit;
     ToolSession session(organ.pack->get(), config);

@@ -1,4 +1,5 @@
-// Several contacts between sites, as linear_dd answers them: the blend of its answers at the sites about them.
+// Several contacts between sites in linear_dd: the response is the blend of responses at the sites around
+// them.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@ namespace {
 
 using Contacts = std::vector<pal_contact>;
 
-// Sums of the same float64 numbers in another order, of contacts near one another whose forces nearly cancel.
+// Rounding of the same float64 sums in another order, where forces of near contacts nearly cancel.
 constexpr double kForceTolerance = 1e-9;
 constexpr double kFieldTolerance = field_tolerance(1e-5);
 
@@ -36,7 +37,7 @@ class LinearBlends : public ::testing::Test {
            Eigen::Vector3d(component_(random_), component_(random_), component_(random_));
   }
 
-  // Anywhere on the surface that can be touched, now and then at a site or on an edge between two.
+  // A random point on the touchable surface, sometimes a site or a point of an edge.
   pal_hold any_hold() {
     const pal_contact contact = any_contact();
     pal_hold hold = pal_default_hold(contact.site);
@@ -48,7 +49,7 @@ class LinearBlends : public ::testing::Test {
     return hold;
   }
 
-  // Three tools that hold the same places, without a budget and with a small one, and where they have gone.
+  // Three tools that hold the same points, with and without a budget, and their poses.
   struct Grasped {
     ToolSession at_once;
     ToolSession tools;
@@ -139,7 +140,7 @@ TEST_F(LinearBlendsOfACompressedSurface, AreTheMeanOverAllCorners) {
   for (int i = 0; i < 3; ++i) expect_blend(session_, {any_contact(), any_contact(), any_contact()});
 }
 
-// Sets are kept and taken again: whatever came before, also contacts of other numbers and other fixed nodes.
+// Sets are reused: contacts of other sessions and other fixed nodes before leave no trace.
 TEST_F(LinearBlends, DoNotDependOnThePast) {
   OwnedSession many(pack_.get(), PAL_MODEL_LINEAR, 5, 4);
   Contacts contacts = {any_contact(), any_contact(), any_contact()};
@@ -177,7 +178,7 @@ TEST_F(LinearBlends, HoldFixedNodes) {
   }
 }
 
-// The work of one state's forces on the other's displacements is mutual.
+// Betti: the work of one state's forces on the other state's displacements is mutual.
 TEST_F(LinearBlends, AreReciprocal) {
   Contacts one = {any_contact(), any_contact(), any_contact()};
   Contacts other = one;
@@ -222,7 +223,7 @@ TEST_F(LinearBlends, TakeGivenForces) {
   }
 }
 
-// More than three act at their nearest sites, and say so.
+// More than three contacts act at their nearest sites, with a flag.
 TEST_F(LinearBlends, AreOfThreeContactsAtMost) {
   OwnedSession many(pack_.get(), PAL_MODEL_LINEAR, 4, 0);
   pal_contact between = {4, {0, 0, -0.02}, 0, {}, {5, 0}, {0.6, 0}};
@@ -240,7 +241,8 @@ TEST_F(LinearBlends, AreOfThreeContactsAtMost) {
   }
 }
 
-// Two contacts that slide past each other over many triangles, a hundredth of an edge at a time, while a third stays.
+// Two contacts slide past each other over many triangles, a hundredth of an edge at a time. A third contact
+// stays.
 TEST_F(LinearBlendsOfASurface, SlideWithoutAJump) {
   const double edge = pack_.info().mean_surface_edge;
   const auto on_top = [&](double x, double y, const Eigen::Vector3d& d) {
@@ -294,7 +296,7 @@ TEST_F(LinearBlendsOfASurface, SlideWithoutAJump) {
   EXPECT_LE(field_jump, 0.02 * 0.06);
 }
 
-// The stiffness of a tool is that of all that it holds, what they do to each other included.
+// A tool's stiffness sums over all its contacts, with their interaction.
 TEST_F(LinearBlends, ArePartsOfATool) {
   ToolSession tools(pack_.get(), session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 0));
   for (int i = 0; i < 3; ++i) tools.hold(0, any_hold());
@@ -309,7 +311,7 @@ TEST_F(LinearBlends, ArePartsOfATool) {
   }
 }
 
-// A blend that is half made when contacts of others, or other fixed nodes, come between.
+// Contacts of another caller, or other fixed nodes, interrupt a blend under preparation.
 TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
   Grasped grasped = grasp_between_sites();
   auto& [at_once, tools, poses] = grasped;
@@ -330,7 +332,7 @@ TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
   for (size_t tool = 0; tool < 3; ++tool) EXPECT_TRUE(are_alike(tools.last()[tool], expected[tool])) << tool;
 }
 
-// Tools that hold places between sites, whose blend takes many frames to make ready.
+// Tools hold points between sites, and their blend takes many frames to prepare.
 TEST_F(LinearBlends, AreMadeReadyWithinABudget) {
   Grasped grasped = grasp_between_sites();
   auto& [at_once, tools, poses] = grasped;

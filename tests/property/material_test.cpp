@@ -1,5 +1,5 @@
-// Every law: the stress is the derivative of the energy, the tangent that of the stress, and both know no
-// direction in space; each law is the one its name says.
+// Every law: stress = derivative of the energy, tangent = derivative of the stress, objectivity, isotropy,
+// and the textbook formula of its name.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace {
 using test::rotation_about;
 using test::TestRandom;
 
-// Identities that hold term by term: rounding of a determinant and an inverse, which a nearly inverted F
-// (smallest stretch 0.02) magnifies about 50 times each.
+// Rounding of a determinant and an inverse. A nearly inverted F (smallest stretch 0.02) magnifies each about
+// 50 times.
 constexpr double kIdentity = 1e-11;
 
 struct NamedLaw {
@@ -56,7 +56,7 @@ Ogden ogden(const std::vector<Ogden::Term>& terms, double d1) {
   return law;
 }
 
-// All but small strain, which no rotation leaves in peace.
+// All laws but small strain, which is not objective.
 std::vector<NamedLaw> finite_strain_laws() {
   return {{"eq. (1), lambda/mu 0.42", CompressibleNeoHookean{0.48, 0.2}},
           {"eq. (1), lambda/mu 4", CompressibleNeoHookean{1.0, 4.0}},
@@ -76,7 +76,7 @@ struct Case {
   std::string name;
   Law law;
   Eigen::Matrix3d F;
-  double smallest_stretch;  // what a finite difference step must stay well below
+  double smallest_stretch;  // bounds the step of finite differences
   double shear() const { return small_strain_moduli(law).shear; }
 };
 
@@ -117,12 +117,12 @@ Eigen::MatrixXd central_difference(const std::function<Eigen::VectorXd(const Eig
   return derivative;
 }
 
-// Halving the step must quarter the error while truncation rules, and some step must reach the floor between
+// Halving the step must quarter the error while truncation dominates. Some step must reach the floor between
 // truncation and rounding.
 void expect_second_order(const std::function<Eigen::VectorXd(const Eigen::Matrix3d&)>& value,
                          const Eigen::MatrixXd& exact, const Case& c) {
-  // A central difference of double precision can reach eps^(2/3) = 4e-11 of the function over its scale; a
-  // determinant that lost two digits to near inversion takes two more.
+  // A central difference in double reaches eps^(2/3) = 4e-11 of the function's scale. Near inversion the
+  // determinant loses two digits, and so two more digits are lost.
   constexpr double kFloor = 2e-8;
   double before = 0;
   int compared = 0;
@@ -202,7 +202,7 @@ TEST(MaterialLaw, IsIsotropic) {
 TEST(MaterialLaw, TangentIsSymmetric) {
   for (const Case& c : cases()) {
     const Matrix9d tangent = stress_and_tangent(c.law, c.F).tangent;
-    // Its two sides are the same products in another order.
+    // Both sides are the same products in another order.
     EXPECT_LE((tangent - tangent.transpose()).norm(), 1e-13 * tangent.norm()) << c.name;
   }
 }
@@ -297,7 +297,7 @@ TEST(InvariantLaws, CauchyStressIsTheTextbooks) {
   }
 }
 
-// With exponents 2 and -2 the stretches' powers are the invariants.
+// With exponents 2 and -2 the sums of powers are the invariants.
 TEST(OgdenLaw, WithExponentsTwoAndMinusTwoIsMooneyRivlin) {
   const InvariantLaw expected = [] {
     InvariantLaw law = mooney_rivlin(0.3, 0.2, 0.5);
@@ -317,7 +317,7 @@ TEST(OgdenLaw, WithExponentsTwoAndMinusTwoIsMooneyRivlin) {
   }
 }
 
-// Across the gap of stretches where the quotient gives way to its limit, the tangent has no step.
+// The tangent has no step where the difference quotient of two stretches gives way to its limit.
 TEST(OgdenLaw, TangentOfNearlyEqualStretchesIsThatOfEqualOnes) {
   const Ogden law = ogden({{0.6, 1.3}, {0.4, -2.0}}, 0.5);
   const Eigen::Vector3d equal(1.3, 1.3, 0.8);
@@ -330,7 +330,7 @@ TEST(OgdenLaw, TangentOfNearlyEqualStretchesIsThatOfEqualOnes) {
   }
 }
 
-// The principal forms that the runtime takes, beside the invariant and tensor forms.
+// The runtime's principal forms agree with the invariant and tensor forms.
 TEST(IsotropicLaws, PrincipalFormsAreTheSame) {
   TestRandom random(16);
   const auto expect_same = [](const PrincipalTangent& principal, const Law& law, const Eigen::Matrix3d& F) {

@@ -1,4 +1,4 @@
-// The order of monomials that builder and runtime share, told in three ways that must agree.
+// The order of monomials that builder and runtime share, in three forms that must agree.
 #include "schemas/monomials.hpp"
 #include "schemas/pack_layout.hpp"
 
@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint32_t kDegree = pack::kMaxDegree + 1;  // of an energy
+constexpr std::uint32_t kDegree = pack::kMaxDegree + 1;  // degree of an energy
 
 TEST(Monomials, AreListedAsTheFormatSays) {
   std::string listed;

@@ -1,4 +1,4 @@
-// A model that is moved and turned is the same organ: its pack gives the same answers, moved and turned.
+// A translated and rotated model is the same organ: its pack gives the same response, translated and rotated.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

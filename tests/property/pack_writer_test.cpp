@@ -1,4 +1,4 @@
-// What the builder lays down is what the runtime reads: same content, same bytes; every array in its place.
+// The runtime reads what the builder writes: same content, same bytes, and every array in its place.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -122,7 +122,7 @@ TEST(PackWriter, AModelThatIsNotWantedIsNotCarried) {
   EXPECT_LT(linear.bytes().size(), small_pack_bytes().bytes().size());
 }
 
-// What the sites' records and the files say beside their arrays.
+// The sites' records and file names, beside their arrays.
 void expect_sites(const AlignedBytes& bytes, const std::vector<SiteResult>& results, bool rounded) {
   const pack::PolynomialDd& table = *tables_of(bytes).polynomial_dd();
   EXPECT_EQ(table.degree(), static_cast<uint32_t>(highest_degree(results)));
@@ -165,7 +165,7 @@ TEST(PackWriter, SitesAdjoin) {
   expect_sites(rounded_pack_bytes(), small_pack().rounded_polynomials(), true);
 }
 
-// Columns of zones are what they stand for, but for half a unit where they are int16, and zeros behind the last row.
+// Columns of zones match their values: to half a unit for int16, and zeros after the last row.
 void expect_columns_of_zones(const SmallPack& small, bool rounded) {
   ZoneTables zone = small.zone;
   zone.rounded = rounded;
@@ -174,7 +174,7 @@ void expect_columns_of_zones(const SmallPack& small, bool rounded) {
   const AlignedBytes bytes = write_pack(content);
   const pack::NonlinearZone& table = *tables_of(bytes).nonlinear_zone();
   EXPECT_EQ(table.precision(), rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real);
-  double worst = 0;  // of an entry, of its unit
+  double worst = 0;  // of an entry, in its unit
   const auto expect_columns = [&](const auto& columns, const unsigned char*& panel, const double* units) {
     const auto count = static_cast<uint32_t>(columns.cols());
     for (uint32_t column = 0; column < count; ++column) ASSERT_GT(units[column], 0);
@@ -219,11 +219,12 @@ void expect_columns_of_zones(const SmallPack& small, bool rounded) {
   }
   EXPECT_EQ(panel, begin_of(table.exterior()) + table.exterior()->bytes());
 
-  // Half a unit; of a real below 1 that is a quarter of epsilon, of a double twice that by what is computed here.
+  // Half a unit. For a float below 1 half a unit is epsilon / 4; this test's own rounding doubles the bound
+  // for a double.
   const auto epsilon = static_cast<double>(std::numeric_limits<pack::Real>::epsilon());
   const double most = rounded ? 0.5 / pack::kBasisUnit : 0.25 * epsilon;
   EXPECT_LE(worst, sizeof(pack::Real) == sizeof(double) && !rounded ? 4 * most : 1.000001 * most);
-  EXPECT_GT(worst, 0.3 * most);  // so it is rounding that is seen
+  EXPECT_GT(worst, 0.3 * most);  // so the error is rounding and not zero
 }
 
 TEST(PackWriter, ColumnsOfZones) {
@@ -233,7 +234,7 @@ TEST(PackWriter, ColumnsOfZones) {
 
 TEST(PackWriter, EstimateOfTheSizeIsNear) {
   const SmallPack& small = small_pack();
-  constexpr PolynomialSize kSize = {3, 8};  // of all sites
+  constexpr PolynomialSize kSize = {3, 8};  // for all sites
   std::vector<SiteResult> results = small.polynomials;
   for (SiteResult& result : results) {
     result.polynomial.degree = kSize.degree;
@@ -252,7 +253,7 @@ TEST(PackWriter, EstimateOfTheSizeIsNear) {
     const auto bytes = static_cast<double>(file.bytes().size());
     EXPECT_NEAR(estimate, bytes, 0.02 * bytes) << linear << polynomial << rounded;
   };
-  // A percent on a large organ; here the tables weigh in.
+  // A percent on a large organ; in this small pack the tables weigh in.
   expect_near(true, true, false);
   expect_near(true, true, true);
   expect_near(true, false, false);
@@ -263,7 +264,7 @@ TEST(PackWriter, UnreadableInputIsSaid) {
   const TempDir dir;
   const InputFile empty = read_inputs({dir.write("empty.inp", "")}).front();
   EXPECT_EQ(empty.path, "empty.inp");
-  EXPECT_EQ(empty.hash, "99aa06d3014798d86001c324468d497f");  // XXH3-128 of nothing, from its specification
+  EXPECT_EQ(empty.hash, "99aa06d3014798d86001c324468d497f");  // XXH3-128 of no bytes, from its specification
 }
 
 }  // namespace

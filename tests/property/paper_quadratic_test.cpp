@@ -1,4 +1,4 @@
-// The paper's own quadratic: the points it is sampled at, and what it makes of them.
+// The paper's quadratic: its sampling points, and its fit.
 #include "offline/precompute/paper_quadratic.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using test::TestRandom;
 constexpr Eigen::Index kRows = 12;
 constexpr double kRounding = 1e-12;
 
-// Samples of a field of degree 2 and an energy of degree 3 in x = A d, values and forces alone.
+// Samples of a field of degree 2 and an energy of degree 3 in x = A d: values and forces, no derivatives.
 struct Quadratic {
   Eigen::MatrixXd field = TestRandom(71).matrix(kRows, 9);
   Eigen::VectorXd energy = TestRandom(72).vector(16);
@@ -43,7 +43,7 @@ struct Quadratic {
 TEST(PaperQuadratic, GridPointsAreThoseOfACubeInTheBall) {
   for (const bool half : {false, true}) {
     const std::vector<Eigen::Vector3d> points = grid_points(half);
-    // |x|^2 = 1/4, 1/2, 3/4 and 1: 6, 12, 8 and 6; of them 12 with z = 0.
+    // |x|^2 = 1/4, 1/2, 3/4 and 1 have 6, 12, 8 and 6 points; 12 of these points have z = 0.
     EXPECT_EQ(points.size(), half ? 22U : 32U);
     for (const Eigen::Vector3d& x : points) {
       EXPECT_LE(x.norm(), 1);
@@ -76,7 +76,7 @@ TEST(PaperQuadratic, GivesBackAQuadraticSampledOnTheGrid) {
   }
 }
 
-// On a ray it is right there, whatever it says elsewhere, and no other that is as right is smaller.
+// On a ray the fit matches the samples, and no other matching polynomial is smaller.
 TEST(PaperQuadratic, OnARayItIsTheSmallestThatFits) {
   const Quadratic truth;
   const Eigen::Vector3d end(0.3, -0.5, 0.8);
@@ -87,7 +87,7 @@ TEST(PaperQuadratic, OnARayItIsTheSmallestThatFits) {
   Eigen::MatrixXd coefficients(kRows, 9);
   coefficients << fit.linear, fit.basis * fit.coefficients.transpose();
   EXPECT_LT(coefficients.norm(), 0.9 * truth.field.norm());
-  // What is smallest has nothing that vanishes on the ray.
+  // The smallest fit has no part that vanishes on the ray.
   Eigen::MatrixXd on_ray(10, 9);
   for (Eigen::Index i = 0; i < 10; ++i) on_ray.row(i) = hermite_rows(end * (i + 1) / 10, 1, 2, 0);
   const Eigen::MatrixXd vanishing = on_ray.fullPivLu().kernel();

@@ -1,4 +1,5 @@
-// Energy: however contacts, nodes and models change, tools get no more out of the tissue than they put in.
+// Passivity: tools get no more energy out of the tissue than they put in, whatever contacts, nodes and models
+// change.
 #include <gtest/gtest.h>
 
 #include "tests/support/passivity_fixture.hpp"
@@ -39,8 +40,8 @@ TEST_F(Passivity, AClosedPathMakesNoEnergy) {
   EXPECT_EQ(work.reduced(), 0);
 }
 
-// So far out displacements are shortened: the force of the shortened one is no gradient, and round and round would give
-// energy without end.
+// Beyond four radii the runtime shortens displacements. Its force there is no gradient, so closed paths could
+// create energy.
 TEST_F(Passivity, ClampedPathsMakeNoEnergy) {
   constexpr double kRadius = 0.5;
   constexpr int kTurn = 1000;
@@ -66,7 +67,7 @@ TEST_F(Passivity, ClampedPathsMakeNoEnergy) {
   }
 }
 
-// Each cycle goes in along the softer model and comes out along the stiffer one.
+// Each cycle goes in along the softer model and comes out along the stiffer model.
 struct Detour {
   const char* name;
   Eigen::Vector3d deepest;
@@ -128,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
                              [](ToolSession& tools) { tools.fix({}); }}),
     [](const auto& detour) { return detour.param.name; });
 
-// The rest of a blend pushes the tool along.
+// The rest of a blend pushes the tool outwards.
 TEST_F(Passivity, AFadingForceDoesNotDriveAFastTool) {
   config_.blend_seconds = 0.2;
   ToolSession tools(pack_.get(), config_);
@@ -142,7 +143,7 @@ TEST_F(Passivity, AFadingForceDoesNotDriveAFastTool) {
         work.frame({at({0, 0, -(from + (to - from) * frame / frames)}), other});
     };
     work.frame({at({0, 0, 0}), other});
-    // Softer at the bottom than on the way there: the force that was fades while the tool is on its way out.
+    // The tissue is softer at the bottom than on the way in: the old force fades while the tool moves out.
     tools.fix({1, 2, 7});
     go(0, 0.04, 100);
     tools.fix({});
@@ -153,7 +154,7 @@ TEST_F(Passivity, AFadingForceDoesNotDriveAFastTool) {
   }
 }
 
-// Nothing is switched: however short, a tap comes out as it went in.
+// No switch: a tap, however short, gets its full force on the way out.
 TEST_F(Passivity, TapsAreWhole) {
   for (const int frames : {3, 10, 40}) {
     ToolSession tools(pack_.get(), config_);
@@ -169,7 +170,7 @@ TEST_F(Passivity, TapsAreWhole) {
   }
 }
 
-// One absurd pose in a blend, or when none is: later cycles neither lose their force nor get it for nothing.
+// An absurd pose, during a blend or not: later cycles neither lose their force nor gain energy.
 TEST_F(Passivity, OneBadPoseIsForgotten) {
   for (const int bad : {5, 150}) {
     ToolSession tools(pack_.get(), config_);
@@ -192,7 +193,7 @@ TEST_F(Passivity, OneBadPoseIsForgotten) {
   }
 }
 
-// What is lost in one cycle is not there for the next one.
+// Energy lost in a cycle is not available to the next cycle.
 TEST_F(Passivity, CyclesWithoutLettingGoMakeNoEnergy) {
   ToolSession tools(pack_.get(), config_);
   Work work(tools);
@@ -201,7 +202,7 @@ TEST_F(Passivity, CyclesWithoutLettingGoMakeNoEnergy) {
   for (int cycle = 0; cycle < 6; ++cycle) {
     work.restart();
     for (int frame = 0; frame <= 600; ++frame) {
-      // Even cycles come out along the softer model, odd ones along the stiffer one.
+      // Even cycles come out along the softer model, odd cycles along the stiffer model.
       if (frame == (cycle % 2 == 0 ? 0 : 300)) tools.fix({1, 2, 7});
       if (frame == (cycle % 2 == 0 ? 300 : 0)) tools.fix({});
       const double depth = 0.5 - 0.5 * std::cos(2 * M_PI * frame / 600);
@@ -212,7 +213,7 @@ TEST_F(Passivity, CyclesWithoutLettingGoMakeNoEnergy) {
   EXPECT_GE(worst, -kAllowed);
 }
 
-// The input is lost while the hand goes in: it has felt nothing, and gets nothing.
+// Input is lost while the hand goes in. The hand felt no force, so the hand gets no energy back.
 TEST_F(Passivity, ForcesThatWereNotFeltArePutInByNobody) {
   config_.stale_seconds = 0.01;
   config_.ramp_seconds = 0.01;
@@ -239,7 +240,7 @@ TEST_F(Passivity, ForcesThatWereNotFeltArePutInByNobody) {
   EXPECT_LT(std::abs(given), peak + 0.1 * 0.5 * 0.04 * whole.norm());
 }
 
-// What is missing after a switch is put back by who goes in.
+// A tool that goes deeper after a switch gets the model's full force back.
 TEST_F(Passivity, ForcesAreTheModelsAgainDeeperIn) {
   ToolSession tools(pack_.get(), config_);
   Work work(tools);
@@ -259,7 +260,7 @@ TEST_F(Passivity, ForcesAreTheModelsAgainDeeperIn) {
   EXPECT_LE((work.force(0) - Eigen::Vector3d(expected[0].force)).norm(), 1e-12 * work.force(0).norm());
 }
 
-// Who takes hold of tissue that is strained has put that energy there.
+// A tool that grasps strained tissue counts the stored energy as its own.
 TEST_F(Passivity, AStrainedHoldIsNotReduced) {
   ToolSession tools(pack_.get(), config_);
   Work work(tools);
@@ -273,7 +274,7 @@ TEST_F(Passivity, AStrainedHoldIsNotReduced) {
   EXPECT_LT(work.done(), 0) << "it came out again";
 }
 
-// Cycles of anything, from a place where nothing is held to the next one.
+// Random cycles, each from a released state to the next.
 TEST_F(Passivity, RandomCyclesMakeNoEnergy) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(0, 1);

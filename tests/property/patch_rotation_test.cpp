@@ -1,4 +1,4 @@
-// Patches that turn with what holds them, beside full solves of patches that are turned.
+// Patches that rotate with their tool, compared with full solves of rotated patches.
 #include <gtest/gtest.h>
 
 #include "tests/support/patch_turns_fixture.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 using Stiffness = Eigen::Matrix<double, 6, 6>;
 
-// Goes there and turns in steps, until it has come to rest.
+// Moves and rotates to `contacts` in steps, then runs frames until convergence.
 std::vector<pal_contact_result> settle_turned(OwnedSession& session, const std::vector<pal_contact>& contacts,
                                               const std::vector<Vector3d>& turns) {
   std::vector<pal_contact_result> results;
@@ -27,9 +27,9 @@ std::vector<pal_contact_result> settle_turned(OwnedSession& session, const std::
 }
 
 struct Errors {
-  double field = 0;   // as part of |d| and of how far a turn takes the patch's rim
-  double force = 0;   // of the largest
-  double torque = 0;  // of the largest
+  double field = 0;   // over |d| plus the rotation's displacement of the patch's edge
+  double force = 0;   // over the largest force
+  double torque = 0;  // over the largest torque
 };
 
 Errors errors_of(const ZoneBlock& organ, const std::vector<pal_contact>& contacts,
@@ -84,8 +84,7 @@ TEST(PatchRotation, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   expect_exact(errors_of(shares, kPress, {kTwist}));
 }
 
-// Two rings, half an edge, 20 degrees: to the torque the organ outside answers to first order. README states these
-// errors.
+// Two rings, half an edge, 20 degrees. The exterior answers the torque to first order; docs state the errors.
 TEST(PatchRotation, AreNearTheFullSolve) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const Errors errors = errors_of(organ, {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}}, {kTwist});
@@ -106,7 +105,7 @@ Wrench settled_wrench(OwnedSession& session, const Vector3d& d, const Matrix3d& 
   return wrench;
 }
 
-// Central differences of forces and torques that have come to rest, rotations on top of what there is.
+// Central differences of converged forces and torques, for rotations on top of the current rotation.
 TEST(PatchRotation, StiffnessIsTheDerivative) {
   for (const int rings : {8, 2}) {
     const ZoneBlock& organ = tissue_block(rings);
@@ -156,8 +155,8 @@ TEST(PatchRotation, LeaveAloneWhatDoesNotTurn) {
   }
 }
 
-// Contacts that go, come and slide while others are turned: each stays turned as it was, and no frame answers with
-// less than a number.
+// Contacts join, leave and slide while others stay rotated. Each keeps its rotation, and every frame gives
+// finite numbers.
 TEST(PatchRotation, StayWithTheirContacts) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> both = {{0, {0, 0, -0.03}, 0, {}, {}, {}},
@@ -172,13 +171,13 @@ TEST(PatchRotation, StayWithTheirContacts) {
   settle_turned(alone, {both[1]}, {turns[1]});
   const Vector3d expected(torque_of(alone, 0).torque);
   EXPECT_LE((at_once - expected).norm(), 0.02 * expected.norm());
-  // A contact elsewhere that is not turned begins like that.
+  // A new contact elsewhere starts without rotation.
   orient(session, {});
   const pal_contact_result elsewhere = session.touch({{2, {0, 0, -0.01}, 0, {}, {}, {}}})[0];
   EXPECT_EQ(elsewhere.flags & PAL_FLAG_UNCONVERGED, 0U);
   EXPECT_LE(Vector3d(torque_of(session, 0).torque).norm(), 0.05 * expected.norm());
-  // The point slides far within a triangle in one frame, turned: what it turns about follows as fast as the tissue
-  // bears.
+  // The point slides far within a triangle in a frame while rotated. Its centre of rotation follows at the
+  // rate that the tissue bears.
   orient(session, {rotation_vector(turns[0])});
   const auto slid = [](double weight) { return pal_contact{12, {0, 0, -0.02}, 0, {}, {13, 0}, {weight, 0}}; };
   for (int frame = 0; frame < 40; ++frame) session.touch({slid(0)});

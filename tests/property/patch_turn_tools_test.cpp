@@ -1,4 +1,4 @@
-// Tools that turn their patches.
+// Tools that rotate their patches.
 #include <gtest/gtest.h>
 
 #include "tests/support/patch_turns_fixture.hpp"
@@ -10,15 +10,15 @@ Vector3d place_of(const ZoneBlock& organ, uint32_t site) {
   return organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[site].node)];
 }
 
-// Of a tool at the site, upright.
+// A hold at the site by a tool without rotation.
 pal_hold at_site(const ZoneBlock& organ, uint32_t site) {
   pal_hold hold = pal_default_hold(site);
   hold.unstrained = at(place_of(organ, site));
   return hold;
 }
 
-// A tool that moves and turns on a closed path: no work, and forces and torques are those of a contact that goes as
-// it does.
+// A tool moves and rotates on a closed path: the work is zero. Forces and torques equal those of a contact on
+// the same path.
 TEST(PatchRotation, ToolsFeelTheTorqueAndGiveItBack) {
   const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = turning(organ);
@@ -26,7 +26,7 @@ TEST(PatchRotation, ToolsFeelTheTorqueAndGiveItBack) {
   ToolSession tools(organ.pack->get(), config);
   OwnedSession contacts(organ.pack->get(), config);
   const Vector3d place = place_of(organ, 4);
-  const Vector3d grip = place + Vector3d(0.1, 0.2, 0.5);  // of the tool: its patch is at the end of an arm
+  const Vector3d grip = place + Vector3d(0.1, 0.2, 0.5);  // of the tool; the patch is at the end of an arm
   pal_hold hold = pal_default_hold(4);
   hold.unstrained = pose_of(grip, rotation_vector({0.4, 0, -0.2}));
   tools.hold(0, hold);
@@ -42,7 +42,7 @@ TEST(PatchRotation, ToolsFeelTheTorqueAndGiveItBack) {
     const double part = 1 - std::cos(angle);
     const Matrix3d R =
         rotation_vector(Vector3d(0.1 * part, 0.15 * std::sin(angle), 0.2 * std::sin(2 * angle)));
-    // About the place, which the tool's arm would swing far out of the tissue otherwise.
+    // Rotation about the site; about the tool, the arm would swing the site far out of the tissue.
     const Vector3d d = 0.04 * Vector3d(std::sin(angle), std::sin(2 * angle), -part);
     const Vector3d position = place + d - R * (place - grip);
     const pal_tool_result result = tools.frame({pose_of(position, R * R0)})[0];
@@ -88,8 +88,8 @@ TEST(PatchRotation, StopAtAQuarterTurn) {
   EXPECT_LE((beyond - most).norm(), 1e-4 * most.norm());
 }
 
-// A tool that goes round and round slips: its torque stays that of a quarter turn, does not jump, and falls as it
-// turns back.
+// A tool that turns round and round slips. Its torque stays at the value of a quarter turn, never jumps, and
+// falls on the way back.
 TEST(PatchRotation, ToolsSlipBeyondAQuarterTurn) {
   const ZoneBlock& organ = tissue_block(2);
   pal_session_config config = turning(organ);
@@ -120,7 +120,7 @@ TEST(PatchRotation, ToolsSlipBeyondAQuarterTurn) {
   EXPECT_LE(jump, 0.05 * most);
 }
 
-// Tools that hold and let go while they are turned get no more out than they have put in.
+// Tools that hold and release while rotated get no more energy out than they put in.
 TEST(PatchRotation, ArePassive) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
@@ -167,7 +167,7 @@ TEST(PatchRotation, ArePassive) {
   EXPECT_GE(work, -0.02 * put_in);
 }
 
-// What is taken hold of under a twist brings its energy with it, and gives it back without being held back.
+// A grasp of twisted tissue brings its energy along, and gets the energy back without a reduced force.
 TEST(PatchRotation, BringTheirEnergy) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);

@@ -1,4 +1,4 @@
-// The reduced basis of the fields of a fit.
+// The reduced basis for the fields of a fit.
 #include <gtest/gtest.h>
 
 #include "tests/support/polynomial_fit_fixture.hpp"
@@ -6,9 +6,9 @@
 namespace palpate::polynomial_fit_fixture {
 namespace {
 
-// ---- Fewer directions
+// ---- Rank of the basis
 
-// A field that varies less and less in each further direction, as that of an organ does.
+// A field that decays from direction to direction, as an organ's does.
 struct SmoothField {
   static constexpr Eigen::Index kFieldRows = 150;
 
@@ -43,7 +43,7 @@ double largest_difference(const SitePolynomial& a, const SitePolynomial& b,
   return largest;
 }
 
-// Where reduce_basis() measures.
+// The points at which reduce_basis() measures.
 std::vector<Eigen::Vector3d> measured_points(bool half) {
   std::vector<Eigen::Vector3d> points = choose_survey_points(128, half, 0);
   for (size_t i = 0; i < 128; ++i) points.push_back(points[i].normalized());
@@ -51,7 +51,7 @@ std::vector<Eigen::Vector3d> measured_points(bool half) {
 }
 
 TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
-  constexpr double kRoundingError = 1e-12;  // of sums of a hundred terms with coefficients of a thousand
+  constexpr double kRoundingError = 1e-12;  // sums of a hundred terms with coefficients of a thousand
   for (const bool half : {false, true}) {
     for (const int degree : {3, 5, 7}) {
       const SitePolynomial whole = SmoothField(degree, half).polynomial;
@@ -79,7 +79,7 @@ TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
           }
           EXPECT_LE(reduced.basis_error, part * size);
           EXPECT_NEAR(reduced.basis_error, largest_difference(reduced, whole, tested), kRoundingError * size);
-          // Elsewhere in the domain it is not much worse.
+          // At other points of the domain the error is at most a little larger.
           EXPECT_LE(largest_difference(reduced, whole, others), 2 * part * size);
           EXPECT_LE(reduced.basis.cwiseAbs().maxCoeff(), 1);
           if (rounded) {
@@ -100,7 +100,7 @@ TEST(PolynomialBasis, KeepsTheToleranceWithFewDirections) {
   }
 }
 
-// The error that is said counts what rounding to int16 does, which no rank takes away.
+// The stated error includes rounding to int16, which a higher rank cannot remove.
 TEST(PolynomialBasis, RoundingIsPartOfTheErrorStated) {
   const SitePolynomial whole = SmoothField(4, false).polynomial;
   const auto tested = measured_points(false);

@@ -1,4 +1,4 @@
-// The degrees that a fit takes, and the error that it holds out.
+// The choice of a fit's degree, and its cross-validated error.
 #include <gtest/gtest.h>
 
 #include "tests/support/polynomial_fit_fixture.hpp"
@@ -6,9 +6,9 @@
 namespace palpate::polynomial_fit_fixture {
 namespace {
 
-// ---- The error at samples left out
+// ---- Leave-one-out error
 
-// Of those samples with |A d| up to `within`.
+// Errors of refits without each sample with |A d| up to `within`.
 double error_by_refits(const SiteSamples& samples, int degree, double within = 1.1) {
   double squares = 0;
   int pushes = 0;
@@ -35,7 +35,7 @@ TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
       const HeldOutError error = held_out_error(samples, degree);
       EXPECT_NEAR(error.all, expected, 1e-8 * expected);
       EXPECT_EQ(error.inside, error.all) << "none of so few lies inside";
-      // Another number than that of the fit to all samples.
+      // The error differs from the error of the fit to all samples.
       const SitePolynomial fit = fit_polynomial(samples, degree);
       double squares = 0;
       for (const Sample& sample : samples.samples) {
@@ -48,7 +48,7 @@ TEST(PolynomialFit, HeldOutErrorIsThatOfRefitsWithoutEachSample) {
   }
 }
 
-// Of many samples every third lies inside.
+// A third of the samples lies inside.
 TEST(PolynomialFit, HeldOutErrorInsideIsThatOfRefitsThere) {
   const SiteSamples samples = rough_samples(24, 4);
   const HeldOutError error = held_out_error(samples, 4);
@@ -57,7 +57,7 @@ TEST(PolynomialFit, HeldOutErrorInsideIsThatOfRefitsThere) {
   EXPECT_LT(error.inside, 0.9 * error.all);
 }
 
-// Samples beyond it are fitted to, and are no measure of it.
+// The fit uses samples outside the domain, but the error does not.
 TEST(PolynomialFit, HeldOutErrorsAreOfTheDomain) {
   constexpr int kDegree = 3;
   SiteSamples samples = rough_samples(16, kDegree);
@@ -73,7 +73,7 @@ TEST(PolynomialFit, HeldOutErrorsAreOfTheDomain) {
   EXPECT_EQ(held_out_error(none, kDegree).all, HUGE_VAL) << "no sample is in that domain";
 }
 
-// Of the force, the gradient of the fitted energy.
+// The force error, from the gradient of the fitted energy.
 TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
   for (const int degree : {2, 4}) {
     const SiteSamples samples = rough_samples(12, degree);
@@ -97,7 +97,7 @@ TEST(PolynomialFit, HeldOutForceErrorIsThatOfRefits) {
   }
 }
 
-// A function of degree 9: the usual degrees, to 7, do not hold it, and of the higher ones 9 is the first that does.
+// A function of degree 9: no degree up to the usual 7 represents it. The choice rises to 9.
 TEST(PolynomialFit, DegreesAreRaisedToWhatAFunctionIs) {
   const SiteSamples samples = Synthetic(9).samples(60);
   const DegreeChoice usual = choose_degree(samples);
@@ -120,9 +120,9 @@ TEST(PolynomialFit, DegreesOfAHalfAreNotRaised) {
   EXPECT_EQ(raise_degree(samples, usual).degree, usual.degree);
 }
 
-// Ten equations a sample, and some to spare.
+// Ten equations a sample, with some in reserve.
 TEST(PolynomialFit, FewSamplesBearLowDegrees) {
-  const int degree = choose_degree(Synthetic(9).samples(4)).degree;  // that of rest and three: 30 equations
+  const int degree = choose_degree(Synthetic(9).samples(4)).degree;  // rest and three samples: 30 equations
   EXPECT_GT(degree, 1);
   EXPECT_LE(degree, 3) << "16 terms; the next degree has 31";
   const DegreeChoice none = choose_degree(Synthetic(9).samples(1));

@@ -1,4 +1,4 @@
-// Least squares of values and derivatives: a polynomial that was sampled comes back.
+// Least squares of values and derivatives returns a sampled polynomial.
 #include <gtest/gtest.h>
 
 #include "tests/support/polynomial_fit_fixture.hpp"
@@ -30,7 +30,7 @@ TEST(PolynomialFit, GivesBackThePolynomialThatWasSampled) {
   }
 }
 
-// Coefficients of high degrees cancel: what comes back is the function.
+// Coefficients of high degrees cancel, so the test compares functions.
 TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
   constexpr int kDegree = pack::kMaxDegree;
   ASSERT_EQ(highest_fit_degree(false), kDegree);
@@ -47,7 +47,7 @@ TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
   }
 }
 
-// No samples tell more than the linear answer: that is what is packed.
+// Without samples the fit is the linear response.
 TEST(PolynomialFit, OfDegreeOneIsTheLinearAnswer) {
   const Synthetic truth(1);
   const SitePolynomial fit = fit_polynomial(truth.samples(2), 1);
@@ -58,7 +58,7 @@ TEST(PolynomialFit, OfDegreeOneIsTheLinearAnswer) {
 }
 
 TEST(PolynomialFit, LinearPartIsPinned) {
-  // Samples of something else entirely: the linear part still is what it was told.
+  // Samples of an unrelated function leave the prescribed linear part unchanged.
   constexpr int kDegree = 3;
   const Synthetic truth(kDegree);
   SiteSamples samples = truth.samples(12);
@@ -76,7 +76,7 @@ TEST(PolynomialFit, LinearPartIsPinned) {
   EXPECT_LE((fit.energy.head<6>() - truth.energy.coefficients.row(0).head<6>().transpose()).norm(), 1e-14);
 }
 
-// Weighs rows up to `order` of a system in x as the fit is said to.
+// Applies the fit's stated weights to the rows up to `order` of a system in x.
 void weigh(int degree, int unweighed, Eigen::MatrixXd& rows) {
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     const int order = row < 1 ? 0 : row < 4 ? 1 : row < 10 ? 2 : 3;
@@ -84,13 +84,13 @@ void weigh(int degree, int unweighed, Eigen::MatrixXd& rows) {
   }
 }
 
-// Beyond the domain a sample counts less, by what a fit leaves there.
+// Samples outside the domain have lower weights, by the size of the fit's remainder there.
 double weight_at(const Eigen::Vector3d& x, int degree) {
   return std::pow(std::max(x.norm(), 1.0), -degree) / std::max(x.norm(), 0.1);
 }
 
-// Samples of more degrees than are fitted: the normal equations hold, so that no other polynomial of the degree is
-// nearer in the weighted sum of squares.
+// Samples of a higher degree than the fit's: the normal equations hold, so the fit minimises the weighted sum
+// of squares.
 TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
   constexpr int kDegree = 3;
   SiteSamples samples = rough_samples(12, kDegree);
@@ -98,7 +98,7 @@ TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
   const SitePolynomial fit = fit_polynomial(samples, kDegree);
   Polynomial truth = Synthetic(kDegree + 2).field;
   Polynomial energy = Synthetic(kDegree + 2).energy;
-  truth.A.setIdentity();  // derivatives by x
+  truth.A.setIdentity();  // so derivatives in d are derivatives in x
   energy.A.setIdentity();
   Polynomial fitted = truth;
   fitted.coefficients.setZero();
@@ -157,7 +157,7 @@ TEST(PolynomialFit, TooFewSamplesAreRefused) {
   const Synthetic truth(kDegree);
   EXPECT_THROW(fit_polynomial(truth.samples(1), kDegree), std::invalid_argument);
   EXPECT_EQ(held_out_error(truth.samples(1), kDegree).all, HUGE_VAL);
-  // Many on one ray are no better: they know nothing off it.
+  // Many samples on a ray determine no polynomial off the ray.
   SiteSamples ray = truth.samples(0);
   for (int i = 1; i <= 20; ++i) ray.samples.push_back(truth.at(Eigen::Vector3d(0, 0, 0.05 * i)));
   EXPECT_THROW(fit_polynomial(ray, kDegree + 1), std::invalid_argument);
@@ -182,7 +182,7 @@ TEST(PolynomialFit, FieldIsThatOfItsCoefficients) {
 // ---- The design
 
 TEST(PolynomialFitDesign, RowsAreValuesAndDerivatives) {
-  // Central differences of degree 5 on the unit ball: 1e-10 of truncation and of rounding, times up to 60.
+  // Central differences of degree 5 on the unit ball: truncation and rounding of 1e-10, times up to 60.
   constexpr double kStep = 1e-5;
   constexpr double kDifference = 1e-8;
   constexpr int kLast = 5;
@@ -205,7 +205,7 @@ TEST(PolynomialFitDesign, RowsAreValuesAndDerivatives) {
         const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(p);
         const Eigen::MatrixXd slope =
             (hermite_rows(x + step, first, kLast, 2) - hermite_rows(x - step, first, kLast, 2)) / (2 * kStep);
-        // The derivative of a row by x_p is the row whose monomial has one more of it.
+        // d/dx_p of a row is the row with one more factor x_p in the derivative.
         pack::for_each_monomial(2, [&](std::uint32_t row, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
           const std::uint32_t derivative = pack::monomial_index(a + (p == 0), b + (p == 1), c + (p == 2));
           EXPECT_LE((rows.row(derivative) - slope.row(row)).cwiseAbs().maxCoeff(), kDifference) << p << row;

@@ -1,6 +1,5 @@
-// Calls in any order with arguments good and bad: nothing crashes, every answer with status OK is finite, and
-// no output is touched where a call is refused. PALPATE_RANDOM_CALLS=10000000 makes as many; by default some
-// ten thousand.
+// Random calls with good and bad arguments: no crash, finite results with status OK, untouched outputs on
+// refusal. PALPATE_RANDOM_CALLS sets the number of calls.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +24,7 @@ long num_calls() {
   return rounds_by("PALPATE_RANDOM_CALLS", kSanitized ? 8000 : 40000, 1000000);
 }
 
-// A struct in memory that goes on as far as any struct_size says.
+// A struct in memory as long as any struct_size claims.
 template <typename T>
 struct Wide {
   T value = {};
@@ -77,7 +76,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
       hold.weights[1] = 0.25;
       hold.weights[0] = 0.75;
     }
-    // A corner without weight may name anything.
+    // A corner without weight may name any site.
     if (any(3) == 0) hold.sites[2] = any(0xffffffff);
     if (rarely()) hold.weights[2] = number();
     if (any(2) == 0) hold.law = PAL_LAW_TOUCH;
@@ -105,7 +104,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
         contact.neighbours[i] = index(info_.num_sites);
         contact.neighbour_weights[i] = rarely() ? number() : between ? 0.1 * any(6) : 0;
       }
-      // A corner without weight, be it by rounding, may name anything.
+      // A corner without weight, or with a weight lost to rounding, may name any site.
       if (any(4) == 0) {
         const double weight = 0.1 * any(11);
         contact.site = any(0xffffffff);
@@ -139,7 +138,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     input.poses = rarely_null(input.poses);
     input.result_bytes = size_of_struct(sizeof(pal_tool_result));
     input.num_results = any(6);
-    // As many as fit in what results there may be: four of any size that the library accepts.
+    // Room for four results of any size that the library accepts.
     std::vector<unsigned char> memory(4 * 5000, kCanary);
     auto* results = reinterpret_cast<pal_tool_result*>(memory.data());
     const pal_status status = pal_haptic_frame(session_.get(), rarely_null(&input), rarely_null(results));
@@ -288,7 +287,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     return config;
   }
 
-  // Zones for who asks for them: else they would answer what is tried on linear_dd.
+  // Only the zone model gets a pack with zones; else zones would answer for linear_dd.
   OpenPack pack_{GetParam() == PAL_MODEL_ZONE ? zone_pack_bytes() : small_pack_bytes()};
   pal_pack_info info_ = pack_.info();
   OwnedSession session_{pack_.get(), config()};

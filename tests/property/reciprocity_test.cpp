@@ -1,5 +1,5 @@
-// Betti's theorem on the discrete body, small motions about a large deformation: what A feels when B moves is
-// what B feels when A does. It holds because the forces have a potential.
+// Betti's theorem on the discrete body, for small motions about a large deformation. The force at A due to
+// B's motion equals the force at B due to A's, because the forces have a potential.
 #include "tests/support/reciprocity.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(ReciprocityProperty, ForceAtADueToBIsForceAtBDueToA) {
     EXPECT_GT((forces.at_a_due_to_b - forces.at_a_due_to_b.transpose()).norm(),
               1e-2 * forces.at_a_due_to_b.norm())
         << "of a matrix symmetric by itself this test shows nothing";
-    // Of what moves the node itself: rounding times the condition of K.
+    // Relative to a node's own stiffness: rounding times the condition of K.
     EXPECT_LE((forces.at_a_due_to_b - forces.at_b_due_to_a.transpose()).norm(), 1e-12 * own);
   }
 }

@@ -1,5 +1,5 @@
-// A minute at 1 kHz with three tools that slide, lift, jump and are late, answered by zones over most of it: made again
-// from its recording it gives every number of every result to the bit.
+// Three tools at 1 kHz slide, tap, jump and arrive late, mostly on nonlinear zones. A replay of the recording
+// gives every result to the bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ pal_session_config minute_config(const OpenPack& pack) {
   config.max_tools = 3;
   config.max_contacts = 3;
   config.max_force = 200;
-  // What contacts that change need is made ready over several frames, counted in multiply-adds.
+  // Changed contact sets are prepared over several frames, with a budget in multiply-adds.
   config.budget_seconds = 40e-6;
   config.seconds_per_operation = 2e-10;
   return config;
@@ -32,14 +32,16 @@ pal_session_config minute_config(const OpenPack& pack) {
 
 struct Played {
   int frames_of_zones = 0;
-  int held = 0;                          // times that a tool took hold
-  uint32_t flags = 0;                    // any that was raised
-  std::vector<pal_tool_result> results;  // of all frames, those of three tools
+  int held = 0;                          // number of grasps
+  uint32_t flags = 0;                    // union of all flags
+  std::vector<pal_tool_result> results;  // of all frames, for three tools
 };
 
-// Tool 0 slides: from site to site without leaving the surface, at a depth that breathes. Tool 1 taps: down on what
-// is below it, on into the tissue and off again, each time elsewhere. Tool 2 jumps: it grasps any site, is thrown to
-// any displacement, lets go, is away or late. At times the tissue somewhere is stiffer.
+// - Tool 0 slides from site to site at a varying depth.
+// - Tool 1 taps: down through the surface and off again, each time elsewhere.
+// - Tool 2 jumps: grasps any site, moves by any displacement, releases, is away or late.
+//
+// At times some tissue is stiffer.
 Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
   std::mt19937_64 random(11);
   const auto number = [&](double most) {
@@ -63,7 +65,7 @@ Played play_minute(ToolSession& session, const SmallPack& small, int frames) {
     if (frame % 40 == 0) {
       require(pal_tool_release(session.get(), 0), "release");
       pal_hold hold = pal_default_hold(static_cast<uint32_t>(frame / 40 % 12));
-      hold.unstrained = at({slid[0], slid[1], 0});  // it goes on as deep as it is
+      hold.unstrained = at({slid[0], slid[1], 0});  // starts at its current depth
       played.held += pal_tool_hold(session.get(), 0, &hold) == PAL_STATUS_OK ? 1 : 0;
     }
     slid += Eigen::Vector3d(2e-4, 1e-4 * std::sin(seconds), 0);
@@ -118,14 +120,14 @@ TEST(RecordedMinute, ReplaysToTheSameBits) {
   uint32_t complete = 0;
   require(pal_session_stop_recording(first.get(), &recorded, &complete), "stop");
   ASSERT_EQ(complete, 1U);
-  // What it is to show did happen.
+  // The session did use zones, grasps and flags.
   EXPECT_GT(played.frames_of_zones, frames / 2);
   EXPECT_GT(played.held, frames / 50);
   for (const uint32_t flag :
        {PAL_FLAG_PREPARING, PAL_FLAG_UNCONVERGED, PAL_FLAG_BLENDING, PAL_FLAG_STALE, PAL_FLAG_OVERLAPPING})
     EXPECT_TRUE((played.flags & flag) != 0) << flag;
 
-  // The digest of all results of each frame, the forces of each tool.
+  // The digest of each frame's results, and each tool's force.
   ToolSession again(pack.get(), config);
   pal_replay replay = {};
   replay.struct_size = sizeof replay;
@@ -145,7 +147,7 @@ TEST(RecordedMinute, ReplaysToTheSameBits) {
   RecordProperty("recording_bytes", std::to_string(recorded));
 }
 
-// The same calls made by hand on another session: every result as a whole, which replays compare by their digest.
+// The same calls on another session give every result in full; a replay compares only digests.
 TEST(RecordedMinute, IsTheSameInAnotherSession) {
   const AlignedBytes bytes = small_pack().write_with_zone();
   const OpenPack pack(bytes);

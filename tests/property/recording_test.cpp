@@ -1,4 +1,4 @@
-// A recorded session, made again, gives the same bits; a changed one is found at the frame that changed.
+// A replay of a recorded session gives the same bits, and finds the frame of any change.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kFrames = 400;
 
-// Words of 8 bytes, as recordings must be aligned.
+// 8-byte words, the alignment of a recording.
 using Words = std::vector<uint64_t>;
 
 pal_session_config config_of(const OpenPack& pack) {
@@ -25,7 +25,7 @@ pal_session_config config_of(const OpenPack& pack) {
   return config;
 }
 
-// Everything that can happen to a session, at random.
+// Every kind of call on a session, at random.
 void play(ToolSession& session, const OpenPack& pack, int frames) {
   std::mt19937_64 random(7);
   const auto any = [&](uint32_t count) { return static_cast<uint32_t>(random() % count); };
@@ -79,7 +79,7 @@ void play(ToolSession& session, const OpenPack& pack, int frames) {
   }
 }
 
-// The recording of such a session.
+// A recording of such a session.
 std::vector<unsigned char> recorded(const OpenPack& pack, size_t capacity, bool expect_complete) {
   ToolSession session(pack.get(), config_of(pack));
   Words buffer(capacity / 8);
@@ -163,9 +163,9 @@ TEST(Recording, AnotherAnswerIsFoundAtItsFrame) {
   auto* begin = reinterpret_cast<unsigned char*>(buffer.data());
   const std::vector<unsigned char> good(begin, begin + bytes);
   EXPECT_EQ(replayed(pack, good).at.diverged, 0U);
-  // What another build would have recorded: one bit of one force, and the digest with it.
+  // Another build's recording: a bit of a force differs, and so does the digest.
   buffer[place] ^= 1;
-  const size_t digest = place - 2 - 3 - 1;  // force of tool 1 from its z, that of tool 0, the digest
+  const size_t digest = place - 2 - 3 - 1;  // from force z of tool 1: tool 0's force, the digest
   buffer[digest] ^= 1;
   const std::vector<unsigned char> changed(begin, begin + bytes);
   const Outcome outcome = replayed(pack, changed);
@@ -222,7 +222,7 @@ TEST(Recording, DamageIsRefusedOrFoundAndNeverFollowed) {
   EXPECT_GT(diverged, 100);
 }
 
-// Read from a file, neither a function to call nor the size of a struct is believed.
+// A recording from a file names no function, and its struct sizes are checked.
 TEST(Recording, NamesNoFunctionAndNoSize) {
   const OpenPack pack(small_pack_bytes());
   pal_session_config config = config_of(pack);

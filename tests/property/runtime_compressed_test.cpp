@@ -1,4 +1,4 @@
-// A compressed compliance as the runtime answers with it, against the dense one of the same organ.
+// The runtime's response with a compressed compliance, compared with the dense compliance of the same organ.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -12,10 +12,10 @@
 namespace palpate::test {
 namespace {
 
-// At a tolerance of 1e-4 for entries: of the largest force, and of the tool's displacement.
+// For an entry tolerance of 1e-4: over the largest force, and over the tool's displacement.
 constexpr double kForceError = 5e-4;
 constexpr double kFieldError = 2e-3;
-// The patch of one contact lies near itself, in blocks kept as they are, in float32.
+// The patch of a contact is near itself: its blocks are uncompressed, in float32.
 constexpr double kOneForceError = 1e-6;
 
 using Contacts = std::vector<pal_contact>;
@@ -69,7 +69,7 @@ class RuntimeCompressed : public ::testing::Test {
   OwnedSession session_;
 };
 
-TEST_F(RuntimeCompressed, IsCompressedAndKeepsFixedNodesApart) {  // else what follows would show nothing
+TEST_F(RuntimeCompressed, IsCompressedAndKeepsFixedNodesApart) {  // else the tests below prove nothing
   EXPECT_TRUE(is_compressed(*pack_.get()));
   EXPECT_FALSE(is_compressed(*dense_pack_.get()));
   EXPECT_EQ(pack_.info().has_linear, 1U);
@@ -146,7 +146,7 @@ TEST_F(RuntimeCompressed, RequestedNodesAreThoseOfTheWholeField) {
     for (uint32_t node = step - 1; node < pack_.info().num_nodes; node += step) asked.push_back(node);
     require(pal_session_request_nodes(session.get(), asked.data(), static_cast<uint32_t>(asked.size())),
             "request");
-    constexpr size_t kStride = 5;  // numbers, the last two the caller's
+    constexpr size_t kStride = 5;  // numbers; the last two are the caller's
     std::vector<pal_real> some(kStride * asked.size(), -7.0f);
     require(pal_visual_frame(session.get(), some.data(), kStride * sizeof(pal_real)), "frame");
     for (size_t i = 0; i < asked.size(); ++i) {
@@ -177,7 +177,7 @@ TEST_F(RuntimeCompressed, FixedNodesOfTheModelStay) {
   EXPECT_GT(still, 100U);
 }
 
-// A pack that is compressed by little: panels that are not full, blocks that are all kept as they are.
+// A pack with little compression: panels that are not full, all blocks uncompressed.
 TEST(RuntimeCompressedSmall, EverythingNear) {
   const TouchedSurface small(3);
   const LinearDd linear = compute_linear_dd(small.assembly, small.block.sites);

@@ -1,5 +1,5 @@
-// What comes in may be anything: each bad input has its documented status and touches no output, each good
-// one is answered with finite numbers.
+// Any input: a bad input returns its documented status and touches no output; a good input gives finite
+// numbers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ const double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHuge = std::numeric_limits<double>::max();
 constexpr double kDenormal = std::numeric_limits<double>::denorm_min();
 
-// An output filled with a pattern, which says whether it was written.
+// An output with a pattern that shows a write.
 template <typename T>
 struct Watched {
   Watched() { std::memset(static_cast<void*>(&value), kCanary, sizeof value); }
@@ -79,7 +79,7 @@ TEST_P(RuntimeInputs, AnyFiniteDisplacementIsAnsweredFinitely) {
       if (std::abs(size) > 1) {
         EXPECT_TRUE(result.flags & PAL_FLAG_CLAMPED) << size;
         EXPECT_TRUE(result.flags & PAL_FLAG_EXTRAPOLATED) << size;
-        // The answer is for the shortened displacement, not for none.
+        // The response is for the shortened displacement, not for zero.
         EXPECT_GT(force.norm(), 0) << size << " along axes " << axes;
         EXPECT_EQ(result.displacement_error, 1);
       } else {
@@ -90,7 +90,7 @@ TEST_P(RuntimeInputs, AnyFiniteDisplacementIsAnsweredFinitely) {
   }
 }
 
-// Shortened means: the answer depends on the direction alone.
+// Beyond the limit the response depends only on the direction.
 TEST_P(RuntimeInputs, ClampedAnswerDependsOnTheDirectionAlone) {
   const auto force = [&](double size) {
     return Eigen::Vector3d(
@@ -171,7 +171,7 @@ TEST_P(RuntimeInputs, StridesWriteTheirThreeNumbersAndNoMore) {
   const uint32_t nodes = pack_.info().num_nodes;
   for (const size_t stride : {kNodeBytes, kNodeBytes + 1, kNodeBytes + 4, 2 * kNodeBytes, size_t{100}}) {
     std::vector<unsigned char> buffer(stride * nodes + 64, kCanary);
-    // An odd stride leaves floats off their alignment: bytes are written, not floats.
+    // An odd stride misaligns floats: the runtime must write bytes.
     ASSERT_EQ(pal_visual_frame(session_.get(), reinterpret_cast<pal_real*>(buffer.data()), stride),
               PAL_STATUS_OK);
     for (size_t i = 0; i < nodes; ++i) {
@@ -319,7 +319,7 @@ TEST_P(RuntimeInputs, ModelThatThePackLacksIsRefused) {
   if (GetParam() == PAL_MODEL_AUTO) {
     OwnedSession session(pack.get(), config);
     EXPECT_EQ(session.touch({{0, {0, 0, -0.01}, 0, {}, {}, {}}})[0].flags,
-              0U);  // linear is no fallback where it is all there is
+              0U);  // linear_dd is no fallback where it is the only model
   } else {
     EXPECT_EQ(pal_session_required_bytes(pack.get(), &config, &required.value), PAL_STATUS_NO_SUCH_MODEL);
     EXPECT_FALSE(required.touched());

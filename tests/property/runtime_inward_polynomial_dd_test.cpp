@@ -1,4 +1,4 @@
-// Polynomials that were sampled inward only, and fade behind the surface.
+// Polynomials sampled only for inward displacements, which fade to linear_dd behind the surface.
 #include <gtest/gtest.h>
 
 #include "tests/support/runtime_polynomial_dd_fixture.hpp"
@@ -6,13 +6,13 @@
 namespace palpate::test::runtime_polynomial_dd_fixture {
 namespace {
 
-// ---- Sites where only inward displacements were sampled
+// ---- Sites sampled only for inward displacements
 
 class InwardTest : public PolynomialDdTest {
  protected:
   using PolynomialDdTest::PolynomialDdTest;
 
-  // c = d . n |A n| set to the given value, |A d| = reach.
+  // A displacement with d . n |A n| = c and |A d| = reach.
   Eigen::Vector3d tilted(uint32_t site, double c, double reach) {
     const Eigen::Vector3d n = normal(site);
     const Eigen::Matrix3d& A = polynomial(site).to_unit;
@@ -50,7 +50,7 @@ TEST_F(InwardFittedPolynomialDd, InsideItIsThePlainPolynomial) {
     const auto expected = session.touch({{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}}).front();
     const Eigen::Vector3d force(expected.force);
     EXPECT_LE((Eigen::Vector3d(result.force) - force).norm(),
-              1e-14 * force.norm());  // summed in another order
+              1e-14 * force.norm());  // the same sum in another order
     EXPECT_EQ(session_.field(), session.field());
   }
 }
@@ -85,7 +85,7 @@ TEST_F(InwardFittedPolynomialDd, DeepBehindTheSurfaceItIsTheExactLinearAnswer) {
   }
 }
 
-// Where it fades, before and behind, inside the ellipsoid and beyond.
+// Points of the fade, before and after, inside and outside the ellipsoid.
 constexpr double kFades[] = {0.3, -0.05, -0.25, -0.45, -0.55};
 
 TEST_P(InwardPolynomialDd, ForceAndStiffnessAreThoseOfTheFadedEnergy) {

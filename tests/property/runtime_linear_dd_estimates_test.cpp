@@ -1,4 +1,4 @@
-// Error estimates and flags of the linear model.
+// Error estimates and flags of linear_dd.
 #include <gtest/gtest.h>
 
 #include "tests/support/runtime_linear_dd_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::runtime_linear_dd_fixture {
 namespace {
 
-// Two contact nodes that move as one whatever pushes them: no forces at both can be told from displacements.
+// Two contact nodes with identical columns: displacements do not determine both forces.
 TEST_F(RuntimeLinearDd, SingularComplianceIsFlaggedAndFinite) {
   LinearDd singular = small_.linear;
   const std::vector<int>& patch = small_.sites.sites[4].patch;
@@ -27,7 +27,7 @@ TEST_F(RuntimeLinearDd, SingularComplianceIsFlaggedAndFinite) {
   EXPECT_TRUE(all_finite(result));
   EXPECT_TRUE(all_finite(session.field()));
   EXPECT_GT(force_of(result).dot(d), 0);
-  // The regularisation is a billionth of the compliance: the patch still goes where the tool goes.
+  // The regularisation is 1e-9 of the compliance, so the patch still follows the tool.
   const Eigen::VectorXd field = as_vector(session.field());
   const Eigen::Index centre = 3 * small_.sites.sites[4].packed_node;
   EXPECT_LE((field.segment<3>(centre) - d).norm(), 1e-4 * d.norm());
@@ -51,7 +51,7 @@ TEST_F(RuntimeLinearDd, ErrorEstimateIsTheSurveysBin) {
   EXPECT_EQ(beyond.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
   EXPECT_EQ(beyond.displacement_error, 1);
   const auto two = session_.touch(as_runtime({{0, {0, 0, -0.01}}, {11, {0, 0, -0.01}}}));
-  EXPECT_EQ(two[0].displacement_error, 1);  // nothing was measured with two
+  EXPECT_EQ(two[0].displacement_error, 1);  // the survey has no sets of two contacts
 }
 
 TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
@@ -65,12 +65,12 @@ TEST_F(RuntimeLinearDd, ABinWithoutSamplesIsUnknown) {
   EXPECT_EQ(result.force_error, 1);
 }
 
-// What was measured to be wrong by three times the force is not estimated at all of it.
+// An error of three times the force gives an estimate of three times the force, not of the whole.
 TEST_F(RuntimeLinearDd, AnEstimateMayExceedTheForce) {
   const auto contacts = as_runtime({{4, {0, 0, -0.9 * kMaxDisplacement}}});
   PackContent content = small_.content();
   SurveyTable& table = content.surveys[0].table;
-  // A force that is small for its displacement.
+  // A small force for its displacement.
   table.force_scale = 2 * force_of(session_.touch(contacts).front()).norm();
   for (SurveyBin& bin : table.bins) bin.force.bound = 3;
   const AlignedBytes bytes = write_pack(content);

@@ -1,5 +1,4 @@
-// linear_dd as the runtime answers it, against a dense solve of the whole organ, and the laws of linear
-// elasticity.
+// The runtime's linear_dd equals a dense solve of the whole organ and obeys the laws of linear elasticity.
 #include <gtest/gtest.h>
 
 #include "tests/support/runtime_linear_dd_fixture.hpp"
@@ -7,14 +6,14 @@
 namespace palpate::test::runtime_linear_dd_fixture {
 namespace {
 
-// Sums of the same float64 numbers in another order.
+// Rounding of the same float64 sums in another order.
 constexpr double kRounding = 1e-12;
 
 Eigen::Matrix3d stiffness_of(const pal_contact_result& result) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&result.stiffness[0][0]);
 }
 
-TEST_F(RuntimeLinearDd, PatchesHaveSeveralNodes) {  // else half of what follows would show nothing
+TEST_F(RuntimeLinearDd, PatchesHaveSeveralNodes) {  // else half of the tests below prove nothing
   EXPECT_EQ(small_.sites.sites.size(), 12U);
   EXPECT_GE(pack_.info().max_patch_nodes, 5U);
   EXPECT_NE(pack_.info().num_nodes % 32, 0U);  // the last panel is padded
@@ -39,15 +38,15 @@ TEST_F(RuntimeLinearDd, NodesFixedWhileRunning) {
   expect_exact({{small_.site_at(54), any_displacement()}}, {63});
   expect_exact({{small_.site_at(54), any_displacement()}, {small_.site_at(59), any_displacement()}},
                {62, 51, 52});
-  // Inside the held patch: that node follows the fixing.
+  // The fixed node lies in the held patch and stays fixed.
   expect_exact({{small_.site_at(54), any_displacement()}}, {55});
   expect_exact({{small_.site_at(54), any_displacement()}, {small_.site_at(55), any_displacement()}},
                {54, 59});
 }
 
-// The same node fixed in the model file, all the way through the offline stages.
+// The same node fixed in the model file gives the same response through all offline stages.
 TEST_F(RuntimeLinearDd, FixedWhileRunningIsFixedInTheModel) {
-  constexpr int kLabel = 59;  // in the patches of several sites, and no site below is at it
+  constexpr int kLabel = 59;  // in the patches of several sites, and the centre of no site used below
   Model fixed_model = small_.model;
   const int node = fixed_model.find_node(kLabel);
   for (int axis = 0; axis < 3; ++axis) fixed_model.fixed.push_back({node, axis, 0.0});
@@ -98,8 +97,8 @@ TEST_F(RuntimeLinearDd, Superposition) {
   EXPECT_LE((field - 2 * field_a + 3 * field_b).norm(), kFieldTolerance * field.norm());
 }
 
-// Betti: the work of one state's forces on the other's displacements is mutual. All columns of S by unit
-// pushes.
+// Betti: the work of one state's forces on the other's displacements is mutual. Unit pushes give all columns
+// of S.
 TEST_F(RuntimeLinearDd, StiffnessIsSymmetricAndPositive) {
   for (const bool fixed : {false, true}) {
     session_.fix(fixed ? std::vector<uint32_t>{contact_node_at(59), contact_node_at(51)}
@@ -130,8 +129,8 @@ TEST_F(RuntimeLinearDd, StiffnessIsSymmetricAndPositive) {
   }
 }
 
-// Equilibrium of the whole: what tools apply goes into the base, without any turning moment. The base's share
-// is K u of the field that the runtime shows.
+// Global equilibrium: the base carries the tools' forces, without a net moment. The base's share is K u, for
+// the field u of the runtime.
 TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
   TouchedBlock block = touched_block(4, 0.26);
   block.model.materials.front().law = LinearElastic{3.0, 0.3};
@@ -159,8 +158,7 @@ TEST(RuntimeLinearDdWhole, ForcesAndReactionsCancel) {
   EXPECT_LE((applied + in_the_base).norm(), kFieldTolerance * static_cast<double>(fixed.size()) * largest);
 }
 
-// Panels are made many at a time, into the caller's memory where it lies as they do: a field longer than that,
-// whose last panel is not whole, however it is asked for.
+// A field of many panels, the last of them not full, written into the caller's memory with every layout.
 TEST(RuntimeLinearDdWhole, FieldOfManyPanelsWhereverItGoes) {
   TouchedBlock block = touched_block(10, 0);
   block.scene.sites.resize(2);
@@ -218,13 +216,13 @@ TEST_F(RuntimeLinearDd, ReleasedTissueIsAtRest) {
   EXPECT_GT(as_vector(session_.field()).norm(), 0);
   EXPECT_EQ(pal_contact_frame(session_.get(), nullptr, 0, nullptr), PAL_STATUS_OK);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
-  // Held without being moved: at rest too.
+  // Held at zero displacement: at rest too.
   const auto results = session_.touch({{2, {0, 0, 0}, 0, {}, {}, {}}});
   EXPECT_EQ(force_of(results[0]).norm(), 0);
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
 }
 
-// What was held or fixed before leaves no trace but rounding.
+// Earlier contacts and fixed nodes leave only rounding.
 TEST_F(RuntimeLinearDd, AnswerDoesNotDependOnThePast) {
   const std::vector<pal_contact> contacts = as_runtime({{2, any_displacement()}, {7, any_displacement()}});
   OwnedSession fresh(pack_.get(), PAL_MODEL_LINEAR, 4, 8);
@@ -259,9 +257,9 @@ TEST_F(RuntimeLinearDd, ContactWhollyOnFixedNodes) {
   const std::vector<int>& patch = small_.sites.sites[4].patch;
   session_.fix({patch.begin(), patch.end()});
   const auto results = session_.touch(as_runtime({{4, any_displacement()}}));
-  EXPECT_EQ(force_of(results[0]).norm(), 0);  // nothing of the tissue follows the tool
+  EXPECT_EQ(force_of(results[0]).norm(), 0);  // no node of the patch follows the tool
   EXPECT_EQ(as_vector(session_.field()).norm(), 0);
-  // The same node named twice is fixed once.
+  // A node named twice is fixed once.
   session_.fix({static_cast<uint32_t>(patch[0]), static_cast<uint32_t>(patch[0])});
   EXPECT_TRUE(all_finite(session_.touch(as_runtime({{4, any_displacement()}}))[0]));
 }

@@ -1,4 +1,4 @@
-// polynomial_dd as the runtime answers it: conservative, smooth across the edge of what was sampled, and the
+// The runtime's polynomial_dd: conservative, smooth across the edge of the sampled domain, and equal to the
 // packed polynomial to rounding.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 namespace palpate::test::runtime_polynomial_dd_fixture {
 namespace {
 
-// Whatever was fitted, and however it is stored.
+// All kinds of fit and of storage.
 class RuntimePolynomialDd : public PolynomialDdTest, public ::testing::WithParamInterface<Kind> {
  protected:
   RuntimePolynomialDd() : PolynomialDdTest(organ(GetParam(), false)) {}
@@ -15,13 +15,13 @@ class RuntimePolynomialDd : public PolynomialDdTest, public ::testing::WithParam
 
 INSTANTIATE_TEST_SUITE_P(, RuntimePolynomialDd, kKinds, name_of);
 
-// The small organ's own.
+// The fit of the small organ.
 class FittedPolynomialDd : public PolynomialDdTest {
  protected:
   FittedPolynomialDd() : PolynomialDdTest(organ(Kind::fitted, false)) {}
 };
 
-// Inside, near the edge on both sides, outside.
+// |A d|: inside, near the edge on both sides, outside.
 constexpr double kReaches[] = {0.05, 0.5, 0.97, 0.9999, 1.0001, 1.03, 1.7, 3.9};
 
 TEST_P(RuntimePolynomialDd, ForceIsTheGradientOfThePackedEnergy) {
@@ -43,7 +43,7 @@ TEST_P(RuntimePolynomialDd, FieldIsThePackedPolynomial) {
   }
 }
 
-// Across |x| = 1 force and stiffness are continuous: their jump over a gap is as small as the gap.
+// Across |x| = 1 force and stiffness are continuous: the jump over a gap is as small as the gap.
 TEST_P(RuntimePolynomialDd, ContinuousAcrossTheEdgeOfTheSamples) {
   constexpr double kGap = 2e-9;
   for (uint32_t site = 0; site < 12; ++site) {
@@ -55,7 +55,8 @@ TEST_P(RuntimePolynomialDd, ContinuousAcrossTheEdgeOfTheSamples) {
     EXPECT_EQ(inside.flags, 0U);
     EXPECT_EQ(outside.flags, static_cast<uint32_t>(PAL_FLAG_EXTRAPOLATED));
     const Eigen::Matrix3d S = stiffness_of(inside);
-    // The expected change over the gap is its first order; ten times that bounds the next stiffness term.
+    // The expected change over the gap is of first order. Ten times the change bounds the next term of the
+    // stiffness.
     EXPECT_LE((Eigen::Vector3d(outside.force) - Eigen::Vector3d(inside.force)).norm(),
               10 * kGap * edge.norm() * S.norm());
     EXPECT_LE((stiffness_of(outside) - S).norm(), 100 * kGap * S.norm());
@@ -65,7 +66,7 @@ TEST_P(RuntimePolynomialDd, ContinuousAcrossTheEdgeOfTheSamples) {
   }
 }
 
-// The scene's largest displacement itself was sampled, whatever units made of its last digit.
+// The scene's largest displacement belongs to the domain, whatever units do to its last digit.
 TEST_F(FittedPolynomialDd, TheEdgeItselfIsInside) {
   const AlignedBytes bytes = small_.write_with_units();
   const OpenPack in_units(bytes);
@@ -91,7 +92,7 @@ TEST_F(FittedPolynomialDd, LinearPartIsTheExactLinearStiffness) {
   }
 }
 
-// Work around a closed polygon over the work done on its sides.
+// Work around a closed polygon, over the work on its sides.
 struct ClosedWork {
   double total = 0;
   double moved = 0;
@@ -110,7 +111,7 @@ ClosedWork around(const std::vector<Eigen::Vector3d>& corners, const Work& work)
 
 constexpr double kClosedWork = 1e-12;  // rounding of 500 forces
 
-// No path back to its start makes energy: inside, through the edge, and wholly outside.
+// Closed paths do no work: inside, across the edge, and outside.
 TEST_P(RuntimePolynomialDd, ClosedPathsDoNoWork) {
   for (uint32_t site = 0; site < 12; site += 3) {
     for (const double reach : {0.6, 1.3, 3.0}) {
@@ -124,7 +125,7 @@ TEST_P(RuntimePolynomialDd, ClosedPathsDoNoWork) {
   }
 }
 
-// The criterion sees a force that is no gradient: a millionth of a swirl about the z axis.
+// Breaks the check on purpose: a force with a millionth of a swirl about z is no gradient.
 TEST_F(FittedPolynomialDd, WorkOfASwirlIsSeen) {
   const double r = 0.5 * reach(0);
   const double swirl = 1e-6 * force(0, {r, 0, 0}).norm() / r;
@@ -169,7 +170,8 @@ TEST_P(RuntimePolynomialDd, ClampedBeyondFourRadii) {
       }
       if (beyond < 1e4) {
         const double rise = (beyond - 1) * force.dot(limit);
-        EXPECT_NEAR(session_.get()->tissue.stored_energy, energy + rise, 1e-9 * (std::abs(energy) + std::abs(rise)));
+        EXPECT_NEAR(session_.get()->tissue.stored_energy, energy + rise,
+                    1e-9 * (std::abs(energy) + std::abs(rise)));
       }
       EXPECT_EQ(result.displacement_error, 1);
       EXPECT_LE((as_vector(session_.field()) - field).lpNorm<Eigen::Infinity>(),
@@ -178,7 +180,7 @@ TEST_P(RuntimePolynomialDd, ClampedBeyondFourRadii) {
   }
 }
 
-// There, too, the force is the gradient of what is stored: a closed path gives no energy.
+// For shortened displacements, too, the force is the gradient of the stored energy.
 TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
   for (uint32_t site = 0; site < 12; ++site) {
     const Eigen::Vector3d d = at(site, 6.5 * any_direction());
@@ -195,7 +197,7 @@ TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
   }
 }
 
-// The bound of what rounding x and z makes of a field is one that tells fields apart, and is kept with little to spare.
+// The bound on the rounding of x and z distinguishes fields, and has little slack.
 TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
   const Organ& rounded = organ(Kind::any_rounded, false);
   const Organ& plain = organ(Kind::any, false);
@@ -221,7 +223,7 @@ TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
 }
 
 TEST_F(FittedPolynomialDd, AgreesWithHeldOutSolves) {
-  // A cubic at 0.4 h: DESIGN section 7 has 0.2 to 0.9 % for such pushes of a patch.
+  // A cubic at 0.4 h: DESIGN section 7 gives the range for such pushes.
   constexpr double kFitTolerance = 0.02;
   for (uint32_t site = 0; site < 12; ++site) {
     for (const SurveySample& sample : small_.polynomials[site].survey) {
@@ -242,7 +244,7 @@ TEST_F(FittedPolynomialDd, WithoutLinearDdSeveralContactsAreRefused) {
   EXPECT_EQ(session.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
 }
 
-// Outside of an ellipsoid, though no further than others reach: said so by both models.
+// Outside an ellipsoid, though no further than the longest axis: both models set the flag.
 TEST_F(FittedPolynomialDd, WhatWasNotSampledAlongAShortAxisIsSaid) {
   const Organ& any = organ(Kind::any, false);
   const OpenPack pack(any.bytes);

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kMetres = 1e-3;
 constexpr double kNewtons = 1e-3;
-// A handful of float64 roundings; the division by 1e-3 on the way in is one of them.
+// A handful of float64 roundings, with the division by 1e-3 on the way in.
 constexpr double kRounding = 1e-13;
-// Two float32 sums of up to 50 products, some of which cancel, relative to the largest displacement.
+// Two float32 sums of up to 50 products with cancellation, over the largest displacement.
 constexpr double kFieldRounding = 1e-5;
 
 class RuntimeUnits : public ::testing::Test {
@@ -35,7 +35,7 @@ TEST_F(RuntimeUnits, InfoSpeaksSiWhereUnitsAreStated) {
   EXPECT_DOUBLE_EQ(scaled.max_displacement, kMetres * plain.max_displacement);
   EXPECT_DOUBLE_EQ(scaled.tip_radius, kMetres * plain.tip_radius);
   EXPECT_DOUBLE_EQ(scaled.mean_surface_edge, kMetres * plain.mean_surface_edge);
-  // Geometry is what the model file says, whatever the units.
+  // Geometry keeps the model file's numbers, whatever the units.
   const pal_geometry a = plain_.face().geometry();
   const pal_geometry b = scaled_.face().geometry();
   ASSERT_EQ(a.num_nodes, b.num_nodes);

@@ -1,5 +1,5 @@
-// What a device is given by default: forces within a bound of the pack's, and the last good force, fading, in place of a
-// force that may have any value.
+// A device's default safety: forces within a bound from the pack. A frame whose force may be anything plays
+// the last good force, fading.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -28,7 +28,7 @@ pal_session_config completed(const pal_pack* pack, const pal_session_config& con
   return complete;
 }
 
-// The largest force at max_displacement, of small displacements each way.
+// The bound: the largest force at max_displacement, from small displacements along each axis.
 TEST(SafeForce, DefaultBoundFollowsFromThePack) {
   const OpenPack pack(small_pack_bytes());
   const pal_session_config config = pal_default_session_config(pack.get());
@@ -72,7 +72,7 @@ struct Felt {
   bool silent_at_the_end = false;
 };
 
-// Tools on two neighbours are pushed through each other, and stay there.
+// Pushes tools on two neighbours through each other, and holds them there.
 Felt crush(const ZoneBlock& organ, pal_session_config config) {
   config.model = PAL_MODEL_ZONE;
   config.max_contacts = 2;
@@ -119,7 +119,7 @@ TEST(SafeForce, JammedContactsStayWithinTheDefaultBound) {
   EXPECT_GT(unlimited.largest, usual.max_force) << "else this test shows nothing";
 }
 
-// The force of a model that says 1, then nothing good for a while, then 3.
+// The model's force: 1, then unreliable for a while, then 3.
 TEST(SafeForce, HeldForceFadesAndBlendsBack) {
   pal_session_config config = {};
   config.blend_seconds = 0.01;
@@ -146,14 +146,14 @@ TEST(SafeForce, HeldForceFadesAndBlendsBack) {
       const auto [force, flags] = frame(3, true);
       EXPECT_EQ(flags, i < 10 ? uint32_t{PAL_FLAG_BLENDING} : 0U) << i;
       EXPECT_GE(force, last);
-      EXPECT_LE(force - last, 3 * 0.2);  // the blend's steepest is 1.5 / 10 a frame
+      EXPECT_LE(force - last, 3 * 0.2);  // the blend's largest slope is 1.5 / 10 a frame
       last = force;
     }
     EXPECT_EQ(last, 3);
   }
 }
 
-// From half faded the way back begins there, not at the full force.
+// The blend back starts at the faded force, not at the full force.
 TEST(SafeForce, BlendBackBeginsWhereTheForceHasFadedTo) {
   pal_session_config config = {};
   config.blend_seconds = 0.01;

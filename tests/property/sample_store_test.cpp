@@ -1,4 +1,4 @@
-// Solves kept on disk: found again to the bit, and nothing that is not whole.
+// The store of solves on disk returns each solve to the bit, and ignores every incomplete record.
 #include "offline/precompute/sample_store.hpp"
 
 #include <gtest/gtest.h>
@@ -42,13 +42,13 @@ TEST_F(StoredSolves, AreFoundAgainToTheBit) {
   const auto unsolved = file.find({PushRequest::Kind::survey, 2, kRequest.displacement}, 9, 9);
   ASSERT_TRUE(unsolved.has_value()) << "that there was no equilibrium is worth keeping";
   EXPECT_EQ(unsolved->outcome, PushOutcome::no_equilibrium);
-  // Asked for something else in the least.
+  // The request differs in the last digit.
   EXPECT_FALSE(file.find({PushRequest::Kind::survey, 1, kRequest.displacement}, 2, 3).has_value());
   EXPECT_FALSE(file.find({PushRequest::Kind::sample, 0, {0.1, -0.2, 2e-300}}, 2, 3).has_value());
   EXPECT_FALSE(file.find(kRequest, 2, 4).has_value()) << "an organ of another size";
 }
 
-// A file copied to another site's place, or into another scene's folder.
+// A file copied to another site's name, or into another scene's folder.
 TEST_F(StoredSolves, AreThoseOfTheirSiteAndScene) {
   const SampleStore store(dir.path() / "kept", "a scene");
   const SampleStore other(dir.path() / "kept", "another scene");
@@ -64,10 +64,10 @@ TEST(StoredSolvesOfAFullDisk, AreSaidNotToBeKept) {
   EXPECT_FALSE(file.find(kRequest, 2, 3).has_value());
 }
 
-// Whatever a record says of its length, no more is read than there is.
+// A record's claimed length never makes the store read past the file's end.
 TEST_F(StoredSolves, AnAbsurdLengthIsNoRecord) {
   EXPECT_TRUE(SampleFile(path()).keep(kRequest, push_of(1)));
-  for (const int number : {48, 56}) {  // bytes before the counts of numbers and fields
+  for (const int number : {48, 56}) {  // offsets of the counts of numbers and fields
     for (const std::uint64_t absurd : {std::uint64_t{1} << 28, ~std::uint64_t{0}}) {
       std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
       file.seekp(number);
@@ -78,7 +78,8 @@ TEST_F(StoredSolves, AnAbsurdLengthIsNoRecord) {
   }
 }
 
-// A kill in the middle of a write, wherever it falls: what came before stands, and the next one takes its place.
+// A kill at any point of a write: earlier records stay, and the next record takes the place of the partial
+// record.
 TEST_F(StoredSolves, HalfARecordIsNone) {
   {
     SampleFile file(path());
@@ -127,8 +128,8 @@ TEST_F(StoredSolves, AFolderThatCannotBeIsRefused) {
   EXPECT_THROW(SampleStore(dir.path() / "file", "a scene"), std::runtime_error);
 }
 
-// A build that goes on makes what one makes that was never stopped, and solves only the rest; a finer target takes
-// up what a coarser one solved.
+// A resumed build gives the result of an uninterrupted build and solves only the rest. A finer target reuses
+// a coarser target's solves.
 TEST_F(StoredSolves, ASurveyGoesOnWhereItWas) {
   TouchedBlock block = touched_block(3, 0.4);
   const Assembly assembly(block.model, block.model.fixed_dofs());
@@ -160,7 +161,7 @@ TEST_F(StoredSolves, ASurveyGoesOnWhereItWas) {
   EXPECT_EQ(again.counts.solves, 0);
   EXPECT_EQ(again.counts.reused, kept.counts.solves);
 
-  // Killed after about half.
+  // Killed after about half of the solves.
   const int label = block.model.labels[static_cast<size_t>(block.sites.sites.front().node)];
   std::filesystem::resize_file(store.file_of(label), std::filesystem::file_size(store.file_of(label)) / 2);
   const SiteResult resumed = sampled(plan, &store);

@@ -1,4 +1,4 @@
-// Where the domain of a site ends, and which samples it is left with.
+// The end of a site's sampled domain, and the samples that remain.
 #include "offline/precompute/sampled_domain.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// A domain of so many samples.
+// A domain with a given number of samples.
 struct SampledDomainOf : test::SamplingSite {
   void sample_to(double reach, size_t count, bool half = false) {
     block.scene.max_displacement = reach;
@@ -35,7 +35,7 @@ struct SampledDomainOf : test::SamplingSite {
   SampledDomain domain{sampler, block.scene, site, 1, samples};
 };
 
-// One that is known is not solved again, nor fitted to twice.
+// A known sample is neither solved again nor fitted twice.
 TEST_F(SampledDomainOf, APlaceIsSampledOnce) {
   sample_to(0.5, 5);
   SamplePoints points(false);
@@ -44,7 +44,7 @@ TEST_F(SampledDomainOf, APlaceIsSampledOnce) {
   EXPECT_EQ(samples.samples.size(), 6U) << "and rest";
 }
 
-// What is crushed is given up, and no more of it is taken.
+// The domain drops crushed samples and shrinks to exclude them.
 TEST_F(SampledDomainOf, CrushedSamplesAreLeftOut) {
   constexpr double kReach = 0.8;
   sample_to(kReach, 12);
@@ -79,8 +79,8 @@ TEST_F(SampledDomainOf, CrushedSamplesAreLeftOut) {
   EXPECT_GE(least_reach(samples.to_unit), 0.25 * kReach);
 }
 
-// A fit is tried at samples that it has not seen. The domain ends before one that it is far off from, by the part that
-// the error asks for, and stays as it is for one that it is not.
+// A trial compares the fit with a new sample. A large error ends the domain before the sample, at the part
+// that the error implies. A small error leaves the domain.
 TEST_F(SampledDomainOf, EndsBeforeWhatAFitIsFarOffFrom) {
   constexpr int kDegree = 3;
   sample_to(0.5, 5);
@@ -97,7 +97,7 @@ TEST_F(SampledDomainOf, EndsBeforeWhatAFitIsFarOffFrom) {
   const double error = errors_of(fit, tried, floor).larger();
   ASSERT_GT(error, 0.02);
 
-  for (const double part : {0.49, 0.51}) {  // of the error, of which far off is twice the target
+  for (const double part : {0.49, 0.51}) {  // the domain shrinks above twice the target
     samples = known;
     domain.try_fit(fit, part * error, 1);
     ASSERT_EQ(samples.samples.size(), known.samples.size() + 1) << "it is fitted to all the same";
@@ -111,7 +111,7 @@ TEST_F(SampledDomainOf, EndsBeforeWhatAFitIsFarOffFrom) {
   }
 }
 
-// Of many, it ends before those that the fit is far off from.
+// With several samples, the domain ends before each sample with a large error.
 TEST_F(SampledDomainOf, EndsBeforeAllOfThem) {
   constexpr double kTarget = 0.03;
   for (const bool half : {false, true}) {
@@ -137,7 +137,7 @@ TEST_F(SampledDomainOf, EndsBeforeAllOfThem) {
   }
 }
 
-// A push of a trial that crushes an element is no sample either, and ends the domain.
+// A trial that crushes an element gives no sample, and ends the domain.
 TEST_F(SampledDomainOf, TrialsThatCannotBeHadAreNoSamples) {
   sample_to(0.8, 12);
   domain.leave_crushed();
@@ -152,7 +152,7 @@ TEST_F(SampledDomainOf, TrialsThatCannotBeHadAreNoSamples) {
   EXPECT_GE(domain.min_jacobian(), kFollowedJacobian);
 }
 
-// Nothing is followed to such a target: what is left is a quarter, and no less.
+// No fit meets this target: the domain shrinks to a quarter and no further.
 TEST_F(SampledDomainOf, AQuarterIsLeft) {
   constexpr double kReach = 0.5;
   sample_to(kReach, 5);
@@ -165,7 +165,7 @@ TEST_F(SampledDomainOf, AQuarterIsLeft) {
   EXPECT_LT(least_reach(samples.to_unit), 0.26 * kReach);
 }
 
-// Where one axis is at a quarter already, an oblique trial that cannot be had ends the domain as far as the others let.
+// One axis is at a quarter already: a failed oblique trial shrinks the other axes only.
 TEST_F(SampledDomainOf, TrialsBesideAnAxisAtAQuarterStopNothing) {
   constexpr double kReach = 0.8;
   sample_to(kReach, 12);
@@ -181,7 +181,8 @@ TEST_F(SampledDomainOf, TrialsBesideAnAxisAtAQuarterStopNothing) {
   }
 }
 
-// Of a build: hard sites take all of their solves, and no more; what is left of them does not depend on the schedule.
+// Hard sites of a build use all their solves and no more. Their samples do not depend on the number of
+// threads.
 TEST_F(SampledDomainOf, HardSitesAreTheSameOnAnyNumberOfThreads) {
   SamplingPlan plan;
   plan.least_samples = 10;
@@ -216,7 +217,7 @@ TEST_F(SampledDomainOf, HardSitesAreTheSameOnAnyNumberOfThreads) {
   }
 }
 
-// Samples beyond a domain that was shortened tell little of it: a fit is not measured by what few are left.
+// After the domain shrank, few samples lie inside: these do not measure the fit.
 TEST_F(SampledDomainOf, AFitIsMeasuredByTheFewestSamplesInTheDomain) {
   SamplingPlan plan;
   plan.least_samples = 10;
@@ -237,7 +238,7 @@ TEST_F(SampledDomainOf, AFitIsMeasuredByTheFewestSamplesInTheDomain) {
   EXPECT_LT(domain.num_inside() + 1, samples.samples.size());
 }
 
-// As few solves as a plan may have.
+// A plan with the smallest number of solves.
 TEST_F(SampledDomainOf, PlansOfFewSolvesAreKept) {
   SamplingPlan plan;
   plan.target = 1e-9;

@@ -1,4 +1,4 @@
-// Displacements that have no sample: impossible, unsolved, or on another branch.
+// Displacements without a sample: impossible, unsolved, or on another equilibrium branch.
 #include "offline/precompute/sampling.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ using test::touched_block;
 using test::TouchedBlock;
 using test::with_fixed_base;
 
-// A slender column whose top edge is pushed down: it buckles to either side, so that many a push has two equilibria.
+// A slender column with its top edge pushed down. It buckles to either side, so a push may have two
+// equilibria.
 struct SamplingColumn : ::testing::Test {
   SamplingColumn() {
     BlockShape shape;
@@ -46,7 +47,7 @@ struct SamplingColumn : ::testing::Test {
     }
     scene.output_nodes = extract_surface(model).nodes;
     sites = find_contact_sites(scene, model);
-    // Both nodes of the middle edge as one: it may turn about itself.
+    // Both nodes of the middle edge move as one patch, which may rotate.
     site = sites.sites.front();
     site.patch.push_back(sites.sites.back().patch.front());
     site.patch_nodes.push_back(sites.sites.back().patch_nodes.front());
@@ -58,7 +59,7 @@ struct SamplingColumn : ::testing::Test {
   RestState rest;
 };
 
-// A single step from rest may end on either branch; what ends on the other one is no sample.
+// A single step from rest may end on either branch. A state on the other branch is no sample.
 TEST_F(SamplingColumn, TheOtherBranchIsNoSample) {
   const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
@@ -72,7 +73,7 @@ TEST_F(SamplingColumn, TheOtherBranchIsNoSample) {
   };
   Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(model.num_dofs(), 3);
   for (const int node : site.patch_nodes) motion.middleRows<3>(3 * node).setIdentity();
-  // Energy of a stable state that is reached in one step along the tangent; none where there is no such state.
+  // Energy of the stable state after one step along the tangent; none where no stable state exists.
   const auto energy_after_a_step = [&](const Eigen::Vector3d& d) -> std::optional<double> {
     const Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(model.num_dofs());
     Eigen::MatrixXd tangent;
@@ -114,7 +115,7 @@ TEST_F(SamplingColumn, TheOtherBranchIsNoSample) {
   EXPECT_GT(on_the_same, 20);
 }
 
-// All nodes fixed but one site: its elements are flat when it has gone down by their height, 1/2.
+// All nodes fixed but a site: its elements are flat once the site is down by their height, 1/2.
 struct SamplingLimit : ::testing::Test {
   SamplingLimit() {
     block.model.fixed.clear();
@@ -148,10 +149,10 @@ TEST_F(SamplingLimit, AnImpossiblePushIsNoSample) {
   EXPECT_EQ(sampler.solve({0, 0, -0.25}, sample), PushOutcome::solved) << "a failure must not stick";
 }
 
-// A survey counts what it could not measure as wholly wrong, in its bin and over all.
+// A survey counts an unsolved push as an error of 1, in its bin and in total.
 TEST_F(SamplingLimit, UnsolvedPushesAreErrors) {
   block.scene.max_displacement = 0.6;
-  block.scene.polynomial = false;  // no fit, whose ball would shrink
+  block.scene.polynomial = false;  // no fit, which would shrink the ball
   const SiteResult result = sample().front();
   ASSERT_GT(result.unsolved, 0);
   ASSERT_LT(result.unsolved, static_cast<int>(result.survey.size()));
@@ -184,7 +185,7 @@ TEST_F(SamplingLimit, ABallThatReachesTooFarShrinks) {
     EXPECT_LE((A * sample.truth.displacement).norm(), 1 + 1e-15);
 }
 
-// The same on a block three times as wide: only down is too far, and only there the domain is cut.
+// A block three times as wide: only downward pushes go too far, and only there the domain shrinks.
 TEST_F(SamplingLimit, ABallIsCutOnlyWhereItReachesTooFar) {
   constexpr double kReach = 0.47;
   for (Eigen::Vector3d& position : block.model.positions) position.head<2>() *= 3;
@@ -202,7 +203,7 @@ TEST_F(SamplingLimit, ABallIsCutOnlyWhereItReachesTooFar) {
   EXPECT_NEAR(least_reach(A), reach_along(inward), 0.05 * kReach);
   EXPECT_GE(result.min_jacobian, 0.1);
   EXPECT_NE(result.cut_by, PushOutcome::solved);
-  // The survey is of that ellipsoid, of its inward half.
+  // The survey covers the inward half of the ellipsoid.
   double least_inward = 1;
   for (const SurveySample& sample : result.survey) {
     EXPECT_LE((A * sample.truth.displacement).norm(), 1 + 1e-15);

@@ -1,4 +1,4 @@
-// The displacements at which a site is sampled.
+// The displacements at which the builder samples a site.
 #include "offline/precompute/sampling.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(SamplingPoints, AreAFunctionOfTheRequest) {
   }
 }
 
-// One sequence, in whatever order and by however many threads it is asked for.
+// The sequence does not depend on order of request or number of threads.
 TEST(SamplingPoints, AreOneSequence) {
   constexpr size_t kCount = 24;
   for (const bool half : {false, true}) {
@@ -97,7 +97,7 @@ TEST(SamplingPoints, AreDistinct) {
   }
 }
 
-// Of least squares in orthonormal polynomials of the degree, known at the points as samples are.
+// Condition of least squares in orthonormal polynomials, with values and derivatives at the points.
 double condition_of(const std::vector<Eigen::Vector3d>& points, size_t count, int degree, bool half) {
   const Eigen::MatrixXd to_orthonormal = orthonormal_on_ball(2, degree, half);
   Eigen::MatrixXd design(kEquationsPerSample * static_cast<Eigen::Index>(count), to_orthonormal.cols());
@@ -112,10 +112,10 @@ double condition_of(const std::vector<Eigen::Vector3d>& points, size_t count, in
   return sizes[0] / sizes[sizes.size() - 1];
 }
 
-// At every length the sequence determines the polynomials that it has twice the equations for, and better than points
-// anywhere in the ball do.
+// At every length the sequence determines all polynomials with half as many unknowns as equations, and does
+// so better than random points.
 TEST(SamplingPoints, DetermineAPolynomialWell) {
-  constexpr double kCondition = 1000;  // of sixteen digits three; 20 as a rule
+  constexpr double kCondition = 1000;  // loses three of sixteen digits
   for (const bool half : {false, true}) {
     const auto points = first_points(60, half);
     const auto anywhere = choose_survey_points(60, half, 5);
@@ -133,7 +133,7 @@ TEST(SamplingPoints, DetermineAPolynomialWell) {
 
 TEST(SamplingPoints, SurveyIsUniformInEveryQuarter) {
   constexpr int kCount = 8000;
-  // Means of 8000 numbers of standard deviation 0.6 and less: 0.007 at one sigma.
+  // Means of 8000 numbers with standard deviation 0.6 or less: 0.007 at one sigma.
   constexpr double kMean = 0.03;
   for (const bool half : {false, true}) {
     const auto points = choose_survey_points(kCount, half, 99);
@@ -170,7 +170,7 @@ TEST(SamplingPoints, FrameTurnsTheHalfBall) {
   }
 }
 
-// What no polynomial of a degree follows is between the points of the boundary: the inside is covered, too.
+// Points on the boundary miss functions that no polynomial follows: later points cover the inside.
 TEST(SamplingPoints, LaterOnesCoverTheInside) {
   for (const bool half : {false, true}) {
     SamplePoints points(half);
@@ -185,7 +185,7 @@ TEST(SamplingPoints, LaterOnesCoverTheInside) {
   }
 }
 
-// As many as a target of 0.1 % may take of the ball, and more in the half; no two the same.
+// As many distinct points as a target of 0.1 % may take of the ball, and more for the half ball.
 TEST(SamplingPoints, ThereAreEnough) {
   for (const bool half : {false, true}) {
     const auto points = first_points(150, half);

@@ -1,4 +1,4 @@
-// Where a site is sampled, and what the samples must satisfy among themselves.
+// The samples of a site: one equilibrium for each displacement, with consistent derivatives.
 #include "offline/precompute/sampling.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 
 using test::SamplingSite;
 
-// The path from rest and the neighbours lead to the one equilibrium that there is.
+// The path from rest and the paths from neighbours lead to the same equilibrium.
 TEST_F(SamplingSite, FromRestAndFromANeighbourItIsTheSame) {
   SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
@@ -46,7 +46,7 @@ TEST_F(SamplingSite, PatchMovesAsOne) {
   SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.03, -0.05, -0.1);
   const Sample sample = solved(sampler, d);
-  const std::vector<float> single(d.begin(), d.end());  // as fields are kept
+  const std::vector<float> single(d.begin(), d.end());  // fields are stored in single precision
   ASSERT_GE(site.patch.size(), 5U);
   for (const int member : site.patch) {
     const int packed = block.sites.contact_nodes[static_cast<size_t>(member)];
@@ -78,7 +78,7 @@ TEST_F(SamplingSite, SmallDisplacementsAreLinear) {
     EXPECT_GT(sample.force.dot(d), 0);
     EXPECT_NEAR(sample.energy, 0.5 * d.dot(response.stiffness * d), 0.05 * sample.energy);
   }
-  // What is left is quadratic: halving d halves the relative error.
+  // The remainder is quadratic: halving d halves the relative error.
   for (size_t i = 1; i < 3; ++i) {
     EXPECT_NEAR(field_errors[i - 1] / field_errors[i], 2.0, 0.1);
     EXPECT_NEAR(force_errors[i - 1] / force_errors[i], 2.0, 0.1);
@@ -90,13 +90,13 @@ TEST_F(SamplingSite, EveryDerivativeIsThatOfTheOneBefore) {
   SiteSampler sampler(solver, block.sites, site, rest);
   const Eigen::Vector3d d(0.04, 0.03, -0.11);
   const Sample middle = solved(sampler, d);
-  // Central differences with two steps, taken to step zero (Richardson): what is left is of fourth order.
+  // Central differences with two steps and Richardson extrapolation: the error is of fourth order.
   constexpr double kStep = 4e-3;
   constexpr double kDifference = 1e-5;
   Eigen::Vector3d force;
   Eigen::Matrix3d stiffness;
   Eigen::MatrixXd tangent(middle.field.size(), 3);
-  std::array<Eigen::MatrixXd, 3> curvature;  // of each axis: d field_tangent
+  std::array<Eigen::MatrixXd, 3> curvature;  // for each axis: d field_tangent
   std::array<Eigen::Matrix3d, 3> hardening;  // d stiffness
   for (int axis = 0; axis < 3; ++axis) {
     const auto slope = [&](double step) {
@@ -126,7 +126,8 @@ TEST_F(SamplingSite, EveryDerivativeIsThatOfTheOneBefore) {
   ASSERT_EQ(middle.field_curvature.cols(), 6);
   const double curved = middle.field_curvature.norm();
   const double hardened = middle.hardening.norm();
-  // d_i of the j-th, with i and j in both orders: second derivatives are symmetric, which differences do not know.
+  // d_i of the j-th derivative, for both orders of i and j: second derivatives are symmetric, differences
+  // need not be.
   Eigen::Index second = 0;
   Eigen::Index third = 0;
   for (int i = 0; i < 3; ++i) {
@@ -142,7 +143,7 @@ TEST_F(SamplingSite, EveryDerivativeIsThatOfTheOneBefore) {
       }
     }
   }
-  // Far enough from rest to mean something.
+  // Far enough from rest for a meaningful comparison.
   const SiteLinearResponse at_rest = linear_response(linear, site);
   EXPECT_GT((middle.stiffness - at_rest.stiffness).norm(), 0.05 * at_rest.stiffness.norm());
   EXPECT_GT(curved, 0.1 * middle.field_tangent.norm());
@@ -157,11 +158,11 @@ TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
   for (const Eigen::Vector3d& other : {Eigen::Vector3d(0, 0.1, 0), Eigen::Vector3d(0.06, 0.02, -0.08)})
     solved(after, other);
   const Sample sample = solved(after, d);
-  // Both converged to 1e-10 along different paths.
+  // Both solves converged to 1e-10, along different paths.
   EXPECT_LE((sample.field - expected.field).norm(), 1e-8 * expected.field.norm());
   EXPECT_LE((sample.force - expected.force).norm(), 1e-8 * expected.force.norm());
 
-  // A sampler that begins anew gives the same bits, whatever its solver did.
+  // A new sampler gives the same bits, whatever the state of its solver.
   SiteSampler again(solver, block.sites, site, rest);
   const Sample repeated = solved(again, d);
   EXPECT_EQ(repeated.field, expected.field);

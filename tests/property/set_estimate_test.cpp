@@ -1,5 +1,5 @@
-// What a session estimates for several contacts at once: what its pack's survey of sets says, and nothing where that
-// says nothing.
+// A session's error estimates for several contacts: the pack's survey of contact sets, and none where the
+// survey has no data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace {
 constexpr double kMost = 0.05;
 constexpr double kBound = 0.3;
 constexpr double kForceBound = 0.2;
-constexpr double kSingle = 0.01;  // of one contact in the innermost bin, twice as much in the next ...
+constexpr double kSingle = 0.01;  // of a contact in the innermost bin; doubles from bin to bin
 
-// A pack with a zone, whose surveys say these.
+// A pack with a zone and with the given surveys.
 AlignedBytes surveyed_pack(const SetBounds& over_load = {kBound, kForceBound},
                            const SetBounds& over_reach = {}) {
   const SmallPack& small = small_pack();
@@ -45,7 +45,7 @@ pal_contact push_at(uint32_t site, const Eigen::Vector3d& d) {
 
 class SetEstimate : public ::testing::Test {
  protected:
-  // Once they have come to rest.
+  // Results after convergence.
   static std::vector<pal_contact_result> settled(const OpenPack& pack, pal_model model,
                                                  const std::vector<pal_contact>& contacts) {
     OwnedSession session(pack.get(), model, 3, 2);
@@ -58,7 +58,7 @@ class SetEstimate : public ::testing::Test {
     return settled(pack_, model, contacts);
   }
 
-  // Of contacts at `one_` and `other_`.
+  // The load of contacts at `one_` and `other_`.
   double load(const std::vector<pal_contact_result>& results) const {
     return std::max(Eigen::Vector3d(results[0].force).norm() / small_.zone.force_scale[one_],
                     Eigen::Vector3d(results[1].force).norm() / small_.zone.force_scale[other_]);
@@ -67,7 +67,7 @@ class SetEstimate : public ::testing::Test {
   const SmallPack& small_ = small_pack();
   const AlignedBytes bytes_ = surveyed_pack();
   const OpenPack pack_{bytes_};
-  // Far apart on the top.
+  // Two sites far apart on the top.
   const uint32_t one_ = small_.site_at(50);
   const uint32_t other_ = small_.site_at(63);
 };
@@ -89,9 +89,9 @@ TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
   }
 }
 
-// The sum of (|d| / max_displacement)^2, whatever the forces are.
+// The sum of (|d| / max_displacement)^2, whatever the forces.
 TEST_F(SetEstimate, OfZonesGrowsWithTheSquareOfTheReach) {
-  constexpr double kNothing = 1e-9;  // of loads: a survey that says 0 of them estimates nothing
+  constexpr double kNothing = 1e-9;  // zero would mean "no estimate"
   const SetBounds over_reach = {0.3, 0.2};
   const AlignedBytes bytes = surveyed_pack({kNothing, kNothing}, over_reach);
   const OpenPack pack(bytes);
@@ -114,15 +114,15 @@ TEST_F(SetEstimate, IsNotKnownWhereNothingWasMeasured) {
     }
   };
   for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
-    // More contacts than any set had.
+    // More contacts than any surveyed set.
     expect_unknown(
         settled(model, {small_push, push_at(other_, {0, 0, 0}), push_at(small_.site_at(53), {0, 0, 0})}));
-    // One of them too far: the answer to all is in doubt.
+    // A contact beyond the domain makes the whole estimate unknown.
     const auto beyond = settled(model, {small_push, push_at(other_, {0, 0, -1.2 * kMost})});
     EXPECT_NE(beyond[1].flags & PAL_FLAG_EXTRAPOLATED, 0U);
     expect_unknown(beyond);
   }
-  // The linear model, whatever a survey says.
+  // The linear model has no estimate for sets.
   expect_unknown(settled(PAL_MODEL_LINEAR, {small_push, push_at(other_, {0, 0, -0.1 * kMost})}));
   OwnedSession fixed(pack_.get(), PAL_MODEL_LINEAR, 3, 2);
   fixed.fix({3});
@@ -132,7 +132,7 @@ TEST_F(SetEstimate, IsNotKnownWhereNothingWasMeasured) {
   expect_unknown(settled(PAL_MODEL_LINEAR, {by_force, push_at(other_, {0, 0, 0.1 * kMost})}));
 }
 
-// Where a bound of the survey is all of the displacement an answer says so by a flag, too.
+// A survey's bound of the whole displacement also sets a flag.
 TEST_F(SetEstimate, FlagsSetsOfWhichNothingIsKnown) {
   const std::vector<pal_contact> contacts = {push_at(one_, {0, 0, -0.6 * kMost}),
                                              push_at(other_, {0, 0.3 * kMost, 0})};
@@ -153,7 +153,7 @@ TEST_F(SetEstimate, FlagsSetsOfWhichNothingIsKnown) {
   }
 }
 
-// As packs are that were built before there were such surveys.
+// An older pack, without surveys of sets.
 TEST_F(SetEstimate, OfPacksWithoutSuchSurveysIsNotKnown) {
   const AlignedBytes bytes = small_.write_with_zone();
   const OpenPack pack(bytes);

@@ -72,7 +72,7 @@ TEST(StaticSolverProperty, TurnsWithTheObserver) {
   EXPECT_LE((solve(turned) - expected).norm(), kSameAnswer * expected.norm());
 }
 
-// What is let go comes back to rest, where no force is left to measure the residual by.
+// A released body returns to rest, where no force is left to scale the residual.
 TEST(StaticSolverProperty, UnloadedToRestConvergesToRest) {
   const Model model = organ();
   const Assembly assembly(model, model.fixed_dofs());
@@ -90,7 +90,7 @@ TEST(StaticSolverProperty, UnloadedToRestConvergesToRest) {
   }
 }
 
-// The residual of a tiny push drowns in the rounding of P: near enough is all there is, and no failure.
+// The residual of a tiny push drowns in the rounding of P; the solve must still succeed.
 TEST(StaticSolverProperty, TinyPushesConverge) {
   for (const double lambda : {0.2, 2e2, 2e4}) {
     BlockShape shape;
@@ -110,7 +110,7 @@ TEST(StaticSolverProperty, TinyPushesConverge) {
       EXPECT_TRUE(report.converged) << lambda << " " << size;
       EXPECT_EQ(report.cutbacks, 0);
       const Eigen::VectorXd expected = size * linear * kPush;
-      // Second order in the strain, stiffened by lambda, and the rounding of F over the strain.
+      // Second order in the strain, times lambda, plus the rounding of F over the strain.
       EXPECT_LE((u - expected).norm(), (10 * size + 1e-13 / size) * expected.norm()) << lambda << " " << size;
     }
   }

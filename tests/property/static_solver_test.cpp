@@ -1,4 +1,4 @@
-// Newton on whole models: what must hold whatever the numbers are.
+// Properties of Newton's method on whole models, independent of particular numbers.
 #include <gtest/gtest.h>
 
 #include "tests/support/static_solver_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::static_solver_fixture {
 namespace {
 
-// The state between `from` and `to` where a ramp over held displacements stands.
+// The load case between rest and `to` at a fraction of a ramp.
 LoadCase part_of(const LoadCase& to, double factor) {
   LoadCase load = to;
   load.displacement *= factor;
@@ -41,7 +41,7 @@ TEST(StaticSolverProperty, RampsHeldDisplacements) {
   EXPECT_EQ(report.min_jacobian, state.min_jacobian);
   EXPECT_EQ(report.worst_element, state.worst_element);
 
-  // Nor may the way back, whose last part is no small change of what is there.
+  // The way back, too: its last part is no small change of the state.
   const LoadCase back = moved_top(model, {-0.07, 0.013, -0.011});
   ASSERT_TRUE(solver.ramp(load, back, u, SolverSettings()).converged);
   for (const int node : top_of(model))
@@ -97,7 +97,7 @@ TEST(StaticSolverProperty, AReleasedDofIsLetGo) {
   const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase pushed = moved_top(model, {0.0, 0.0, -0.2});
-  LoadCase free_sideways = pushed;  // keeps the height, lets x and y go
+  LoadCase free_sideways = pushed;  // keeps the height, frees x and y
   for (const int node : top_of(model)) {
     for (const int axis : {0, 1}) free_sideways.held[static_cast<size_t>(3 * node + axis)] = 0;
   }
@@ -128,7 +128,7 @@ TEST(StaticSolverProperty, AReleasedDofIsLetGo) {
   ASSERT_TRUE(solver.ramp(LoadCase::rest(model), free_sideways, direct, settings).converged);
   EXPECT_LE((u - direct).norm(), kSameAnswer * direct.norm());
 
-  // And all of it, back to rest.
+  // The whole way, back to rest.
   ASSERT_TRUE(solver.ramp(free_sideways, LoadCase::rest(model), u, settings).converged);
   EXPECT_LE(u.norm(), kSameAnswer);
 }
@@ -159,7 +159,7 @@ TEST(StaticSolverProperty, ConvergesQuadratically) {
   const SolveReport report = solver.ramp(LoadCase::rest(model), pulled_top(model, kPull), u, settings);
   ASSERT_TRUE(report.converged);
   ASSERT_EQ(report.increments, 1);
-  // Once below 1e-1 each residual is about a constant times the square of the one before, until rounding
+  // Below 1e-1 each residual is about a constant times the square of the residual before, until rounding
   // (1e-14).
   int squared = 0;
   for (size_t i = 1; i < report.history.size(); ++i) {
@@ -203,7 +203,7 @@ TEST(StaticSolverProperty, CorrectLeavesItsGuessWhenItFails) {
   EXPECT_EQ(report.load_factor, 0.0);
   EXPECT_EQ(u, guess);
 
-  // A guess with an inverted element is no place to start from.
+  // A guess with an inverted element is no valid start.
   u = moved_top(model, {0, 0, -1}).displacement;
   const Eigen::VectorXd inverted = u;
   report = solver.correct(moved_top(model, {0, 0, -1}), u, SolverSettings());
@@ -221,7 +221,7 @@ TEST(StaticSolverProperty, AnUnstableStartIsLeftDownhill) {
   const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase nothing = LoadCase::rest(model);
-  // Flattened to 0.3 and let go: pressed elements would rather turn, so K is not positive definite.
+  // Flattened to 0.3 and released: compressed elements rotate, so K is not positive definite.
   Eigen::VectorXd u = test::affine_displacement(model, Eigen::Vector3d(1, 1, 0.3).asDiagonal());
   ASSERT_FALSE(solver.factorize_at(nothing, u, false)) << "else this test shows nothing";
   ASSERT_TRUE(solver.factorize_at(nothing, u, true));
@@ -263,7 +263,7 @@ TEST(StaticSolverProperty, IncrementsKeepTheirBounds) {
   const Assembly assembly(model, model.fixed_dofs());
   StaticSolver solver(assembly);
   const LoadCase load = moved_top(model, {0, 0, -0.1});
-  // Load factors of the increments, as an easy problem takes them.
+  // Load factors of the increments on an easy problem.
   const auto factors = [&](const SolverSettings& settings, SolveReport& report) {
     Eigen::VectorXd u = Eigen::VectorXd::Zero(model.num_dofs());
     report = solver.ramp(LoadCase::rest(model), load, u, settings);
@@ -286,10 +286,10 @@ TEST(StaticSolverProperty, IncrementsKeepTheirBounds) {
   ASSERT_TRUE(report.converged);
   EXPECT_EQ(report.increments, 5);
 
-  settings.first_increment = 1.0;  // the bound holds for the first one too
+  settings.first_increment = 1.0;  // the bound holds for the first increment too
   EXPECT_EQ(factors(settings, report), (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
 
-  settings.largest_increment = 0.1;  // ten of which leave a sliver to rounding, which is no increment
+  settings.largest_increment = 0.1;  // ten increments leave a sliver of rounding, which is no increment
   EXPECT_EQ(factors(settings, report).size(), 10U);
   EXPECT_EQ(report.load_factor, 1.0);
 

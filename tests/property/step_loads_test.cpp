@@ -1,4 +1,4 @@
-// The loads of a step as forces at nodes: what they add up to, and how they move in time.
+// The loads of a step as nodal forces: their resultants, and their amplitudes in time.
 #include "offline/fem/step_loads.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Resultant resultant_of(const Model& model, const Eigen::VectorXd& forces) {
 
 class StepLoadsOfABlock : public ::testing::TestWithParam<bool> {
  protected:
-  // 2 x 3 x 1, of density 1.5, and its faces at z = 1.
+  // 2 x 3 x 1 with density 1.5, and its faces at z = 1.
   StepLoadsOfABlock() {
     BlockShape shape;
     shape.cells = {2, 3, 2};

@@ -1,4 +1,4 @@
-// Triangles without area, sites alone, far positions, and deep trees.
+// Nearest points on triangles without area, single sites, far positions and deep trees.
 #include <gtest/gtest.h>
 
 #include "tests/support/surface_bvh_fixture.hpp"
@@ -21,7 +21,7 @@ TEST(SurfaceBvh, ASiteAloneIsAPrimitive) {
 
 // ---- Hard cases
 
-// Primitives of any shape, in one leaf.
+// Primitives of any shape, in a single leaf.
 struct LooseTriangles {
   explicit LooseTriangles(const std::vector<Vector3d>& corners) {
     for (const Vector3d& corner : corners) {
@@ -71,7 +71,7 @@ TEST(SurfaceBvh, DegenerateTrianglesAreAnsweredByWhatIsLeftOfThem) {
     triangles.push_back({o, e, o - 0.3 * (e - o) + height * f});
     triangles.push_back({o, e, o + height * f});  // a needle
     triangles.push_back({o, o + height * f, e});
-    triangles.push_back({o, o + height * e, o + height * f});  // all of it small
+    triangles.push_back({o, o + height * e, o + height * f});  // a small triangle
   }
   TestRandom random(11);
   for (const auto& [a, b, c] : triangles) {
@@ -135,7 +135,7 @@ TEST(SurfaceBvh, AnyPositionIsAnsweredFinitelyOrRefused) {
   }
 }
 
-// Tiny and huge organs at once: the extremes of what a pack may say.
+// Tiny and huge organs: the extremes that a pack may hold.
 TEST(SurfaceBvh, ExtremeTrianglesAreAnsweredFinitely) {
   TestRandom random(13);
   for (const double size : {1e-300, 1e-160, 1e-80, 1e-15, 1.0, 1e15}) {
@@ -160,7 +160,7 @@ TEST(SurfaceBvh, WithoutATreeNothingIsFound) {
   EXPECT_FALSE(find_nearest_surface_point(none, position, 0, hit));
 }
 
-// Sites ever farther apart: the cheapest split takes off one at a time, and would go 56 deep.
+// Sites at growing distances: the cheapest split takes off a site at a time, and would go 56 deep.
 TEST(SurfaceBvh, TreeIsNeverTooDeep) {
   for (const int axes : {1, 3}) {
     Model model;

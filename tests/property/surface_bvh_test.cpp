@@ -1,4 +1,4 @@
-// The surface point nearest to a tool, against all primitives one by one in long double; its sign, against
+// The surface point nearest to a tool, compared with all primitives in long double. The sign, compared with
 // solid angles.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 namespace palpate::test::surface_bvh_fixture {
 namespace {
 
-// The top of a block, with a rim.
+// The top of a block, with a boundary.
 const TouchableSurface& block_top() {
   static const Model model = tetrahedral_block({});
   static const TouchableSurface surface(model, nodes_on_plane(model, 2, 1.0));
@@ -22,7 +22,7 @@ const TouchableSurface& curved_block() {
 
 // ---- Positions
 
-// Around, far from and on the surface: its corners, points of its edges and faces, and a little off them.
+// Positions around, far from, on and near the surface: corners, points of edges and faces.
 std::vector<Vector3d> positions_around(const TouchableSurface& surface, int count, unsigned seed) {
   TestRandom random(seed);
   const Eigen::AlignedBox3d box = box_of(surface);
@@ -102,7 +102,7 @@ TEST_P(SurfaceBvhOf, TreeIsWholeAndReachesEverySite) {
     const auto at = static_cast<std::size_t>(std::max_element(hit.weights, hit.weights + 3) - hit.weights);
     EXPECT_EQ(hit.weights[at], 1);
     EXPECT_EQ(hit.sites[at], site);
-    // Of all primitives at the site the first.
+    // The first of all primitives at the site.
     for (uint32_t before = 0; before < hit.primitive; ++before) {
       for (const uint32_t corner : surface_.bvh.primitives[before]) EXPECT_NE(corner, site);
     }
@@ -162,8 +162,8 @@ TEST(SurfaceBvh, SignTellsInsideFromOutside) {
   EXPECT_GT(inside, 300);
 }
 
-// A block with a groove: the nearest point of much of the air in it, and of much of the tissue around it, is
-// a reflex edge or corner, where a face's own normal would guess wrong.
+// A block with a groove. Around the groove the nearest point is often on a reflex edge or corner, where a
+// face's own normal has the wrong sign.
 TEST(SurfaceBvh, SignIsRightAtReflexEdges) {
   Model model = tetrahedral_block({{4, 4, 4}, {1, 1, 1}, 0.0, 1, CompressibleNeoHookean{0.48, 0.2}});
   std::erase_if(model.elements, [&](const Tetrahedron& element) {
@@ -176,8 +176,8 @@ TEST(SurfaceBvh, SignIsRightAtReflexEdges) {
   EXPECT_GT(inside, 500);
 }
 
-// Baerentzen and Aanaes 2005: at a corner of a cube, however it is cut into triangles, the three sides count
-// alike.
+// Baerentzen and Aanaes 2005: at a corner of a cube the three sides count alike, however they are
+// triangulated.
 TEST(SurfaceBvh, NormalsOfABlockAreThoseOfACube) {
   const double third = 1 / std::sqrt(3.0);
   const double half = 1 / std::sqrt(2.0);
@@ -191,7 +191,7 @@ TEST(SurfaceBvh, NormalsOfABlockAreThoseOfACube) {
     EXPECT_LE((normal_at(*surface, {-2, 2, 2}) - Vector3d(-third, third, third)).norm(), kFloat);
     EXPECT_LE((normal_at(*surface, {2, 0.4, 2}) - Vector3d(half, 0, half)).norm(), kFloat) << "an edge";
   }
-  // A site alone has its vertex normal.
+  // A single site has its vertex normal.
   EXPECT_LE((normal_at(single_sites(), {-1, -1, -1}) - Vector3d(-third, -third, -third)).norm(), kFloat);
 }
 

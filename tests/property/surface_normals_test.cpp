@@ -112,7 +112,7 @@ TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {
     for (size_t i = 0; i < displacements.size(); i += 2) displacements[i] = size;
     EXPECT_TRUE(all_finite(normals(displacements))) << size;
   }
-  // Folded flat: all triangles without area.
+  // Folded flat: all triangles have zero area.
   std::vector<pal_real> flat = rest_;
   for (uint32_t node = 0; node < num_nodes_; ++node) {
     for (int i = 0; i < 3; ++i)

@@ -1,4 +1,4 @@
-// Pressure that follows its faces: forces, tangent and work against what they must be.
+// Pressure that follows its faces: force, tangent and work.
 #include "offline/fem/surface_pressure.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace palpate::test {
 namespace {
 
-// On every outer face of `model`, or on those alone that lie in the plane z = top.
+// Every outer face of `model`, or only the faces in the plane z = top.
 FacePressures on_outer_faces(const Model& model, double pressure, double top = -1) {
   FacePressures pressures;
   const std::vector<ElementFace> faces = sorted_faces(model);
@@ -81,7 +81,7 @@ TEST_P(SurfacePressure, TangentIsTheGradient) {
   subtract_pressure_tangent(assembly, top, displacement_, stiffness);
   const Eigen::MatrixXd with = Eigen::MatrixXd(stiffness).selfadjointView<Eigen::Lower>();
 
-  // Forces are quadratic in the displacement: central differences leave rounding alone.
+  // Forces are quadratic in the displacement, so central differences leave only rounding.
   Eigen::MatrixXd gradient(model_.num_dofs(), model_.num_dofs());
   for (int dof = 0; dof < model_.num_dofs(); ++dof) {
     Eigen::VectorXd ahead = displacement_;
@@ -112,8 +112,8 @@ TEST_P(SurfacePressure, WorkIsForceTimesWay) {
   EXPECT_NEAR(pressure_work(model_, top, displacement_, step), work, 1e-6 * std::abs(work));
 }
 
-// A body in a fluid shrinks alike in every direction: mu (l^2 - 1) / J + lambda (J - 1) = -p, J = l^3, by eq.
-// (2).
+// A body in a fluid shrinks equally in all directions: mu (l^2 - 1) / J + lambda (J - 1) = -p, J = l^3, by
+// eq. (2).
 TEST_P(SurfacePressure, ABodyInAFluidShrinks) {
   const double mu = 0.48, lambda = 0.2, pressure = 0.3;
   double low = 0.2, high = 1.0;
@@ -126,7 +126,7 @@ TEST_P(SurfacePressure, ABodyInAFluidShrinks) {
     shape.cells = {2, 2, 2};
     model_ = with_middle_nodes(tetrahedral_block(shape));
   }
-  // Held against its rigid motions at three corners; the supports carry nothing.
+  // Supports at three corners hold the rigid motions and carry no force.
   Model model = model_;
   for (int node = 0; node < model.num_nodes(); ++node) {
     const Eigen::Vector3d& position = model.positions[static_cast<size_t>(node)];
@@ -150,13 +150,13 @@ TEST_P(SurfacePressure, ABodyInAFluidShrinks) {
   ASSERT_TRUE(report.converged);
   const Eigen::VectorXd exact = affine_displacement(model, low * Eigen::Matrix3d::Identity());
   EXPECT_LE((u - exact).norm(), 1e-9 * exact.norm());
-  // Newton is quadratic: each residual is about the square of the one before.
+  // Newton is quadratic: each residual is about the square of the residual before.
   const IterationRecord& last = report.history.back();
   const IterationRecord& before = report.history[report.history.size() - 2];
   EXPECT_LE(last.residual, 10 * before.residual * before.residual + 1e-14);
 }
 
-// On the rim of a pressed patch the tangent is not symmetric; Newton stays quadratic all the same.
+// At the boundary of a pressed patch the tangent is not symmetric; Newton stays quadratic.
 TEST_P(SurfacePressure, NewtonIsQuadraticBesideAFreeRim) {
   const Model model = with_fixed_base(model_);
   const Assembly assembly(model, no_dofs(model));
@@ -174,8 +174,8 @@ TEST_P(SurfacePressure, NewtonIsQuadraticBesideAFreeRim) {
   EXPECT_LE(last.residual, 10 * before.residual * before.residual + 1e-14);
 }
 
-// From a pressure on one face to one on another: half way both press with half their size, and the order of
-// the steps does not show at the end.
+// From a pressure on a face to a pressure on another face: half way both act at half their size. The order of
+// the steps does not change the end.
 TEST(SurfacePressureSolve, PressuresOfOneStepGiveWayToThoseOfTheNext) {
   BlockShape shape;
   shape.cells = {3, 3, 3};
@@ -213,9 +213,9 @@ TEST(SurfacePressureSolve, PressuresOfOneStepGiveWayToThoseOfTheNext) {
   EXPECT_GT((u - stopped).norm(), 0.1 * u.norm());
 }
 
-// Suction so strong that the symmetric part of the tangent is indefinite, though the equilibrium is regular.
-// Of the same cube (block of one cell, NEO HOOKE with C10 = 1000, D1 = 0.001, suction 4000 on its top)
-// CalculiX 2.20 finds displacements up to 1.220194.
+// The suction makes the symmetric part of the tangent indefinite, while the equilibrium is regular. For the
+// same cube (one cell, NEO HOOKE with C10 = 1000, D1 = 0.001, suction 4000 on top) CalculiX 2.20 finds
+// displacements up to 1.220194.
 TEST(SurfacePressureSolve, AnIndefiniteSymmetricPartDoesNotStopIt) {
   BlockShape shape;
   shape.cells = {1, 1, 1};

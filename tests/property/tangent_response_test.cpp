@@ -1,4 +1,4 @@
-// The response of an equilibrium to small loads and displacements.
+// The linear response of an equilibrium to small loads and displacements.
 #include <gtest/gtest.h>
 
 #include "tests/support/static_solver_fixture.hpp"
@@ -22,7 +22,7 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   for (const int node : top_of(model)) directions.middleRows<3>(3 * node).setIdentity();
   const LoadCase load = moved_top(model, kPush);
 
-  // With the factor of a neighbouring state, and with its own: the same.
+  // The factor of a neighbouring state gives the same as the state's own factor.
   Eigen::MatrixXd refined;
   ASSERT_TRUE(solver.tangent_response(load, u, directions, refined));
   solver.forget_factor();
@@ -47,7 +47,7 @@ TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   EXPECT_NEAR(errors[0] / errors[1], 4.0, 0.4);
 }
 
-// Of outer forces too, and of both together it is the sum.
+// The response to external forces; the response to both is the sum.
 TEST(StaticSolverProperty, TangentResponseToForcesIsTheDerivativeOfTheSolution) {
   const Model model = organ();
   const Assembly assembly(model, model.fixed_dofs());
@@ -97,8 +97,8 @@ TEST(StaticSolverProperty, TangentResponseToForcesIsTheDerivativeOfTheSolution) 
   EXPECT_LE((both - moved - response).norm(), kSameAnswer * both.norm());
 }
 
-// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits: the last corrections are rounding, not a
-// refusal.
+// With lambda / mu = 1e8 the tangent keeps eight of sixteen digits. The last corrections are rounding, and
+// the solve succeeds.
 TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelBalances) {
   BlockShape shape;
   shape.law = CompressibleNeoHookean{0.48, 0.48e8};

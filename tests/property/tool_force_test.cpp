@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFrame = 0.001;
 
-// ---- between model and device
+// ---- Between model and device
 
 class ToolForce : public Tools {
  protected:
@@ -57,7 +57,7 @@ TEST_F(ToolForce, NeverJumpsWhenWhatAnswersChanges) {
     EXPECT_EQ(blended[frame], model[frame]) << "the model's own, once blended";
 }
 
-// Frames of contacts of their own between those of tools: the tool's answer is made anew, and is what it was.
+// Contact frames of another caller come between tool frames: the tool's response is recomputed and unchanged.
 TEST_F(ToolForce, IsNotBlendedWhereOthersAskInBetween) {
   for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
     const OpenPack with_zones(zone_pack_bytes());
@@ -77,7 +77,8 @@ TEST_F(ToolForce, IsNotBlendedWhereOthersAskInBetween) {
   }
 }
 
-// One that is deeper than a zone follows in a frame: what it has to catch up with after contacts of others is faded.
+// A deep contact in a zone takes frames to recover after contacts of another caller. The force fades
+// meanwhile.
 TEST_F(ToolForce, DoesNotJumpWhereOthersAskInBetween) {
   const OpenPack with_zones(zone_pack_bytes());
   pal_session_config config = pal_default_session_config(with_zones.get());
@@ -104,7 +105,7 @@ TEST_F(ToolForce, RampsToZeroWhenInputIsStale) {
   ToolSession tools(pack_.get(), config_);
   tools.hold(0, pal_default_hold(4));
   const double full = force_of(tools.frame({at({0, 0, -0.03})})[0]).norm();
-  // Poses stop coming: 50 frames as before, then 20 frames down.
+  // Poses stop: 50 frames as before, then 20 frames down.
   for (int frame = 1; frame <= 100; ++frame) {
     const pal_tool_result result = tools.frame({})[0];
     const double expected = full * std::clamp(1.0 - (frame - 50) / 20.0, 0.0, 1.0);
@@ -117,7 +118,7 @@ TEST_F(ToolForce, RampsToZeroWhenInputIsStale) {
     EXPECT_NEAR(force, full * frame / 20.0, 1e-9 * full);
   }
   EXPECT_EQ(tools.last()[0].flags, 0U);
-  // The caller says how old it is.
+  // The caller states the age of the input.
   EXPECT_TRUE(tools.frame_with({at({0, 0, -0.03})}, kFrame, {0.06})[0].flags & PAL_FLAG_STALE);
 }
 
@@ -172,7 +173,7 @@ TEST_F(ToolForce, ATwistIsLimitedToo) {
               config_.max_torque - kFrame * config_.max_torque_rate, 1e-9);
 }
 
-// What answers changes in every frame, and the force still follows the tool.
+// The responding model changes in every frame, and the force still follows the tool.
 TEST_F(ToolForce, FollowsThroughSwitchesWithoutEnd) {
   config_.blend_seconds = kBlend;
   ToolSession tools(pack_.get(), config_);
@@ -198,14 +199,14 @@ TEST_F(ToolForce, StaleInputCountsWhetherItHoldsOrNot) {
   tools.hold(0, pal_default_hold(4));
   EXPECT_EQ(force_of(tools.frame({})[0]).norm(), 0) << "its pose is 0.2 s old";
   EXPECT_EQ(tools.last()[1].flags, 0U) << "a tool that was never seen is not stale";
-  // Frames that took too long age input by a second.
+  // A frame that took too long ages the input by a second.
   ToolSession stalled(pack_.get(), config_);
   stalled.hold(0, pal_default_hold(4));
   stalled.frame({at({0, 0, -0.02})});
   stalled.frame_with({}, 1.5, {});
   stalled.frame_with({}, 1.5, {});
   EXPECT_EQ(force_of(stalled.last()[0]).norm(), 0);
-  // The rate of the force does not hold the fading back.
+  // The limit on the force's rate does not slow the fade of stale input.
   config_.max_force_rate = 1e-3;
   ToolSession slow(pack_.get(), config_);
   slow.hold(0, pal_default_hold(4));

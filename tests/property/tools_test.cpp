@@ -1,5 +1,4 @@
-// Tools: rigid motion of what they hold, forces and torques in the world, and what comes between model and
-// device.
+// Tools: rigid motion of their contacts, forces and torques in the world frame, and invalid input.
 #include <gtest/gtest.h>
 
 #include "tests/support/tools_fixture.hpp"
@@ -43,7 +42,7 @@ TEST_F(Tools, AGraspStartsWithoutForce) {
   EXPECT_LE(force_of(tools_.frame({grip})[0]).norm(), kRounding);
 }
 
-// Two sites of one tool: each moves by (p - p0) + (R R0^T - 1)(x - p0).
+// Two sites of a tool: each moves by (p - p0) + (R R0^T - 1)(x - p0).
 TEST_F(Tools, ContactsMoveRigidlyWithTheirTool) {
   const Eigen::Vector3d p0(0.1, 0.15, 0.5);
   const Eigen::Matrix3d R0 = rotation_vector({0.3, 0.1, -0.2});
@@ -80,7 +79,7 @@ TEST_F(Tools, ContactsMoveRigidlyWithTheirTool) {
   EXPECT_TRUE(result.flags & PAL_FLAG_LINEAR_FALLBACK);
 }
 
-// d force / d position, of tools with one contact and with two.
+// d force / d position, for tools with one and with two contacts.
 TEST_F(Tools, StiffnessIsTheDerivativeOfTheForce) {
   constexpr double kStep = 1e-6;
   for (const int held : {1, 2}) {
@@ -102,7 +101,7 @@ TEST_F(Tools, StiffnessIsTheDerivativeOfTheForce) {
   }
 }
 
-// The organ placed elsewhere and turned, and the tools with it: the same answer, turned.
+// Organ and tools moved and rotated together: the same response, rotated.
 TEST_F(Tools, AnswersTurnWithTheOrgan) {
   const Eigen::Vector3d turn(0.7, -1.1, 0.4);
   const Eigen::Matrix3d Q = rotation_vector(turn);

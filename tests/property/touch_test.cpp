@@ -1,4 +1,4 @@
-// Tools that take hold of the sites they meet, and let go outside.
+// Tools grasp the surface when they enter the tissue, and release it outside.
 #include <gtest/gtest.h>
 
 #include "tests/support/tools_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::tools_fixture {
 namespace {
 
-// ---- touching
+// ---- Touch
 
 class Touch : public Tools {
  protected:
@@ -20,7 +20,7 @@ class Touch : public Tools {
   void set(ToolSession& tools, uint32_t tool, const pal_touch& touch) {
     require(pal_tool_set_touch(tools.get(), tool, &touch), "touch");
   }
-  // A little beside the site, so that it is the nearest corner and the point lies in a triangle.
+  // A little beside the site, so that the site is the nearest corner and the point lies in a triangle.
   pal_pose above(double height) const {
     return at(site_position(pack_, site_) + Eigen::Vector3d(0.011, 0.017, height));
   }
@@ -46,8 +46,8 @@ TEST_F(Touch, HoldsWhatItMeetsAndLetsGoOutside) {
   EXPECT_EQ(force_of(tools_.last()[1]).norm(), 0);
 }
 
-// Deep at once, as fast tools are: held there until it has come out beyond that, and not again before it was
-// outside.
+// A fast tool is deep at once: it grasps there, holds until it is out again, and grasps no second time
+// before.
 TEST_F(Touch, AFastToolLetsGoOnce) {
   set(tools_, 0, touch(PAL_LAW_TOUCH));
   tools_.frame({above(0.1)});
@@ -69,7 +69,7 @@ TEST_F(Touch, LetsGoWhereverItComesOut) {
   set(tools_, 0, touch(PAL_LAW_TOUCH));
   tools_.frame({above(0.01)});
   ASSERT_EQ(tools_.frame({above(-0.001)})[0].num_contacts, 1U);
-  // Through the block and out of its side, far below where it came in.
+  // Through the block and out of its side, far below the entry.
   const Eigen::Vector3d inside(above(-0.1).position);
   ASSERT_EQ(tools_.frame({at(inside)})[0].num_contacts, 1U);
   EXPECT_EQ(tools_.frame({at(inside + Eigen::Vector3d(5, 0, 0))})[0].num_contacts, 0U);
@@ -88,9 +88,9 @@ TEST_F(Touch, BondedItStays) {
 
 TEST_F(Touch, CountsFromTheTipAndItsRadius) {
   pal_touch with_tip = touch(PAL_LAW_TOUCH, 0.02);
-  with_tip.tip[0] = 0.3;  // the tool stands on its side
+  with_tip.tip[0] = 0.3;  // the tool lies on its side
   set(tools_, 0, with_tip);
-  const Eigen::Vector3d down(0, M_PI / 2, 0);  // turns x to -z
+  const Eigen::Vector3d down(0, M_PI / 2, 0);  // rotates x to -z
   const auto frame = [&](double tip_height) {
     const Eigen::Vector3d tip = Eigen::Vector3d(above(tip_height).position);
     return tools_.frame({pose(tip + Eigen::Vector3d(0, 0, 0.3), down)})[0];

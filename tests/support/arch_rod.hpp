@@ -1,14 +1,14 @@
-// A clamped circular arch as a rod that bends and stretches, pushed down at its crown, of any displacement and
-// rotation: Kirchhoff's rod in the plane, extensible.
+// Reference: a clamped circular arch as an extensible Kirchhoff rod, pushed down at its crown, for finite
+// rotations.
 //
-// With theta(s) the angle of the tangent t, the stretch a and the force F of the right part on the left one,
-// which is the same everywhere, on the left half from the clamp (s = 0) to the crown (s = S):
+// theta(s) is the angle of the tangent t, a the stretch, F the internal force (constant along the rod). On
+// the left half, from the clamp (s = 0) to the crown (s = S):
 //   r' = a t,   N(a) = F . t,   I dN/da (theta' - theta_rest') = A M,   M' = - (r' x F)
-//   theta(0) = theta_rest(0),   theta(S) = 0,   r(S) as the crown is moved,
-// where eq. (1) with nu = 0 makes N = EA / 2 (a - 1 / a), and dN/da is the tangent modulus of a fibre.
+//   theta(0) = theta_rest(0),   theta(S) = 0,   r(S) as the crown is moved
+// Eq. (1) with nu = 0 gives N = EA / 2 (a - 1 / a). dN/da is the tangent modulus of a fibre.
 //
-// Source: Antman, Nonlinear Problems of Elasticity, chapter IV; Reissner 1972 without shear. Solved from the
-// clamp for the three numbers F and M(0), by Newton, along a growing deflection of the crown.
+// Source: Antman, Nonlinear Problems of Elasticity, chapter IV; Reissner 1972 without shear. Method: shooting
+// from the clamp; Newton finds F and M(0) while the crown's deflection grows.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +23,8 @@ class ArchRod {
  public:
   explicit ArchRod(const Arch& arch) : arch_(arch) {}
 
-  // The force down on the crown of the half that moves it down by `deflection`, which grows from call to call
-  // by less than a tenth of the rise.
+  // The crown force of the half arch at `deflection`. Successive calls raise `deflection` by less than a
+  // tenth of the rise.
   double force(double deflection) {
     for (int iteration = 0; iteration < 30; ++iteration) {
       const Eigen::Vector3d miss = missed(unknown_, deflection);
@@ -42,11 +42,11 @@ class ArchRod {
   }
 
  private:
-  // theta(S) times the radius, and how far the crown is from where it should be.
+  // Residual of the shooting: theta(S) times the radius, and the crown's position error.
   Eigen::Vector3d missed(const Eigen::Vector3d& unknown, double deflection) const {
-    constexpr int kSteps = 200;  // of fourth order
+    constexpr int kSteps = 200;  // fourth-order Runge-Kutta
     const double curvature = -1 / arch_.radius;
-    const auto slope = [&](const Eigen::Vector4d& state) {  // of theta, M, x, y
+    const auto slope = [&](const Eigen::Vector4d& state) {  // d/ds of theta, M, x, y
       const double c = std::cos(state[0]);
       const double s = std::sin(state[0]);
       const double pull = (unknown[0] * c + unknown[1] * s) / arch_.stretching_stiffness();

@@ -1,4 +1,4 @@
-// Meshes of each kind of element.
+// Models with every kind of element, and tolerances, for the tests of assembly.
 #pragma once
 
 #include "offline/fem/assembly.hpp"
@@ -26,16 +26,16 @@ using test::no_dofs;
 using test::rotation_about;
 using test::TestRandom;
 using test::tetrahedral_block;
-// Sums of a few dozen products: rounding, with room.
+// Rounding of sums of a few dozen products.
 inline constexpr double kRounding = 1e-13;
 
-// Central differences with steps of 1e-5 of the block: truncation 1e-10, rounding eps / 1e-5 = 2e-11, times
-// what the energy's higher derivatives add.
+// Central differences with steps of 1e-5 of the block. Truncation: 1e-10 times higher derivatives of the
+// energy. Rounding: eps / 1e-5 = 2e-11.
 inline constexpr double kStep = 1e-5;
 
 inline constexpr double kDifference = 1e-7;
 
-// Sharing: volume patches of four-node elements; one of each ten-node element (C3D10H).
+// "Sharing": four-node elements in volume patches, or ten-node elements that are each a patch (C3D10H).
 enum class Kind { four_nodes, ten_nodes, four_nodes_sharing, ten_nodes_sharing };
 
 inline constexpr std::array kKinds = {Kind::four_nodes, Kind::ten_nodes, Kind::four_nodes_sharing,
@@ -49,7 +49,7 @@ inline bool shares_volume(Kind kind) {
   return kind == Kind::four_nodes_sharing || kind == Kind::ten_nodes_sharing;
 }
 
-// `model` of four nodes as one of the kind; ten-node elements have curved edges where `jitter` is above 0.
+// Converts a four-node `model` to `kind`. A positive `jitter` curves the edges of ten-node elements.
 inline Model in_kind(Kind kind, Model model, double jitter = 0.0) {
   if (has_ten_nodes(kind)) model = test::with_middle_nodes(std::move(model), jitter);
   if (!shares_volume(kind)) return model;
@@ -65,10 +65,10 @@ inline Model several_materials(Kind kind = Kind::four_nodes) {
   shape.size = {1.0, 1.25, 0.75};
   Model model = tetrahedral_block(shape);
   model.materials.push_back({"STIFF", CompressibleNeoHookean{2.4, 10.0}});
-  // One for each way in which a tangent is assembled: H alone, F and H (YEOH), and all 81 numbers.
+  // One material for each way to assemble a tangent: H alone, F and H (YEOH), and all 81 coefficients.
   model.materials.push_back({"YEOH", InvariantLaw{0.5, 0.0, 0.2, 0.05, {{0.8}}}});
   model.materials.push_back({"MOONEY-RIVLIN", InvariantLaw{0.4, 0.2, 0.0, 0.0, {{0.9}}}});
-  // Those that share volumes have a cell of six, or two, in a row: patches do not cross materials.
+  // Volume patches do not cross materials, so elements that share volumes get longer runs of one material.
   const size_t in_a_row = shares_volume(kind) ? 12 : 1;
   if (shares_volume(kind)) model.materials[2].law = Ogden{{{0.7, 1.5}, {0.2, -2.5}}, {{0.8, 0.3, 0.1}}};
   for (size_t e = 0; e < model.elements.size(); ++e)
@@ -76,11 +76,11 @@ inline Model several_materials(Kind kind = Kind::four_nodes) {
   return in_kind(kind, std::move(model), 0.02);
 }
 
-// A state far from rest: large shear, stretch and rotation, and every node moved at random on top.
+// A state of large shear, stretch and rotation, with a random displacement added at every node.
 inline Eigen::VectorXd distorted(const Model& model) {
   Eigen::Matrix3d F;
   F << 1.2, 0.4, -0.1, 0.05, 0.8, 0.2, 0.1, -0.15, 0.9;
-  // Ten nodes lie half as far apart.
+  // Ten-node elements have half the node spacing.
   const double noise = model.elements.front().num_nodes == 4 ? 0.05 : 0.01;
   return affine_displacement(model, rotation_about({1, 2, 3}, 1.1) * F) +
          noise * TestRandom(5).vector(model.num_dofs());

@@ -17,7 +17,7 @@ namespace palpate::test {
 // Second moment of area of the unit section.
 inline constexpr double kSecondMoment = 1.0 / 12.0;
 
-// Eq. (1) with the Young's modulus and Poisson's ratio given at rest.
+// Eq. (1) with this Young's modulus and Poisson's ratio at small strain.
 inline CompressibleNeoHookean neo_hookean_of(double young, double poisson) {
   const double mu = young / (2 * (1 + poisson));
   return {mu, 2 * mu * poisson / (1 - 2 * poisson)};
@@ -55,7 +55,7 @@ inline SolverScene loaded_beam(const Beam& beam, const Eigen::Vector3d& force) {
   return scene;
 }
 
-// The tip face moves as a rigid one: where `motion(fraction)` puts it, in `steps` straight steps.
+// The tip face moves rigidly to `motion(fraction)`, in `steps` straight increments.
 template <typename Motion>
 SolverScene guided_beam(const Beam& beam, int steps, Motion&& motion) {
   SolverScene scene{beam.model(), {}};
@@ -72,10 +72,10 @@ SolverScene guided_beam(const Beam& beam, int steps, Motion&& motion) {
   return scene;
 }
 
-// The tip face turned about the y axis to the end of an arc of one curvature k, x = sin(a) / k,
-// z = (1 - cos a) / k: pure bending, M = EI k. The axis becomes a little longer: with eq. (1) at lambda = 0 a
-// fibre under the strain e bears E (e - e^2 / 2 + ...), so that e = e_0 + k z leaves no axial force where
-// e_0 = k^2 <z^2> / 2 = k^2 / 24.
+// Pure bending to one curvature k, M = EI k: the tip face turns about y to the end of the arc
+//   x = sin(a) / k,   z = (1 - cos a) / k.
+// The axis lengthens a little. Eq. (1) with lambda = 0 gives a fibre the stress E (e - e^2 / 2 + ...) at
+// strain e. The axial force vanishes for e = e_0 + k z with e_0 = k^2 <z^2> / 2 = k^2 / 24.
 inline SolverScene bent_to_an_arc(const Beam& beam, double angle, int steps) {
   return guided_beam(beam, steps, [&](double fraction) {
     const double a = fraction * angle;
@@ -88,7 +88,7 @@ inline SolverScene bent_to_an_arc(const Beam& beam, double angle, int steps) {
   });
 }
 
-// The tip face turned about the axis of the beam, at its place.
+// The tip face turns about the beam's axis and does not translate.
 inline SolverScene twisted_beam(const Beam& beam, double angle, int steps) {
   return guided_beam(beam, steps, [&](double fraction) {
     Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
@@ -97,11 +97,11 @@ inline SolverScene twisted_beam(const Beam& beam, double angle, int steps) {
   });
 }
 
-// Where the tip face is and how far it has turned in the plane of x and z; the moment about its own centre.
+// Position and rotation of the tip face in the x-z plane, and the moment about its centre.
 struct TipState {
-  Eigen::Vector3d centre;  // mean of its nodes, current configuration
-  double angle = 0;        // radians, from x toward z, of the best fitting rotation
-  Eigen::Vector3d moment;  // of the outside forces on its nodes
+  Eigen::Vector3d centre;  // mean of the face's nodes, current configuration
+  double angle = 0;        // radians, from x toward z, of the best-fit rotation
+  Eigen::Vector3d moment;  // of the external forces on the face
 };
 
 inline TipState tip_state(const Beam& beam, const SolverScene& scene, const SceneRun& run) {

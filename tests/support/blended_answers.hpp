@@ -1,5 +1,5 @@
-// What contacts between sites should answer: the answers of contacts at sites, summed over all ways to choose a
-// corner for each, by their weights.
+// Reference response of contacts between sites: the weighted sum of site responses. The sum runs over every
+// choice of one corner for each contact.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,7 +51,7 @@ inline void add_answers(OwnedSession& at_sites, const std::vector<pal_contact>& 
   }
 }
 
-// `at_sites` is asked for contacts at sites alone.
+// `at_sites` receives only contacts at sites.
 inline BlendedAnswers blend_answers(OwnedSession& at_sites, const std::vector<pal_contact>& contacts) {
   BlendedAnswers sum;
   add_answers(at_sites, contacts, 0, 1, sum);

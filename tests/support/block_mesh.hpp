@@ -1,4 +1,4 @@
-// The text of an .inp file with a block of tetrahedra of any size.
+// Writes a block of tetrahedra of any size as the text of an .inp file.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace palpate::test {
 
-// A block of n^3 cells of five tetrahedra each, alternately mirrored so that their faces match; of four nodes
-// or ten. The middle nodes of ten follow the corners, which keep their labels.
+// n^3 cells of five tetrahedra with four or ten nodes. Neighbouring cells are mirrored, so their faces match.
+// Corner nodes have the same labels in both kinds; middle nodes follow them.
 inline std::string block_inp(int n, bool ten_nodes = false) {
   std::string text = "*NODE, NSET=EVERY\n";
   const auto label = [&](int i, int j, int k) { return 1 + i + (n + 1) * (j + (n + 1) * k); };
@@ -21,7 +21,7 @@ inline std::string block_inp(int n, bool ten_nodes = false) {
       }
     }
   }
-  // By twice the coordinates in cells, which a middle node has whole too.
+  // Node index from twice the cell coordinates, which are integers for middle nodes too.
   const auto twice = [&](int node) {
     const int index = node - 1;
     return std::array<int, 3>{2 * (index % (n + 1)), 2 * (index / (n + 1) % (n + 1)),
@@ -48,7 +48,7 @@ inline std::string block_inp(int n, bool ten_nodes = false) {
   for (int k = 0; k < n; ++k) {
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
-        // Corners of the cell; in every second one mirrored in x, which turns each tetrahedron inside out.
+        // Corners of the cell. Every second cell is mirrored in x, which inverts each tetrahedron.
         const bool mirrored = (i + j + k) % 2 != 0;
         std::array<int, 8> c{};
         for (std::size_t b = 0; b < 8; ++b) {

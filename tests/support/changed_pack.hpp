@@ -1,4 +1,4 @@
-// A copy of a pack to change, and what opening it says.
+// A mutable copy of a pack, and the status of opening the copy.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -26,7 +26,7 @@ inline void set_header(std::span<unsigned char> bytes, const pack::PackHeader& h
   memcpy(bytes.data(), &header, sizeof header);
 }
 
-// Makes the checksum right again, as a forger would.
+// Recomputes the checksum, as a forger would.
 inline void repair_checksum(std::span<unsigned char> bytes) {
   pack::PackHeader header = header_of(bytes);
   header.checksum = pack::checksum_of(bytes.data(), bytes.size());

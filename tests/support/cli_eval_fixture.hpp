@@ -1,4 +1,4 @@
-// `palpate eval` of a small pack.
+// Builds a small pack and runs `palpate eval` on it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class Eval : public ::testing::Test {
     return refusal_of(arguments);
   }
 
-  // The table of a full solve that moves the patches of these sites.
+  // Runs a full solve that moves the patches of these sites, and returns the path of its table.
   std::filesystem::path solve(const std::vector<std::pair<int, std::array<double, 3>>>& pushes) const {
     const nlohmann::json info = run_cleanly({"info", files_.pack.string(), "--json"}).json();
     std::string text = "*INCLUDE, INPUT=" + files_.inp.string() + "\n*STEP, NLGEOM=YES\n*STATIC\n*BOUNDARY\n";

@@ -1,5 +1,5 @@
-// A surface that is touched all over, its compliance dense and compressed: large enough that most nodes are far
-// from most panels, small enough for a dense reference.
+// A block with sites on its whole free surface, with a dense and a compressed compliance. Most nodes are far
+// from most panels, and a dense reference solve is still affordable.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpate::test {
 
-// A block of 10 x 10 x 10 cells on a fixed base, every free node of its surface a site, patches of about five
+// A block of 10 x 10 x 10 cells on a fixed base. Every free surface node is a site; a patch has about five
 // nodes.
 class TouchedSurface {
  public:

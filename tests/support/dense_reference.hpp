@@ -1,6 +1,7 @@
-// The linear answer of an organ by a dense float64 solve of its whole stiffness: nothing of linear_dd in it.
+// Reference linear response: a dense float64 solve of the whole stiffness. It shares no code with linear_dd.
 //
-// Held dofs c with displacements u_c, free ones f:  K_ff u_f = -K_fc u_c,  forces f_c = K_cf u_f + K_cc u_c.
+// Held dofs c have displacements u_c, free dofs f carry no load:
+//   K_ff u_f = -K_fc u_c,   forces f_c = K_cf u_f + K_cc u_c.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -16,7 +17,7 @@ namespace palpate::test {
 
 class DenseReference {
  public:
-  // K at rest; rows and columns of the model's own fixed dofs keep only their diagonal 1.
+  // K at rest. Rows and columns of the model's fixed dofs keep only a diagonal 1.
   DenseReference(const Assembly& assembly, const ContactSites& sites) : sites_(&sites) {
     Assembly::SparseLower lower;
     assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, lower);
@@ -31,7 +32,7 @@ class DenseReference {
 
   struct Answer {
     Eigen::VectorXd field;  // all dofs of the model
-    Eigen::VectorXd force;  // the same: nonzero at held nodes
+    Eigen::VectorXd force;  // all dofs of the model, nonzero at held nodes
   };
 
   Answer solve(const Held& held) const {
@@ -53,8 +54,7 @@ class DenseReference {
     return answer;
   }
 
-  // What several tools and fixed nodes prescribe: a node of several patches follows their mean, a fixed one
-  // stays.
+  // Displacements that contacts and fixed nodes prescribe. A node of several patches takes their mean.
   Held hold(const std::vector<std::pair<size_t, Eigen::Vector3d>>& contacts,
             const std::vector<int>& fixed) const {
     std::map<int, int> holders;
@@ -70,7 +70,8 @@ class DenseReference {
     return held;
   }
 
-  // Force on the tool at `site`, by virtual work: a node shared by m tools passes each 1/m of its force.
+  // Force on the tool at `site`, by virtual work: a node that m tools share passes 1/m of its force to each
+  // tool.
   Eigen::Vector3d tool_force(const std::vector<std::pair<size_t, Eigen::Vector3d>>& contacts, size_t contact,
                              const std::vector<int>& fixed, const Answer& answer) const {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();

@@ -1,12 +1,11 @@
-// Euler's elastica: an inextensible cantilever that only bends, under a dead force at its tip.
+// Reference: Euler's elastica, an inextensible cantilever under a dead force P at its tip.
 //
-// With theta(s) the angle of the tangent, the moment at s is that of the force about the point:
+// theta(s) is the angle of the tangent. The moment at s balances the force about s:
 //   EI theta' = (r(L) - r(s)) x P,   so   EI theta'' = P_x sin theta - P_y cos theta
 //   theta(0) = 0,   theta'(L) = 0
 //
-// Source: Euler 1744; Love, Treatise on the Mathematical Theory of Elasticity, chapter XIX. Solved from the
-// tip: its angle is sought by bisection until the clamp has none. Lengths are in units of L, forces in units
-// of EI / L^2.
+// Source: Euler 1744; Love, Treatise on the Mathematical Theory of Elasticity, chapter XIX. Method: shooting
+// from the tip; bisection on the tip's angle until theta(0) = 0. Units: lengths L, forces EI / L^2.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,14 +17,14 @@ namespace palpate::test {
 struct ElasticaTip {
   double angle = 0;  // of the tangent, radians
   double x = 0;      // along the undeformed beam, over L
-  double y = 0;      // across it
+  double y = 0;      // across the undeformed beam, over L
 };
 
-// The form whose tip angle lies between `low`, from which the clamp's angle comes out negative, and `high`,
-// from which it comes out positive.
+// The equilibrium shape with a tip angle in [low, high]. theta at the clamp is negative for `low` and
+// positive for `high`.
 inline ElasticaTip elastica(const Eigen::Vector2d& force, double low, double high) {
-  constexpr int kSteps = 2000;  // of fourth order: an error of about 1e-12
-  // theta, its derivative toward the clamp, and the way from the tip.
+  constexpr int kSteps = 2000;  // fourth order: an error of about 1e-12
+  // theta, d theta / ds toward the clamp, and the position relative to the tip.
   const auto slope = [&](const Eigen::Vector4d& state) {
     return Eigen::Vector4d(state[1], force.x() * std::sin(state[0]) - force.y() * std::cos(state[0]),
                            std::cos(state[0]), std::sin(state[0]));
@@ -50,13 +49,13 @@ inline ElasticaTip elastica(const Eigen::Vector2d& force, double low, double hig
   return {low, state[2], state[3]};
 }
 
-// A force across the beam turns the tip to less than 90 degrees.
+// A force across the beam. The tip turns by less than 90 degrees.
 inline ElasticaTip elastica_across(double force) {
   return elastica({0, force}, 0.0, 0.5 * std::numbers::pi);
 }
 
-// A force back along the beam and, by `aside` of itself, across it, above Euler's load pi^2 / 4: the form
-// that the growing load leads to.
+// A compression along the beam above Euler's load pi^2 / 4, with a transverse part `aside`. The result is the
+// post-buckling shape that a growing load reaches from rest.
 inline ElasticaTip elastica_buckled(double force, double aside) {
   return elastica({-force, aside * force}, std::numbers::pi / 3, std::numbers::pi);
 }

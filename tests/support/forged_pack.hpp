@@ -1,4 +1,4 @@
-// A pack file with something in it changed and its checksum right: what no check at opening finds.
+// Changes the content of a pack file and repairs the checksum, so that only checks of content can notice.
 #pragma once
 
 #include <cstring>
@@ -14,7 +14,7 @@
 
 namespace palpate::test {
 
-// `change` gets the tables and the first of the file's bytes, from which segments count.
+// `change` receives the tables and a pointer to the file's first byte, the origin of segment offsets.
 inline void forge_bytes(const std::filesystem::path& pack,
                         const std::function<void(pack::Pack&, unsigned char*)>& change) {
   std::string bytes = file_text(pack);

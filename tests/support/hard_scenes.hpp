@@ -1,4 +1,4 @@
-// Blocks that are hard to solve, and a patch on a real organ's surface pushed in.
+// Blocks that are hard to solve, and a patch on a real organ's surface pushed inwards.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,7 +13,7 @@
 
 namespace palpate::test {
 
-// The top of a unit block on a fixed base, moved as one.
+// A unit block on a fixed base; the top moves rigidly.
 inline SolverScene moved_top(Model block, const Eigen::Vector3d& motion) {
   SolverScene scene{with_fixed_base(std::move(block)), {}};
   LoadCase load = LoadCase::rest(scene.model);
@@ -22,7 +22,7 @@ inline SolverScene moved_top(Model block, const Eigen::Vector3d& motion) {
   return scene;
 }
 
-// A unit block of 6 x 6 x 6 cells; the elements of the inner 2 x 2 x 2 are `ratio` times stiffer.
+// A unit block of 6 x 6 x 6 cells. The elements of the inner 2 x 2 x 2 cells are `ratio` times stiffer.
 inline Model block_with_inclusion(double ratio) {
   constexpr std::size_t kCells = 6;
   const CompressibleNeoHookean tissue = {1, 4};
@@ -40,7 +40,7 @@ inline Model block_with_inclusion(double ratio) {
   return model;
 }
 
-// |x - best rigid motion of X| over the nodes of the elements of one material, over their extent; 2-norms.
+// How rigidly the nodes of one material move: |x - best rigid motion of X| over their extent, 2-norms.
 inline double distance_from_rigid(const Model& model, int material, const Eigen::VectorXd& displacement) {
   std::vector<int> nodes;
   for (const Tetrahedron& element : model.elements) {
@@ -81,9 +81,9 @@ inline double smallest_dihedral_angle(const Model& model) {
   return std::acos(largest_cosine) * 180 / std::numbers::pi;
 }
 
-// A unit block of 6 x 6 x 6 cells in which every second inner node along each axis is moved toward the
-// opposite face of one of its elements, until the height above that face is `flatness` of what it was: 27
-// flat elements, inside and beside the base. No two of the moved nodes share an element.
+// A unit block of 6 x 6 x 6 cells with 27 flat elements, inside and beside the base. Every second inner node
+// along each axis moves toward the opposite face of one of its elements. The height above that face falls to
+// the fraction `flatness`. No two moved nodes share an element.
 inline Model block_with_slivers(double flatness) {
   constexpr int kCells = 6;
   BlockShape shape;
@@ -108,8 +108,8 @@ inline Model block_with_slivers(double flatness) {
   return model;
 }
 
-// The surface nodes within 1.2 mean edges of `site`, along the surface, pushed in against the mean normal of
-// the patch by `depth` mean edges.
+// Pushes the patch of `site` inwards along the patch's mean normal by `depth` mean edges. The patch holds the
+// surface nodes within 1.2 mean edges, measured along the surface.
 inline SolverScene pushed_patch(const Model& organ, int site, double depth) {
   SolverScene scene{organ, {}};
   const Surface surface = extract_surface(organ);

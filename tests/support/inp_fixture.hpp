@@ -1,4 +1,4 @@
-// What the reader says to a small model file and to changed copies of it.
+// Messages of the .inp reader for a small model file and for changed copies of the file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ class InpFile : public ::testing::Test {
  protected:
   Model read(const std::string& text) const { return read_inp(dir_.write("organ.inp", text)); }
 
-  // The message without the folder of the test in it.
+  // The message without the path of the test's folder.
   std::string refusal(const std::string& text) const {
     try {
       read(text);

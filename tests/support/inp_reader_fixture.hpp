@@ -1,4 +1,4 @@
-// A file read by the reader of .inp.
+// The fixture of tests that expect the .inp reader to accept a file.
 #pragma once
 
 #include "offline/mesh/inp_reader.hpp"

@@ -1,4 +1,4 @@
-// Lines of .inp files that are refused.
+// The fixture of tests that expect the .inp reader to refuse a file.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 
 namespace palpate::test {
 
-// Two tetrahedra on a common face, held at three nodes, pulled at the fourth and the fifth.
+// Two tetrahedra with a common face, held at three nodes, loaded at the fourth and the fifth.
 inline const std::string kBody =
     "*NODE, NSET=ALL\n"                                       // 1
     "1, 0, 0, 0\n"                                            // 2
@@ -27,7 +27,7 @@ inline const std::string kBody =
 inline const std::string kStep = "*STEP, NLGEOM\n*STATIC\n";  // 18, 19
 inline const std::string kEnd = "*END STEP\n";
 
-// kBody with one line exchanged (counted from 1), or several for one.
+// kBody with line number `line` (from 1) replaced by one or several lines.
 inline std::string with_line(int line, const std::string& replacement, const std::string& text = kBody) {
   std::string result;
   std::size_t begin = 0;

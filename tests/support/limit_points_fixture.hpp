@@ -1,4 +1,4 @@
-// Paths past limit points.
+// Helpers for equilibrium paths past limit points.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace palpate::limit_points_fixture {
 
 using test::PathRun;
 using test::PathScene;
-// |f_ext - P| over the free dofs over the largest load of the path.
+// Residual of equilibrium: |f_ext - P| over the free dofs, over the largest load of the path.
 inline double imbalance(const PathScene& scene, const LoadCase& load, const Eigen::VectorXd& displacement,
                         double force) {
   const Assembly assembly(scene.model, scene.model.fixed_dofs());
@@ -38,7 +38,7 @@ inline LoadCase times(LoadCase load, double factor) {
   return load;
 }
 
-// What either way of stepping must do where the load's point does not come back.
+// Tests that both kinds of stepping must pass: the loaded point never snaps back.
 class LimitPointsBy : public ::testing::TestWithParam<Stepping> {};
 
 }  // namespace palpate::limit_points_fixture

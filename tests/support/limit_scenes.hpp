@@ -1,5 +1,5 @@
-// Bodies whose equilibrium path turns, and what is known of them: a shallow truss of two bars, a shallow
-// arch, a thin strip that buckles. Each is a bent block, half of what is symmetric.
+// Bodies with limit points, and their closed forms: von Mises' truss, a shallow arch, a strip that buckles.
+// Each is a bent block, modelled by half where it is symmetric.
 //
 //                P                                   P
 //        stiff   v                                   v
@@ -18,7 +18,7 @@
 
 namespace palpate::test {
 
-// A body, the force of the load factor 1, and the node and axis where the path is watched.
+// A body, the force at load factor 1, and the dof (node, axis) that a path is plotted against.
 struct PathScene {
   Model model;
   LoadCase load;
@@ -31,7 +31,7 @@ struct PathScene {
 struct PathRun {
   SolveReport report;
   std::vector<PathPoint> points;
-  std::vector<Eigen::VectorXd> states;  // displacement at each
+  std::vector<Eigen::VectorXd> states;  // displacement at each point
 
   double moved(std::size_t point, int dof) const { return states[point][dof]; }
 };
@@ -49,15 +49,15 @@ inline PathRun follow_path(const PathScene& scene, const ArcLengthSettings& sett
   return run;
 }
 
-// Half of von Mises' truss (von Mises 1923): a bar from a hinge at the origin up to the apex, which only moves
-// up and down, of square section. Both ends are stiff caps, so that hinges and load are not felt in the bar.
+// Half of von Mises' truss (von Mises 1923): a bar of square section from a hinge to an apex that only moves
+// in z. Stiff caps at both ends keep the local strain of hinge and load out of the bar.
 struct Truss {
-  double span = 10;  // of the half
+  double span = 10;  // of the half truss
   double rise = 1;
-  double side = 1;  // of the section; thinner, and the bar would buckle before it snaps
-  double cap = 1;   // length of each
+  double side = 1;  // of the section; a thinner bar would buckle before the truss snaps through
+  double cap = 1;   // length of each stiff cap
   double young = 1;
-  double stiffer = 1e4;  // the caps
+  double stiffer = 1e4;  // stiffness of the caps over the bar's
 
   double length() const { return std::hypot(span, rise); }
 
@@ -73,7 +73,7 @@ struct Truss {
     model.materials.push_back({"CAP", neo_hookean_of(stiffer * young, 0)});
     for (Eigen::Vector3d& position : model.positions) {
       position -= Eigen::Vector3d(0, 0.5 * side, 0.5 * side);
-      // The cells at the ends are the caps.
+      // The end cells are the caps.
       const double cell = position.x() / length() * kCellsAlong;
       if (cell < 0.5 || cell > kCellsAlong - 0.5) continue;
       position.x() = cap + (cell - 1) / (kCellsAlong - 2) * (length() - 2 * cap);
@@ -100,8 +100,8 @@ struct Truss {
     return scene;
   }
 
-  // The force down on the apex of the half that moves it down by w. With nu = 0 eq. (1) gives a bar the
-  // nominal stress E / 2 (s - 1 / s) at the stretch s, and leaves its section as it is.
+  // Force on the half truss at the apex deflection w. Eq. (1) with nu = 0 gives the nominal stress E / 2 (s -
+  // 1 / s) at stretch s and no lateral strain.
   double force(double w) const {
     const double now = std::hypot(span, rise - w);
     const double stretch = 1 + (now - length()) / (length() - 2 * cap);
@@ -110,14 +110,14 @@ struct Truss {
   }
 };
 
-// The truss pushed down through a soft column of four-node elements on its apex, which moves up and down alone.
-// Softer than the truss falls, it makes the end of the column come back while the apex goes on.
+// The truss loaded through a soft column of four-node elements on its apex. A column softer than the truss's
+// falling branch snaps back: its loaded end returns while the apex advances.
 struct ColumnOnTruss {
   Truss truss;
   double height = 20;
   double young = 6e-3;
 
-  // `apex`: the node at y = 0 where the column stands; the scene's is the one above it, which is pushed.
+  // Sets `apex` to the node at y = 0 below the column. The scene's node is the loaded one above.
   PathScene scene(int& apex) const {
     PathScene scene = truss.scene();
     Model& model = scene.model;
@@ -156,8 +156,8 @@ struct ColumnOnTruss {
   }
 };
 
-// Half of a clamped circular arch of rectangular section, pushed down at its crown by a shear of the plane of
-// symmetry. No node leaves its plane y = const.
+// Half of a clamped circular arch with rectangular section, loaded by shear on the plane of symmetry. Every
+// node keeps its y coordinate (plane strain).
 struct Arch {
   double half_angle = 0.2;
   double radius = 50;
@@ -165,7 +165,7 @@ struct Arch {
   double width = 0.5;
   double young = 1;
 
-  double length() const { return radius * half_angle; }  // of the half, along its axis
+  double length() const { return radius * half_angle; }  // of the half arch, along its axis
   double stretching_stiffness() const { return young * thickness * width; }
   double bending_stiffness() const { return young * width * std::pow(thickness, 3) / 12; }
 
@@ -198,7 +198,7 @@ struct Arch {
   }
 };
 
-// A thin strip clamped at one end, pressed back along itself and, by `aside` of that, across: the imperfection.
+// A thin strip clamped at one end and compressed along its axis. `aside` is the transverse part of the load.
 struct Strip {
   double length = 20;
   double width = 1;
@@ -206,10 +206,10 @@ struct Strip {
   double aside = 0.01;
   double young = 1;
 
-  // The unit in which the elastica counts forces.
+  // The unit of force of the elastica, EI / L^2.
   double unit_force() const { return young * width * std::pow(thickness, 3) / 12 / (length * length); }
 
-  // At the factor 1 the force is `force` of these units.
+  // At load factor 1 the force is `force` units.
   PathScene scene(double force, int cells_along = 20) const {
     BlockShape shape;
     shape.cells = {cells_along, 1, 1};

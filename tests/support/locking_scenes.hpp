@@ -1,9 +1,10 @@
-// Bodies that linear tetrahedra answer too stiffly when nearly incompressible.
+// Nearly incompressible bodies on which linear tetrahedra lock.
 //
-// Cook's membrane (Cook 1974): the corners (0, 0), (48, 44), (48, 60), (0, 44); the left edge clamped, a dead force
-// up on the right one; here one unit thick and in plane strain. The bonded block: a block between two plates that
-// stick, pressed together by a tenth of its height. The bonded cylinder: one as high as wide. The indented block: a
-// smooth tool that sticks pushes a dent of its radius into the top of a block on a plate.
+// - Cook's membrane (Cook 1974): corners (0, 0), (48, 44), (48, 60), (0, 44); left edge clamped, a dead force
+//   up on the right edge; unit thickness, plane strain.
+// - Bonded block: a block between two sticking plates, compressed by a tenth of its height.
+// - Bonded cylinder: the same for a cylinder as high as wide.
+// - Indented block: a smooth sticking tool presses a dent of its radius into a block on a plate.
 #pragma once
 
 #include <cmath>
@@ -17,7 +18,7 @@
 
 namespace palpate::test {
 
-// NEO HOOKE, W = C10 (I1bar - 3) + (J - 1)^2 / D1, with the moduli mu = 2 C10 and K = 2 / D1 at rest.
+// NEO HOOKE, W = C10 (I1bar - 3) + (J - 1)^2 / D1, with small-strain moduli mu = 2 C10 and K = 2 / D1.
 inline InvariantLaw neo_hooke_of(double shear, double poisson) {
   const double bulk = 2 * shear * (1 + poisson) / (3 * (1 - 2 * poisson));
   InvariantLaw law;
@@ -26,16 +27,16 @@ inline InvariantLaw neo_hooke_of(double shear, double poisson) {
   return law;
 }
 
-// What a body is made of: elements of four or ten nodes, with volumes of their own or shared.
+// The elements of a body: four or ten nodes, with a volume per element or per patch.
 enum class Elements { c3d4, c3d4_mean_dilatation, c3d10, c3d10h };
 
-// A block of C3D4 in these; its middle nodes, where it has them, are made at once, patches by share_volumes().
+// Converts a block of C3D4 to `elements`. Volume patches follow later, in share_volumes().
 inline Model in_nodes_of(Elements elements, Model block) {
   const bool ten_nodes = elements == Elements::c3d10 || elements == Elements::c3d10h;
   return ten_nodes ? with_middle_nodes(std::move(block)) : block;
 }
 
-// Once every node is in its place. A material is a section.
+// Call share_volumes() after the last move of a node. Each material is a section.
 inline Model share_volumes(Elements elements, Model model, int elements_per_patch = kElementsPerVolumePatch) {
   if (elements == Elements::c3d4 || elements == Elements::c3d10) return model;
   std::vector<int> groups;
@@ -44,10 +45,11 @@ inline Model share_volumes(Elements elements, Model model, int elements_per_patc
   return model;
 }
 
-inline constexpr double kCookShearModulus = 80.1938;  // of its finite strain version (Simo and Armero 1992)
-inline constexpr double kCookForce = 100;             // on the right edge, unit thickness
+inline constexpr double kCookShearModulus =
+    80.1938;  // shear modulus of the finite-strain version (Simo and Armero 1992)
+inline constexpr double kCookForce = 100;  // on the right edge, unit thickness
 
-// `cells` along each side and one through the thickness; no node leaves its plane z = const.
+// `cells` along each side, one through the thickness. Every node keeps its z coordinate.
 inline SolverScene cooks_membrane(int cells, Elements elements, const Law& law,
                                   int elements_per_patch = kElementsPerVolumePatch) {
   BlockShape shape;
@@ -75,8 +77,8 @@ inline SolverScene cooks_membrane(int cells, Elements elements, const Law& law,
   return scene;
 }
 
-// How far the upper right corner of the membrane rises, in the middle of the thickness or, of linear
-// elements, in its mean.
+// Rise of the upper right corner: in the middle of the thickness, or the mean over the thickness for linear
+// elements.
 inline double cooks_tip(const SolverScene& scene, const SceneRun& run) {
   double sum = 0;
   int count = 0;
@@ -89,14 +91,14 @@ inline double cooks_tip(const SolverScene& scene, const SceneRun& run) {
   return sum / count;
 }
 
-// Holds the motion along `axis` of the nodes that stand at 0 of it.
+// Holds the displacement along `axis` for the nodes at coordinate 0 of `axis`.
 inline void hold_plane_of_symmetry(LoadCase& load, const Model& model, int axis) {
   for (const int node : nodes_on_plane(model, axis, 0.0))
     load.held[static_cast<std::size_t>(3 * node + axis)] = 1;
 }
 
-// A unit block of unit shear modulus between plates that stick; or, with planes of symmetry, an eighth of one of twice
-// the size, from the middle up.
+// A unit block of unit shear modulus between sticking plates. With `eighth`, the same mesh stands for an
+// eighth of a block of twice the size, by symmetry.
 inline SolverScene bonded_block(int cells, Elements elements, double poisson, bool eighth = false,
                                 int elements_per_patch = kElementsPerVolumePatch) {
   BlockShape shape;
@@ -112,9 +114,8 @@ inline SolverScene bonded_block(int cells, Elements elements, double poisson, bo
   return scene;
 }
 
-// An eighth of a cylinder of height 2 and radius 1 between plates that stick, from the middle up: the block with its
-// square cross-section made round, x sqrt(1 - y^2 / 2), y sqrt(1 - x^2 / 2). Sides of ten-node elements follow the
-// circle.
+// An eighth of a cylinder (height 2, radius 1) between sticking plates, from the mid-plane up. The map x
+// sqrt(1 - y^2 / 2), y sqrt(1 - x^2 / 2) rounds a block. Edges of ten-node elements follow the circle.
 inline SolverScene bonded_cylinder(int cells, Elements elements, double poisson) {
   BlockShape shape;
   shape.cells = {cells, cells, cells};
@@ -133,13 +134,13 @@ inline SolverScene bonded_cylinder(int cells, Elements elements, double poisson)
   return scene;
 }
 
-// The force that presses the plates together.
+// The force that compresses the block between the plates.
 inline double plate_force(const SolverScene& scene, const SceneRun& run) {
   return -sum_over(run.force, nodes_on_plane(scene.model, 2, 1.0)).z();
 }
 
-// The top of a unit block on a fixed base goes down by 0.1 cos^2(pi r / 2) within the unit radius r of a corner, stuck
-// to the tool; the planes through that corner are of symmetry.
+// A quarter of an indentation: the top of a unit block goes down by 0.1 cos^2(pi r / 2) for r < 1. r is the
+// distance from a corner. The top sticks to the tool; the planes through the corner are symmetric.
 inline SolverScene indented_block(int cells, Elements elements, double poisson,
                                   int elements_per_patch = kElementsPerVolumePatch) {
   BlockShape shape;
@@ -158,7 +159,7 @@ inline SolverScene indented_block(int cells, Elements elements, double poisson,
   return scene;
 }
 
-// The work done on the indented block over half the square of its depth: its secant stiffness.
+// Secant stiffness: the work done over half the square of the depth.
 inline double indentation_stiffness(const SolverScene& scene, const SceneRun& run) {
   double work = 0;
   Eigen::VectorXd force;

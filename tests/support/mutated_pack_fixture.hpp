@@ -1,4 +1,4 @@
-// Packs with bytes that were changed on purpose.
+// Packs with bytes changed on purpose, and the status of opening each.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,9 +19,9 @@
 
 namespace palpate::test::mutated_pack_fixture {
 
-// ---- Contradictions made on purpose, each of which a check of meaning must refuse.
+// ---- Contradictions that a check of content must refuse.
 
-// After `change` of the array in `segment`, checksum repaired.
+// Status after `change` to the array in `segment`, with the checksum repaired.
 template <typename T, typename Change>
 pal_status status_with(const pack::Segment* segment, Change&& change,
                        const AlignedBytes& original = small_pack_bytes()) {
@@ -39,7 +39,7 @@ class Contradiction : public ::testing::Test {
   const SmallPack& small_ = small_pack();
 };
 
-// Where a field of a table of the pack lies. Scalars that are not the default lie in the table, to be overwritten.
+// Address of a table's scalar. The format stores only scalars that differ from their default.
 inline unsigned char* field_of_table(AlignedBytes& copy, flatbuffers::voffset_t table,
                                      flatbuffers::voffset_t field) {
   unsigned char* tables = copy.bytes().data() + header_of(copy.bytes()).tables_offset;
@@ -50,7 +50,7 @@ inline unsigned char* field_of_table(AlignedBytes& copy, flatbuffers::voffset_t 
   return place;
 }
 
-// With this scalar in a table, checksum repaired.
+// Status with this scalar in a table, checksum repaired.
 template <typename T>
 pal_status status_with_scalar(flatbuffers::voffset_t table, flatbuffers::voffset_t field, T value,
                               const AlignedBytes& original) {

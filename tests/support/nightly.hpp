@@ -1,4 +1,4 @@
-// Work for a night: `./dev test --all` sets PALPATE_NIGHTLY.
+// Longer runs on request: `./dev test --all` sets PALPATE_NIGHTLY.
 #pragma once
 
 #include <cstdlib>
@@ -9,7 +9,7 @@ inline bool is_nightly() {
   return std::getenv("PALPATE_NIGHTLY") != nullptr;
 }
 
-// The rounds of a test: the number in an environment variable, else more in a night than usual.
+// Number of rounds: the environment `variable` if set, else `nightly` in a nightly run, else `usual`.
 inline long rounds_by(const char* variable, long usual, long nightly) {
   const char* asked = std::getenv(variable);
   return asked != nullptr ? std::atol(asked) : is_nightly() ? nightly : usual;

@@ -1,4 +1,4 @@
-// Reads the nodal tables of `solve` and `eval` as an outsider would, by the words of their header alone.
+// Reads the nodal tables of `solve` and `eval` by their headings alone, as other software would.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Blocks whose contacts zones answer.
+// Blocks and contacts for the tests of nonlinear zones.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace palpate::test::nonlinear_zone_fixture {
 
 inline const std::vector<pal_contact> kOne = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
 
-// Patches that share nodes, and that do not.
+// Contacts with patches that share nodes, and contacts with separate patches.
 inline const std::vector<pal_contact> kAdjacent = {{3, {0.02, 0, -0.08}, 0, {}, {}, {}},
                                                    {4, {0, 0.02, -0.05}, 0, {}, {}, {}}};
 

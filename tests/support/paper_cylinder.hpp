@@ -1,5 +1,5 @@
-// The cylinder of Zhong et al. 2005 section 2.4 under a force at the middle of its top, for any law: a scene that
-// tests and the study in bench/solver share.
+// The cylinder of Zhong et al. 2005 section 2.4 under a force at the middle of its top, for any law. Tests
+// and the study in bench/solver share this scene.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +18,8 @@ inline constexpr double kPaperMu = 0.48;
 inline constexpr double kPaperLambda = 0.2;
 inline constexpr double kPaperHeight = 20.0;
 
-// Zhong et al. 2005 eq. (11), what Abaqus solves: W = mu/2 (J^(-2/3) I - 3) + kappa/2 (J - 1)^2. Its bulk modulus
-// at small strain is kappa. The paper writes lambda for kappa; eq. (1) has lambda + 2 mu / 3 there.
+// Zhong et al. 2005 eq. (11), the law of Abaqus: W = mu/2 (J^(-2/3) I - 3) + kappa/2 (J - 1)^2. kappa is the
+// bulk modulus at small strain. The paper writes lambda for kappa; eq. (1) has lambda + 2 mu / 3.
 inline InvariantLaw equation_11(double mu, double kappa) {
   InvariantLaw law;
   law.c10 = mu / 2;
@@ -33,12 +33,12 @@ inline Model paper_cylinder(const std::filesystem::path& source_dir, const Law& 
   return model;
 }
 
-// The one node of P1, P2 or P3: the mesh has the paper's points themselves as nodes.
+// The node of P1, P2 or P3. The mesh has a node at each of the paper's points.
 inline int marked_node(const Model& model, const char* set) {
   return model.node_sets.at(set).at(0);
 }
 
-// The cylinder under (0, 0, force) at P1. Each load is reached from the one before, so ask for small loads first.
+// The cylinder under (0, 0, force) at P1. Each solve starts from the one before: ask for small forces first.
 class LoadedCylinder {
  public:
   explicit LoadedCylinder(Model model)
@@ -50,7 +50,7 @@ class LoadedCylinder {
   LoadedCylinder(const LoadedCylinder&) = delete;
   LoadedCylinder& operator=(const LoadedCylinder&) = delete;
 
-  // The displacement of every dof, or nothing where the solver does not get there.
+  // The displacement of every dof; empty if Newton did not converge.
   std::optional<Eigen::VectorXd> under(double force) {
     LoadCase next = load_;
     next.force[3 * marked_node(model_, "P1") + 2] = force;

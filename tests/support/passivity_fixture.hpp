@@ -1,4 +1,4 @@
-// Tools whose work on the organ is counted.
+// Counts the work of tools on the tissue.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,11 +16,11 @@
 
 namespace palpate::test::passivity_fixture {
 
-// What a cycle may create, as part of the largest energy stored in it.
+// Largest energy that a cycle may create, over the largest energy stored in the cycle.
 inline constexpr double kAllowed = 0.01;
 
-// The work that tools do on the tissue: below zero it has given them energy. By the trapezoidal rule, from what
-// a device would see and nothing else.
+// Work of the tools on the tissue, by the trapezoidal rule over poses and forces that a device would see.
+// Negative work means that the tissue gave a tool energy.
 class Work {
  public:
   explicit Work(ToolSession& tools) : tools_(&tools) {}
@@ -45,10 +45,10 @@ class Work {
 
   double done() const { return work_; }
   double peak() const { return peak_; }
-  int reduced() const { return reduced_; }  // results so flagged
+  int reduced() const { return reduced_; }  // number of results with a reduced force
   Eigen::Vector3d force(size_t tool) const { return forces_[tool]; }
 
-  // A new cycle.
+  // Starts a new cycle.
   void restart() { work_ = peak_ = 0; }
 
  private:

@@ -1,4 +1,4 @@
-// Patches that turn, beside the full solve.
+// Patches that rotate, and the full solve as reference.
 #pragma once
 
 #include <gtest/gtest.h>

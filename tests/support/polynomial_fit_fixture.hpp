@@ -1,4 +1,4 @@
-// Shared by the tests of fits: functions to sample, and their samples.
+// Synthetic samples of known polynomials, for the tests of fits.
 #pragma once
 
 #include "offline/precompute/polynomial_dd.hpp"
@@ -24,21 +24,21 @@ namespace palpate::polynomial_fit_fixture {
 using test::TestRandom;
 inline constexpr Eigen::Index kRows = 12;
 
-// Rounding times the condition of the design, some hundred, and what turns orthonormal polynomials into monomials.
+// Rounding times two condition numbers: the design's, and the change from orthonormal to monomial basis.
 inline constexpr double kDouble = 1e-11;
 
 inline Eigen::Index num_terms(int first, int last) {
   return pack::num_monomials(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last));
 }
 
-// A map of an ellipsoid with axes of 1.3 to 3.3, askew to all axes.
+// Maps an ellipsoid with axes of 1.3 to 3.3, askew to all coordinate axes, to the unit ball.
 inline Eigen::Matrix3d any_map() {
   Eigen::Matrix3d A;
   A << 0.45, 0.10, -0.05, -0.12, 0.60, 0.08, 0.02, 0.15, 0.38;
   return A;
 }
 
-// Coefficients of a polynomial in x = A d from degree `first` on, and its derivatives.
+// A polynomial in x = A d from degree `first` on, with its derivatives.
 struct Polynomial {
   int first;
   int last;
@@ -47,7 +47,7 @@ struct Polynomial {
 
   Eigen::VectorXd value(const Eigen::Vector3d& x) const { return by_x(x, {0, 0, 0}); }
 
-  // By d_i, d_i d_j, d_i d_j d_k: the chain rule, written out.
+  // First, second and third derivatives with respect to d, by the chain rule, written out.
   Eigen::VectorXd slope(const Eigen::Vector3d& x, int i) const {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(coefficients.rows());
     for (int p = 0; p < 3; ++p) sum += A(p, i) * by_x(x, times({p}));
@@ -71,7 +71,7 @@ struct Polynomial {
   }
 
  private:
-  // How often by each axis.
+  // How often each axis occurs.
   static std::array<int, 3> times(std::initializer_list<int> axes) {
     std::array<int, 3> orders = {};
     for (const int axis : axes) ++orders[static_cast<size_t>(axis)];
@@ -111,9 +111,9 @@ inline constexpr std::array<std::array<int, 3>, 10> kThird = {{{0, 0, 0},
                                                                {1, 2, 2},
                                                                {2, 2, 2}}};
 
-// Samples of a field and an energy that are polynomials. They need not belong together.
+// Samples of a polynomial field and a polynomial energy. The two may be unrelated.
 struct Synthetic {
-  // Of the degree that is to be fitted.
+  // `degree` is the degree to be fitted.
   explicit Synthetic(int degree)
       : field{1, degree, TestRandom(81).matrix(kRows, num_terms(1, degree))},
         energy{2, degree + 1, TestRandom(82).matrix(1, num_terms(2, degree + 1))} {}
@@ -164,7 +164,7 @@ struct Synthetic {
   }
 };
 
-// Samples of what is of `more` degrees more than is fitted.
+// Samples of polynomials that are `more` degrees higher than the fit.
 inline SiteSamples rough_samples(size_t count, int degree, bool half = false) {
   Synthetic truth(degree + 2);
   return truth.samples(count, half);
@@ -175,7 +175,7 @@ inline Eigen::MatrixXd nonlinear_field(const SitePolynomial& polynomial) {
   return polynomial.basis * polynomial.coefficients.transpose();
 }
 
-// The field, from its coefficients multiplied out.
+// The field at d, evaluated from the expanded coefficients.
 inline Eigen::VectorXd value_of(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
   const Eigen::Vector3d x = polynomial.to_unit * d;
   Eigen::VectorXd field = polynomial.linear * x;
@@ -184,7 +184,7 @@ inline Eigen::VectorXd value_of(const SitePolynomial& polynomial, const Eigen::V
   return field;
 }
 
-// Three more samples, beyond the domain.
+// Adds three samples outside the domain.
 inline void add_beyond(int degree, SiteSamples& samples) {
   for (const Eigen::Vector3d& x :
        {Eigen::Vector3d(1.3, 0, 0), Eigen::Vector3d(0, -0.9, 0.9), Eigen::Vector3d(1, 1, 1)})

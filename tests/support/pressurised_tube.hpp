@@ -1,5 +1,4 @@
-// A thick tube of nearly incompressible tissue under pressure from inside: a quarter in plane strain, between planes of
-// symmetry.
+// A thick tube of nearly incompressible tissue under internal pressure: a quarter, in plane strain.
 //
 //   y ^
 //     |####___          inner radius 1, outer 2, one unit deep; z is held everywhere
@@ -23,9 +22,9 @@ namespace palpate::test {
 inline constexpr double kTubeInner = 1.0;
 inline constexpr double kTubeOuter = 2.0;
 
-// Of incompressible neo-Hookean tissue of shear modulus mu (Rivlin 1949): every material circle keeps r^2 - R^2 = c,
-// and with L = r / R the equilibrium d sigma_r / dr = mu (L^2 - L^-2) / r gives
-//   p / mu = ln(L_a / L_b) + c / 2 (1 / a^2 - 1 / b^2),   a, b: the inner and outer radius now.
+// Pressure of an incompressible neo-Hookean tube with shear modulus mu (Rivlin 1949). Every material circle
+// keeps r^2 - R^2 = c. With L = r / R, equilibrium is d sigma_r / dr = mu (L^2 - L^-2) / r:
+//   p / mu = ln(L_a / L_b) + c / 2 (1 / a^2 - 1 / b^2),   a, b: current inner and outer radius.
 inline double tube_pressure(double shear, double inner_displacement) {
   const double a = kTubeInner + inner_displacement;
   const double c = a * a - kTubeInner * kTubeInner;
@@ -34,12 +33,12 @@ inline double tube_pressure(double shear, double inner_displacement) {
 }
 
 struct Tube {
-  Model model;                              // fixed on its planes, volumes shared as its elements do
+  Model model;  // held on its symmetry planes, with the volume patches of `elements`
   std::vector<std::pair<int, int>> inside;  // (element, face)
   std::vector<int> inner_nodes;
 };
 
-// `cells` through the wall, twice as many around, one deep. Middle nodes are on the circles.
+// `cells` through the wall, twice as many around, one deep. Middle nodes lie on the circles.
 inline Tube pressurised_tube(int cells, Elements elements, const Law& law) {
   BlockShape shape;
   shape.cells = {cells, 2 * cells, 1};

@@ -1,5 +1,5 @@
-// Every constitutive law again, as principal first Piola-Kirchhoff stresses of principal stretches, so that
-// the solver's homogeneous states can be checked by formulas that share nothing with offline/material.
+// Reference: every constitutive law as principal stresses of principal stretches. These formulas share no
+// code with offline/material, so they check the solver's homogeneous states.
 //
 // F = sum_a l_a n_a N_a^T and W(l_1, l_2, l_3) give P = sum_a P_a n_a N_a^T with P_a = dW/dl_a (Ogden 1984,
 // section 4.3). With J = l_1 l_2 l_3 and q_a = J^(-1/3) l_a:
@@ -35,7 +35,7 @@ inline PrincipalStretchLaw principal_compressible_neo_hookean(double mu, double 
           }};
 }
 
-// From the isochoric l_a P_a before its mean is taken away.
+// P_a from the isochoric l_a P_a before the subtraction of the mean.
 inline Eigen::Vector3d with_pressure(const VolumetricEnergy& volumetric, const Eigen::Vector3d& l,
                                      const Eigen::Vector3d& isochoric) {
   const double J = l.prod();
@@ -79,7 +79,7 @@ inline PrincipalStretchLaw principal_linear_elastic(double mu, double lambda) {
           }};
 }
 
-// One of each, every term of each at work.
+// One of each law, with every term nonzero.
 inline std::vector<PrincipalStretchLaw> principal_stretch_laws() {
   InvariantLaw neo_hooke;
   neo_hooke.c10 = 0.5;

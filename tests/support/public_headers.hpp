@@ -1,4 +1,4 @@
-// The text of the public headers.
+// The text of the public headers, for the tests that compare an API with documents and wrappers.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What two nodes of a deformed body feel of each other's small motions.
+// Mutual stiffness of two nodes of a deformed body, for tests of reciprocity (Betti).
 #pragma once
 
 #include <stdexcept>
@@ -7,15 +7,14 @@
 
 namespace palpate::test {
 
-// Forces over displacements, held where they are for small motions of the two nodes, a column for each axis
-// moved.
+// Force on each held node over the other node's displacement; one column for each axis moved.
 struct ReciprocalForces {
   Eigen::Matrix3d at_a_due_to_b;
   Eigen::Matrix3d at_b_due_to_a;
   Eigen::Matrix3d at_a_due_to_a;
 };
 
-// About the state that `run` ended in. The nodes are free in the scene.
+// Linearises about the final state of `run`. The scene leaves both nodes free.
 inline ReciprocalForces reciprocal_forces(const SolverScene& scene, const SceneRun& run, int a, int b) {
   LoadCase load = scene.steps.back();
   for (const int node : {a, b}) hold_nodes(load, {node}, run.displacement.segment<3>(3 * node));

@@ -36,12 +36,12 @@ inline std::string file_text(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-// A run that goes on beside the test.
+// A run of the program in parallel with the test.
 class ProgramProcess {
  public:
   using Arguments = std::vector<std::string>;
 
-  // Where standard output goes, if not to `out` of the run: a file such as /dev/full.
+  // Sends standard output to this file, such as /dev/full, in place of `out` of the run.
   explicit ProgramProcess(const Arguments& arguments, const std::filesystem::path& standard_output = {}) {
     const std::filesystem::path out = standard_output.empty() ? dir_.path() / "out" : standard_output;
     const std::filesystem::path error = dir_.path() / "error";
@@ -82,7 +82,7 @@ class ProgramProcess {
            ended.si_pid == 0;
   }
 
-  // Waits for the end. ctest kills a test whose program hangs.
+  // Waits for the end. ctest's time limit ends a test whose program hangs.
   ProgramRun finish() {
     int status = 0;
     waitpid(child_, &status, 0);
@@ -109,8 +109,7 @@ inline ProgramRun run_program(const std::vector<std::string>& arguments) {
   return ProgramProcess(arguments).finish();
 }
 
-// A run that must succeed and say nothing on standard error, but that its frames are late: what a busy machine makes
-// of any.
+// Runs the program; expects success and no standard error except warnings of late frames on a busy machine.
 inline ProgramRun run_cleanly(const std::vector<std::string>& arguments) {
   ProgramRun run = run_program(arguments);
   EXPECT_EQ(run.exit_code, 0) << run.error;
@@ -120,8 +119,7 @@ inline ProgramRun run_cleanly(const std::vector<std::string>& arguments) {
   return run;
 }
 
-// What a refused run says: exit code 1, nothing on standard output, one line on standard error, given here
-// without its end.
+// The message of a refused run. Expects exit code 1, no standard output and one line of standard error.
 inline std::string refusal_of(const std::vector<std::string>& arguments) {
   const ProgramRun run = run_program(arguments);
   EXPECT_EQ(run.exit_code, 1) << run.out << run.error;

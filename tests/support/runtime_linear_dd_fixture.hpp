@@ -1,4 +1,4 @@
-// The linear model of the runtime beside a dense reference.
+// Compares the runtime's linear_dd with a dense reference.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,10 +17,10 @@
 
 namespace palpate::test::runtime_linear_dd_fixture {
 
-// Two float64 factorisations of matrices with condition numbers of a few thousand.
+// Rounding of two float64 factorisations of matrices with condition numbers of a few thousand.
 inline constexpr double kForceTolerance = 1e-10;
 
-// Sums of up to about 50 products, relative to the largest displacement.
+// Rounding of sums of up to about 50 products, relative to the largest displacement.
 inline constexpr double kFieldTolerance = field_tolerance(1e-5);
 
 using Contacts = std::vector<std::pair<size_t, Eigen::Vector3d>>;
@@ -39,7 +39,7 @@ class RuntimeLinearDd : public ::testing::Test {
  protected:
   RuntimeLinearDd() : pack_(small_pack_bytes()), session_(pack_.get(), PAL_MODEL_LINEAR, 4, 8) {}
 
-  // Any displacement of the size the scene allows.
+  // A random displacement within the scene's largest.
   Eigen::Vector3d any_displacement() {
     std::uniform_real_distribution<double> component(-kMaxDisplacement, kMaxDisplacement);
     Eigen::Vector3d d;
@@ -53,7 +53,7 @@ class RuntimeLinearDd : public ::testing::Test {
     return node;
   }
 
-  // Forces and field of the runtime against the dense solve; `fixed` are labels.
+  // Compares forces and field with the dense solve. `fixed_labels` are node labels of the model.
   void expect_exact(const Contacts& contacts, const std::vector<int>& fixed_labels) {
     std::vector<uint32_t> fixed;
     std::vector<int> fixed_nodes;

@@ -1,4 +1,4 @@
-// Packs of polynomials, and the energies and fields that they hold.
+// Packs of polynomials, with reference values of their energies and fields.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,11 +25,11 @@
 
 namespace palpate::test::runtime_polynomial_dd_fixture {
 
-// Central differences in long double with a step of 1e-7 of the shortest reach: truncation 1e-14 times a third
-// derivative of the order of a thousand, rounding 1e-19 / 1e-7.
+// Central differences in long double with a step of 1e-7 of the shortest reach. Truncation: 1e-14 times a
+// third derivative near a thousand. Rounding: 1e-19 / 1e-7.
 inline constexpr double kDifferenceTolerance = 1e-9;
 
-// Central differences of fourth order of the runtime's doubles with a step of 2e-5: rounding 1e-16 / 2e-5.
+// Fourth-order central differences in double with a step of 2e-5. Rounding: 1e-16 / 2e-5.
 inline constexpr double kDoubleDifferenceTolerance = 1e-9;
 
 inline constexpr double kDoubleStep = 2e-5;
@@ -37,7 +37,7 @@ inline constexpr double kDoubleStep = 2e-5;
 using Vector3l = Eigen::Matrix<long double, 3, 1>;
 // ---- Organs
 
-// Polynomials of many degrees and ranks, on ellipsoids askew to all axes.
+// Polynomials of many degrees and ranks, on ellipsoids askew to all coordinate axes.
 inline std::vector<SiteResult> any_polynomials(bool rounded) {
   const SmallPack& small = small_pack();
   TestRandom random(31);
@@ -64,7 +64,7 @@ inline std::vector<SiteResult> any_polynomials(bool rounded) {
     }
     polynomial.coefficients = 0.1 * kMaxDisplacement * random.matrix(pack::num_monomials(2, degree), rank);
     if (rank == Eigen::Index{pack::kMostRank}) {
-      // Every direction weighs as much and is as large as it can be: the largest sums of integers.
+      // Every basis entry takes its largest value: the largest sums of integers.
       polynomial.basis.setOnes();
       polynomial.basis.topRows(rows / 2) *= -1;
       polynomial.coefficients.colwise() = polynomial.coefficients.col(0).eval();
@@ -113,7 +113,7 @@ inline const Organ& organ(Kind kind, bool inward) {
   return made.emplace(std::pair(kind, inward), std::move(organ)).first->second;
 }
 
-// ---- The definitions in runtime/src/polynomial_dd.hpp, term by term; n is zero where every direction was sampled.
+// ---- The definitions in polynomial_dd.hpp, term by term; n is zero where every direction was sampled.
 
 template <typename Real>
 Real fade_at(const SitePolynomial& polynomial, const Eigen::Vector3d& n, const Eigen::Matrix<Real, 3, 1>& d) {
@@ -148,11 +148,12 @@ inline long double packed_energy(const SitePolynomial& polynomial, const Eigen::
 
 struct PackedField {
   Eigen::VectorXd field;
-  double rounding;  // what a field may be off by
+  double rounding;  // bound on the field's rounding error
 };
 
-// Rounding of every sum, product and stored number, of `pal_real`: of so many terms, each at most as large. And of x
-// and z: of each part half a unit, 1/32767 of the largest or 1/65000 of the sum.
+// Rounding bounds, the sum of two parts:
+// - every sum, product and stored number in `pal_real`: number of terms times the largest term;
+// - x and z: half a unit a component, 1/32767 of the largest or 1/65000 of the sum.
 inline PackedField packed_field(const SitePolynomial& polynomial, const Eigen::Vector3d& n, bool rounded,
                                 const Eigen::Vector3d& d) {
   const Eigen::Vector3d x = polynomial.to_unit * d;
@@ -197,12 +198,12 @@ class PolynomialDdTest : public ::testing::Test {
       : organ_(organ), pack_(organ.bytes), session_(pack_.get(), PAL_MODEL_POLYNOMIAL, 1, 0) {}
 
   const SitePolynomial& polynomial(uint32_t site) const { return organ_.polynomials[site].polynomial; }
-  // Of the sites where only inward displacements were sampled; else zero.
+  // Normal of a site sampled only for inward displacements; else zero.
   Eigen::Vector3d normal(uint32_t site) const {
     return organ_.inward ? small_.sites.sites[site].inward : Eigen::Vector3d::Zero();
   }
   double reach(uint32_t site) const { return least_reach(polynomial(site).to_unit); }
-  // The displacement that is x in the unit ball.
+  // The displacement d with A d = x, for x in the unit ball.
   Eigen::Vector3d at(uint32_t site, const Eigen::Vector3d& x) const {
     return polynomial(site).to_unit.inverse() * x;
   }
@@ -262,7 +263,7 @@ class PolynomialDdTest : public ::testing::Test {
         << "site " << site << " d " << d.transpose();
   }
 
-  // Work of the tool along the straight piece from a to b; Gauss points, split where the piece crosses |A d| = 1.
+  // Work of the tool along the straight segment from a to b. Gauss points; split where |A d| = 1.
   double work(uint32_t site, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return work(site, a, b, [&](const Eigen::Vector3d& d) { return force(site, d); });
   }
@@ -281,8 +282,8 @@ class PolynomialDdTest : public ::testing::Test {
         if (t > 0 && t < 1) cuts.insert(cuts.end() - 1, t);
       }
     }
-    // Five Gauss points on each of sixteen parts: exact where the force is of degree 9 at most; elsewhere, and
-    // outside, it is analytic, and the rule's error is of order (1/16)^10.
+    // Five Gauss points on each of sixteen parts: exact for forces up to degree 9. Outside the domain the
+    // force is analytic, and the error is of order (1/16)^10.
     constexpr double kPoints[] = {0, 0.5384693101056831, 0.9061798459386640};
     constexpr double kWeights[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
     constexpr int kParts = 16;

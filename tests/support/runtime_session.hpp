@@ -1,4 +1,4 @@
-// A pack and a session with memory of its own, for tests that only want to ask.
+// A pack and a session that own their memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,15 +19,15 @@ inline void require(pal_status status, const char* what) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(std::string(what) + ": " + pal_status_text(status));
 }
 
-// Of one node in a visual frame.
+// Size of a node's displacement in a visual frame.
 inline constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
 
-// What rounding may make of a field: `in_float32`, or in a build with PALPATE_FLOAT64 what that promises.
+// Tolerance of a field: `in_float32`, or the tighter promise of a PALPATE_FLOAT64 build.
 constexpr double field_tolerance(double in_float32) {
   return sizeof(pal_real) == sizeof(float) ? in_float32 : 1e-10;
 }
 
-// A pack opened on bytes that must outlive it.
+// Opens a pack. The bytes must outlive the object.
 class OpenPack {
  public:
   explicit OpenPack(const AlignedBytes& bytes, pal_verify verify = PAL_VERIFY_ONCE) {
@@ -41,7 +41,7 @@ class OpenPack {
   Pack pack_;
 };
 
-// Tools feel the models at once: nothing is blended or limited.
+// A config without blending or limits: tools feel the response model at once.
 inline pal_session_config session_config(const pal_pack* pack, pal_model model, uint32_t max_contacts,
                                          uint32_t max_fixed) {
   pal_session_config config = pal_default_session_config(pack);
@@ -112,8 +112,8 @@ inline bool all_finite(const std::vector<pal_real>& values) {
   return true;
 }
 
-// Whether two answers of linear_dd differ by no more than the order of their sums makes them, which is that in
-// which nodes came and went.
+// Whether two linear_dd results agree to the rounding of their sums. The order of the sums depends on the
+// order in which nodes joined and left the contact set.
 template <typename Result>
 bool are_alike(const Result& a, const Result& b) {
   constexpr double kRounding = 1e-10;

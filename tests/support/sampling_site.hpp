@@ -1,4 +1,4 @@
-// A site in the middle of a block's top, and all that it takes to sample it.
+// A site in the middle of a block's top, with the inputs of its sampling.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ struct SamplingSite : ::testing::Test {
   TouchedBlock block = touched_block(4, 0.26);
   Assembly assembly{block.model, block.model.fixed_dofs()};
   StaticSolver solver{assembly};
-  const ContactSite& site = block.sites.sites[4];  // of nine: in the middle
+  const ContactSite& site = block.sites.sites[4];  // the middle of nine
   LinearDd linear = compute_linear_dd(assembly, block.sites);
   const RestState rest;
 

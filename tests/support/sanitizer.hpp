@@ -1,4 +1,4 @@
-// Is this build instrumented? Then its archive calls the sanitizers' runtime, and they own malloc.
+// Whether this build is instrumented. Sanitizers own malloc and add undefined symbols to the archive.
 #pragma once
 
 namespace palpate::test {

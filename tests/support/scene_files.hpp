@@ -1,4 +1,4 @@
-// A block of tissue and its scene as files, for the program to read.
+// A block of tissue and its scene, written as files for the program.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace palpate::test {
 
-// Nodes on top of the block of two cells: 19 to 27, 23 in the middle; edge 0.125.
+// The top of the block of two cells has nodes 19 to 27, with 23 in the middle; the edge is 0.125.
 inline const std::string kContact =
     "[contact]\nsites = [22, 23]\nmax_displacement = 0.03\ntip_radius = 0.13\nmax_contacts = 2\n";
 

@@ -1,5 +1,5 @@
-// A body and what is done to it, step after step, and what the solver made of it: shared by the tests of the
-// solver's hard cases and by the study that prints their numbers.
+// A model with its load steps, and the solver's record of the run. Shared by the solver's hard tests and
+// bench/solver, which prints the figures.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,21 +15,21 @@ namespace palpate::test {
 
 struct SolverScene {
   Model model;
-  std::vector<LoadCase> steps;  // one ramp each; the first starts at rest
+  std::vector<LoadCase> steps;  // one ramp each; the first starts from rest
 };
 
 struct SceneRun {
-  bool converged = true;  // every step
-  double steps_done = 0;  // with the part of the one that failed
+  bool converged = true;  // true if every step converged
+  double steps_done = 0;  // with the fraction of the step that failed
   int increments = 0;
   int cutbacks = 0;
   int iterations = 0;
   int factorizations = 0;
-  int projected = 0;        // iterations that took the positive semi-definite tangent
-  double min_jacobian = 1;  // smallest det F over the states at the ends of steps
+  int projected = 0;        // iterations that used the positive semidefinite tangent
+  double min_jacobian = 1;  // smallest det F over the converged states
   double seconds = 0;
   Eigen::VectorXd displacement;
-  Eigen::VectorXd force;  // what the outside applies, at every node
+  Eigen::VectorXd force;  // external force at every node
   std::vector<IterationRecord> history;
 };
 
@@ -69,9 +69,8 @@ inline void hold_nodes(LoadCase& load, const std::vector<int>& nodes, const Eige
   }
 }
 
-// A constant traction over the plane face that `nodes` make up, by its total: a third of each triangle's
-// share goes to each corner or, of a triangle of six nodes, to each middle node (the integrals of its shape
-// functions).
+// A uniform traction with the resultant `total` over the plane face of `nodes`. Consistent nodal forces: a
+// third of a triangle's share to each corner, or to each middle node of a six-node triangle.
 inline void spread_over_face(LoadCase& load, const Model& model, const std::vector<int>& nodes,
                              const Eigen::Vector3d& total) {
   std::vector<char> on_face(model.positions.size(), 0);

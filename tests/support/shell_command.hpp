@@ -1,4 +1,4 @@
-// Runs a command line and keeps what it said.
+// Runs a shell command and keeps its output and exit code.
 #pragma once
 
 #include <stdio.h>
@@ -27,7 +27,7 @@ inline CommandResult run_command(const std::string& command) {
   return result;
 }
 
-// For a shell: a path may hold spaces.
+// Quotes a path for the shell, since paths may hold spaces.
 inline std::string shell_word(const std::string& word) {
   return "'" + word + "'";
 }

@@ -1,6 +1,5 @@
-// A small organ taken all the way to a pack, in memory: a block of soft tissue with twelve sites on its top, patches
-// of several nodes, linear_dd and polynomial_dd, with nonlinear zones for who asks. Made once a process, in a second
-// or so.
+// A small organ taken to a pack in memory: a block with twelve sites on its top and patches of several nodes.
+// The pack has linear_dd and polynomial_dd, with nonlinear zones on request. Built once a process.
 #pragma once
 
 #include <algorithm>
@@ -20,18 +19,18 @@
 
 namespace palpate::test {
 
-// The block has 4 x 4 x 4 nodes, 0.125 apart, held at its base; node 1 + i + 4 (j + 4 k).
+// The block has 4 x 4 x 4 nodes, 0.125 apart, and a fixed base; node 1 + i + 4 (j + 4 k).
 inline constexpr int kBlockCells = 3;
 inline constexpr double kMaxDisplacement = 0.05;
-// More than an edge along the axes and less than a diagonal one: inner patches have 5 nodes, or a few more
-// where the mesh has diagonals of the other kind.
+// More than an axis-aligned edge, less than a diagonal edge. Inner patches have 5 nodes, a few more beside
+// other diagonals.
 inline constexpr double kTipRadius = 0.13;
 
 class SmallPack {
  public:
   SmallPack() {
     const TempDir dir;
-    // Twelve of the sixteen nodes on top: all but the corners.
+    // The sites: twelve of the sixteen nodes on top, without the corners.
     dir.write("block.inp",
               block_inp(kBlockCells) + "*NSET, NSET=PROBE\n50, 51, 53, 54, 55, 56, 57, 58, 59, 60, 62, 63\n");
     LoadedScene loaded = read_scene(dir.write(
@@ -51,7 +50,7 @@ class SmallPack {
     std::vector<SurveySample> samples;
     for (const SiteResult& result : polynomials)
       samples.insert(samples.end(), result.survey.begin(), result.survey.end());
-    // How wrong rest is as an answer: a survey with definite numbers, cheap.
+    // A cheap survey with definite numbers: the error of answering every sample with zero displacement.
     const SurveyTable table = survey_errors(samples, scene.max_displacement, [&](size_t, const auto&) {
       return Answer{Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(sites.packed_nodes.size())),
                     Eigen::Vector3d::Zero()};
@@ -59,7 +58,7 @@ class SmallPack {
     surveys = {{SurveyedModel::linear_dd, table}, {SurveyedModel::polynomial_dd, table}};
   }
 
-  // To so fine a target, of one ring.
+  // Zones of one ring, at this accuracy target.
   ZoneTables zones_for(double accuracy_target) const {
     Scene fine = scene;
     fine.accuracy_target = accuracy_target;
@@ -80,7 +79,7 @@ class SmallPack {
 
   AlignedBytes write() const { return write_pack(content()); }
 
-  // The same numbers, said to be millimetres and millinewtons.
+  // The same numbers, declared as millimetres and millinewtons.
   AlignedBytes write_with_units() const {
     Scene in_units = scene;
     in_units.length_unit = "mm";
@@ -112,7 +111,7 @@ class SmallPack {
     return write_pack(only);
   }
 
-  // Its polynomials with columns of int16.
+  // Polynomials with field columns of int16.
   std::vector<SiteResult> rounded_polynomials() const {
     constexpr double kTolerance = 1e-3;
     std::vector<SiteResult> rounded = polynomials;
@@ -129,7 +128,7 @@ class SmallPack {
     return write_pack(rounded);
   }
 
-  // Site at the node with this label.
+  // Index of the site at the node with this label.
   uint32_t site_at(int label) const {
     for (size_t site = 0; site < sites.sites.size(); ++site) {
       if (model.labels[static_cast<size_t>(sites.sites[site].node)] == label)
@@ -162,7 +161,7 @@ inline const AlignedBytes& zone_pack_bytes() {
   return bytes;
 }
 
-// In which zones of near contacts hold what is between them.
+// A pack with the interaction terms of zones of neighbouring contacts.
 inline const AlignedBytes& between_pack_bytes() {
   static const AlignedBytes bytes = small_pack().write_with(small_pack().zones_for(4e-4));
   return bytes;

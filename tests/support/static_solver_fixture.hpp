@@ -1,4 +1,4 @@
-// A block and its loads.
+// A block and its loads, for the tests of the static solver.
 #pragma once
 
 #include "offline/fem/static_solver.hpp"
@@ -18,8 +18,7 @@ using test::BlockShape;
 using test::nodes_on_plane;
 using test::tetrahedral_block;
 using test::with_fixed_base;
-// Of displacements and forces, where two solves stop at different points below the default tolerance of
-// 1e-10.
+// Two solves to the default tolerance of 1e-10 stop at different points; bounds displacements and forces.
 inline constexpr double kSameAnswer = 1e-9;
 
 // A unit block on a fixed base.
@@ -33,7 +32,7 @@ inline std::vector<int> top_of(const Model& model) {
   return nodes_on_plane(model, 2, highest);
 }
 
-// The top moves as one.
+// The top moves rigidly by `motion`.
 inline LoadCase moved_top(const Model& model, const Eigen::Vector3d& motion) {
   LoadCase load = LoadCase::rest(model);
   for (const int node : top_of(model)) {
@@ -45,7 +44,7 @@ inline LoadCase moved_top(const Model& model, const Eigen::Vector3d& motion) {
   return load;
 }
 
-// A force shared by the nodes of the top.
+// The nodes of the top share the force `total`.
 inline LoadCase pulled_top(const Model& model, const Eigen::Vector3d& total) {
   LoadCase load = LoadCase::rest(model);
   const std::vector<int> top = top_of(model);
@@ -53,7 +52,7 @@ inline LoadCase pulled_top(const Model& model, const Eigen::Vector3d& total) {
   return load;
 }
 
-// |f_ext - P| over the free dofs over |P| at the held ones plus |f_ext|.
+// Residual: |f_ext - P| over the free dofs, over |P| at the held dofs plus |f_ext|.
 inline double imbalance(const Assembly& assembly, const LoadCase& load, const Eigen::VectorXd& displacement) {
   Eigen::VectorXd force;
   assembly.internal_force(displacement, force);

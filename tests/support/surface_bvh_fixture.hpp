@@ -1,4 +1,4 @@
-// Surfaces, and their nearest points by brute force.
+// Surfaces, and nearest points by brute force as reference.
 #pragma once
 
 #include "runtime/src/pack/surface_bvh.hpp"
@@ -21,7 +21,7 @@ namespace palpate::test::surface_bvh_fixture {
 
 using Eigen::Vector3d;
 using Precise = Eigen::Matrix<long double, 3, 1>;
-// Roundings of float64, of the distance plus the size of the surface.
+// float64 rounding, relative to the distance plus the surface's size.
 inline constexpr double kTolerance = 1e-12;
 
 // ---- Surfaces
@@ -31,7 +31,7 @@ inline const TouchableSurface& block() {
   return surface;
 }
 
-// Sites too far apart to make a triangle.
+// Sites too far apart to form a triangle.
 inline const TouchableSurface& single_sites() {
   static const TouchableSurface surface(tetrahedral_block({}), {0, 3, 10, 51, 63});
   return surface;
@@ -53,7 +53,7 @@ inline double size_of(const TouchableSurface& surface) {
   return box_of(surface).diagonal().norm();
 }
 
-// ---- Answers
+// ---- Reference
 
 inline SurfaceHit nearest(const pal_pack& pack, const Vector3d& position, uint32_t start = 0) {
   SurfaceHit hit = {};
@@ -61,7 +61,7 @@ inline SurfaceHit nearest(const pal_pack& pack, const Vector3d& position, uint32
   return hit;
 }
 
-// The nearest point of an edge, and of a triangle by its plane and edges, each on its own.
+// The nearest point of an edge, and the nearest point of a triangle from its plane and its edges.
 inline Precise nearest_on_edge(const Precise& p, const Precise& a, const Precise& b) {
   const Precise edge = b - a;
   const long double square = edge.squaredNorm();
@@ -70,7 +70,7 @@ inline Precise nearest_on_edge(const Precise& p, const Precise& a, const Precise
 }
 
 inline long double distance_to(const Precise& p, const std::array<Precise, 3>& corners) {
-  Precise offset = p - corners[0];  // from the nearest point of the edges
+  Precise offset = p - corners[0];  // from the nearest point of the triangle's edges
   for (std::size_t k = 0; k < 3; ++k) {
     const Precise other = p - nearest_on_edge(p, corners[k], corners[(k + 1) % 3]);
     if (other.norm() < offset.norm()) offset = other;
@@ -99,7 +99,7 @@ inline double brute_force(const pal_pack& pack, const Vector3d& position) {
   return static_cast<double>(distance);
 }
 
-// What a hit says of itself.
+// Checks that a hit's point, distance, primitive and weights agree with one another.
 inline void expect_consistent(const pal_pack& pack, const Vector3d& position, const SurfaceHit& hit,
                               double size) {
   ASSERT_LT(hit.primitive, pack.num_primitives);

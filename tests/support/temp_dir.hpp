@@ -1,4 +1,4 @@
-// A folder of its own for a test's files, gone when the test ends.
+// A temporary folder for a test's files, deleted when the test ends.
 #pragma once
 
 #include <unistd.h>
@@ -27,7 +27,7 @@ class TempDir {
 
   const std::filesystem::path& path() const { return path_; }
 
-  // Writes (or writes over) a file and returns its path.
+  // Writes or overwrites a file and returns its path.
   std::filesystem::path write(const std::string& name, std::string_view content) const {
     std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());
@@ -37,7 +37,7 @@ class TempDir {
     return file;
   }
 
-  // A message without this folder in its paths.
+  // The message with this folder removed from its paths.
   std::string without_folder(std::string message) const {
     const std::string folder = path_.string() + "/";
     for (std::size_t at = message.find(folder); at != std::string::npos; at = message.find(folder))

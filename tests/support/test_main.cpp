@@ -1,4 +1,4 @@
-// main() of every test program. `--file=NAME_test.cpp` runs the tests of one source file: ctest has an entry a file.
+// main() of every test program. `--file=NAME_test.cpp` runs the tests of a source file, as ctest does.
 #include <gtest/gtest.h>
 
 #include <cstdio>

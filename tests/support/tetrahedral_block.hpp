@@ -1,4 +1,4 @@
-// Blocks of irregular tetrahedra as models, made in memory: for tests of what comes after the reader.
+// Blocks of irregular tetrahedra as models in memory, without the .inp reader.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 
 namespace palpate::test {
 
-// Uniform in (-1, 1), the same numbers on every platform.
+// Uniform in (-1, 1), with the same sequence on every platform.
 class TestRandom {
  public:
   explicit TestRandom(unsigned seed) : engine_(seed) {}
@@ -44,15 +44,16 @@ class TestRandom {
 struct BlockShape {
   std::array<int, 3> cells = {3, 3, 3};
   Eigen::Vector3d size = {1.0, 1.0, 1.0};
-  // Interior nodes are moved by up to this part of a cell along each axis; 0.15 leaves every element upright.
+  // Interior nodes move by up to this fraction of a cell along each axis. 0.15 keeps det F > 0 in every
+  // element.
   double jitter = 0.15;
   unsigned seed = 1;
   Law law = CompressibleNeoHookean{0.48, 0.2};
 };
 
-// A block with a corner at the origin, every cell cut into six tetrahedra around its diagonal. Nodes run
-// fastest along x; their labels are index + 1. Nothing is fixed. Interior coordinates are multiples of 2^-20
-// of the size, so that a shift by a power of two may be exact.
+// A block with a corner at the origin. Each cell is cut into six tetrahedra around a diagonal; nothing is
+// fixed. Nodes run fastest along x; labels are index + 1. Interior coordinates are multiples of 2^-20 of the
+// size, so that a shift by a power of two may be exact.
 inline Model tetrahedral_block(const BlockShape& shape) {
   const auto [nx, ny, nz] = shape.cells;
   Model model;
@@ -100,8 +101,8 @@ inline Model tetrahedral_block(const BlockShape& shape) {
   return model;
 }
 
-// The same body in ten-node elements: a new node in the middle of every edge, moved by up to `jitter` along
-// each axis, so that edges are curved. Sets and what is fixed are left as they are.
+// The same body with ten-node elements: a new node in the middle of every edge, moved by up to `jitter` along
+// each axis. Node sets and boundary conditions stay as they are.
 inline Model with_middle_nodes(Model model, double jitter = 0.0) {
   std::map<std::pair<int, int>, int> middle;
   TestRandom random(21);
@@ -124,7 +125,7 @@ inline Model with_middle_nodes(Model model, double jitter = 0.0) {
   return model;
 }
 
-// Nodes whose reference coordinate `axis` is `value`, to rounding.
+// Nodes with `value` as reference coordinate along `axis`, to rounding.
 inline std::vector<int> nodes_on_plane(const Model& model, int axis, double value) {
   std::vector<int> nodes;
   for (int node = 0; node < model.num_nodes(); ++node) {
@@ -134,7 +135,7 @@ inline std::vector<int> nodes_on_plane(const Model& model, int axis, double valu
   return nodes;
 }
 
-// Makes z = 0 the base that never moves.
+// Fixes all nodes with z = 0.
 inline Model with_fixed_base(Model model) {
   for (const int node : nodes_on_plane(model, 2, 0.0)) {
     for (int axis = 0; axis < 3; ++axis) model.fixed.push_back({node, axis, 0.0});

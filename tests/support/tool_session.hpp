@@ -1,4 +1,4 @@
-// A session driven through tools, and poses made with Eigen.
+// A session driven by tool poses, and poses from Eigen types.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -47,7 +47,7 @@ class ToolSession : public OwnedSession {
 
   void hold(uint32_t tool, const pal_hold& hold) { require(pal_tool_hold(get(), tool, &hold), "hold"); }
 
-  // A millisecond.
+  // Runs a tool frame of one millisecond.
   const std::vector<pal_tool_result>& frame(const std::vector<pal_pose>& poses) {
     return frame_with(poses, 0.001, {});
   }
@@ -65,7 +65,7 @@ class ToolSession : public OwnedSession {
     input.poses = poses.data();
     input.dt = dt;
     input.result_bytes = sizeof(pal_tool_result);
-    input.num_results = 16;  // at most as many as the session has
+    input.num_results = 16;  // at most the session's capacity
     return input;
   }
   const std::vector<pal_tool_result>& last() const { return results_; }

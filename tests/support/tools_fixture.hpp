@@ -1,4 +1,4 @@
-// Shared by the tests of tools.
+// Helpers shared by the tests of tools.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace palpate::test::tools_fixture {
 
-// Sums of a few products of doubles near 1, of displacements near 0.05.
+// Rounding of sums of a few products of doubles near 1, for displacements near 0.05.
 inline constexpr double kRounding = 1e-12;
 
 inline Eigen::Vector3d site_position(const OpenPack& pack, uint32_t site) {

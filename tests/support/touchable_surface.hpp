@@ -1,4 +1,4 @@
-// A touchable surface as the runtime sees it, without the solves that a whole pack takes.
+// The runtime's view of a touchable surface, without the solves of a whole pack.
 #pragma once
 
 #include <utility>
@@ -12,7 +12,7 @@
 namespace palpate::test {
 
 struct TouchableSurface {
-  // Sites at these nodes of the model's surface.
+  // Sites at these surface nodes of the model.
   TouchableSurface(const Model& model, std::vector<int> nodes) : surface(extract_surface(model)) {
     Scene scene;
     scene.sites = std::move(nodes);
@@ -26,7 +26,7 @@ struct TouchableSurface {
     show();
   }
 
-  // Sites everywhere.
+  // A site at every surface node.
   explicit TouchableSurface(const Model& model) : TouchableSurface(model, extract_surface(model).nodes) {}
 
   TouchableSurface(const TouchableSurface&) = delete;
@@ -37,12 +37,12 @@ struct TouchableSurface {
     return Eigen::Vector3d(&positions[3 * static_cast<std::size_t>(site_nodes[index])]);
   }
 
-  Surface surface;  // all of the model's
+  Surface surface;  // the model's whole surface
   ContactSites sites;
   SurfaceBvh bvh;
   std::vector<double> positions;
   std::vector<uint32_t> site_nodes;
-  pal_pack pack = {};  // with nothing in it but this
+  pal_pack pack = {};  // holds nothing but this surface
 
  private:
   void show() {

@@ -1,4 +1,4 @@
-// A block on a fixed base with contact sites on its top: the smallest thing a pack could be made of.
+// A block on a fixed base with contact sites on its top: the smallest content of a pack.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct TouchedBlock {
   ContactSites sites;
 };
 
-// Sites at the inner nodes of the top (z = 1), patches of `tip_radius`, all surface nodes packed.
+// Sites at the inner nodes of the top (z = 1), patches of radius `tip_radius`, all surface nodes packed.
 inline TouchedBlock touched_block(int cells, double tip_radius, bool ten_nodes = false) {
   BlockShape shape;
   shape.cells = {cells, cells, cells};
@@ -36,7 +36,7 @@ inline TouchedBlock touched_block(int cells, double tip_radius, bool ten_nodes =
   return block;
 }
 
-// All nodes of the block packed, inner ones too.
+// Packs all nodes of the block, interior nodes too.
 inline void show_every_node(TouchedBlock& block) {
   block.scene.output_nodes.resize(static_cast<std::size_t>(block.model.num_nodes()));
   std::iota(block.scene.output_nodes.begin(), block.scene.output_nodes.end(), 0);

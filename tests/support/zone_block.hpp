@@ -1,4 +1,4 @@
-// A block whose nodes are all shown, with nonlinear zones, and the full solve beside it.
+// A block with all nodes packed and with nonlinear zones, and the full solve as reference.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,14 +23,14 @@
 namespace palpate::test {
 
 struct ContactAnswer {
-  Eigen::VectorXd field;  // from rest
+  Eigen::VectorXd field;  // displacements from rest
   std::vector<Eigen::Vector3d> forces;
-  std::vector<Eigen::Vector3d> torques;  // about the sites where they have moved to
+  std::vector<Eigen::Vector3d> torques;  // about the sites' current positions
   double min_jacobian = 1;
 };
 
-// The full solve: patches moved from rest and turned about their sites, a node of several follows their mean, and
-// those that are fixed stay.
+// The full solve. Patches move and rotate about their sites; fixed nodes stay. A node of several patches
+// takes the mean of their motions.
 inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& assembly,
                                     const RestState& rest, const std::vector<pal_contact>& contacts,
                                     const std::vector<int>& fixed = {},
@@ -49,7 +49,7 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
       load.displacement[3 * node + axis] = u0[3 * node + axis];
     }
   }
-  // From the site of a contact to a node, turned with it.
+  // Vector from a contact's site to a node, rotated with the contact.
   const auto arm_of = [&](size_t c, int node, bool turned) -> Eigen::Vector3d {
     const int centre = block.sites.sites[contacts[c].site].node;
     const auto at = [&](int i) -> Eigen::Vector3d {
@@ -95,7 +95,7 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
   return truth;
 }
 
-// A block whose nodes are all shown, with a zone of so many rings; eight hold the whole of it.
+// A block whose zone has `rings` rings. Eight rings hold the whole block.
 struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
             const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
@@ -104,7 +104,7 @@ struct ZoneBlock {
                   std::move(more_rings)) {}
   ZoneBlock(int rings, TouchedBlock touched, bool pairs = false, std::vector<std::uint8_t> more_rings = {})
       : block(std::move(touched)) {
-    // For the highest degree outside of zones, and as many fields of pairs as there may be.
+    // Selects the highest degree outside of zones and the largest number of interaction fields.
     block.scene.accuracy_target = 1e-5;
     block.scene.max_contacts = pairs ? 2 : 1;
     zone = find_zones(block.scene, block.model, block.sites, rings, std::move(more_rings));
@@ -151,7 +151,7 @@ struct ZoneBlock {
 
 inline constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 
-// The block of kTissue with these arguments, built once a process.
+// The kTissue block with these arguments, built once a process.
 inline const ZoneBlock& tissue_block(int rings, bool quadratic = false,
                                      const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4,
                                      double tip_radius = 0.26, bool pairs = false,
@@ -166,7 +166,7 @@ inline const ZoneBlock& tissue_block(int rings, bool quadratic = false,
   return *block;
 }
 
-// Goes there in steps, as a tool would, until it has come to rest.
+// Moves to `contacts` in steps, as a tool would, and runs frames until convergence.
 inline std::vector<pal_contact_result> settle(OwnedSession& session,
                                               const std::vector<pal_contact>& contacts) {
   std::vector<pal_contact_result> results;
@@ -182,13 +182,13 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
   return results;
 }
 
-// Of the field as part of the longest displacement, and of forces as part of the largest.
+// Field error over the longest displacement, force error over the largest force.
 struct ZoneErrors {
   double field = 0;
   double force = 0;
 };
 
-// Beside the full solve at the displacements that the contacts of a session have come to, given or not.
+// Errors against the full solve at the session's current displacements, prescribed or free.
 inline ZoneErrors errors_where_it_is(const ZoneBlock& organ, OwnedSession& session,
                                      std::vector<pal_contact> contacts,
                                      const std::vector<pal_contact_result>& results,
@@ -217,7 +217,7 @@ inline ZoneErrors errors_where_it_is(const ZoneBlock& organ, OwnedSession& sessi
   return errors;
 }
 
-// Of a session, as it numbers them.
+// The contact nodes among the model's `nodes`, in the session's numbering.
 inline std::vector<uint32_t> contact_nodes_at(const ZoneBlock& organ, const std::vector<int>& nodes) {
   std::vector<uint32_t> found;
   for (uint32_t i = 0; i < organ.block.sites.contact_nodes.size(); ++i) {
@@ -227,7 +227,7 @@ inline std::vector<uint32_t> contact_nodes_at(const ZoneBlock& organ, const std:
   return found;
 }
 
-// Whether contacts are where they are to be, and in balance: of zones all of them say the same.
+// Whether contacts have reached their targets and converged. All contacts of a zone report the same flags.
 inline bool has_ended(const std::vector<pal_contact_result>& results) {
   return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0;
 }
@@ -239,7 +239,7 @@ inline double largest_force(const std::vector<pal_contact_result>& results) {
   return largest;
 }
 
-// As part of the largest force.
+// Largest force error over the largest force.
 inline double worst_force_error(const std::vector<pal_contact_result>& found,
                                 const std::vector<pal_contact_result>& expected) {
   double worst = 0;
@@ -248,7 +248,7 @@ inline double worst_force_error(const std::vector<pal_contact_result>& found,
   return worst / largest_force(expected);
 }
 
-// A pack of the same organ with other tables.
+// A pack of the same organ with other zone tables.
 inline AlignedBytes pack_of(const ZoneBlock& organ, const ZoneTables& zone) {
   PackContent content{
       organ.block.model, organ.block.scene, organ.block.sites, &organ.linear, nullptr, false, {}, {},
@@ -257,7 +257,7 @@ inline AlignedBytes pack_of(const ZoneBlock& organ, const ZoneTables& zone) {
   return write_pack(content);
 }
 
-// The largest component of what is wrong with a pack's field once contacts have settled.
+// Largest component of the pack's field error after the contacts have settled.
 inline double field_error(const ZoneBlock& organ, const pal_pack* pack,
                           const std::vector<pal_contact>& contacts) {
   OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, static_cast<uint32_t>(contacts.size()), 0));

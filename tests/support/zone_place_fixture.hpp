@@ -1,4 +1,4 @@
-// Contacts between sites that zones answer.
+// Contacts between sites on packs with nonlinear zones.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ inline pal_contact at_site(uint32_t site, const Eigen::Vector3d& d) {
   return {site, {d[0], d[1], d[2]}, 0, {}, {}, {}};
 }
 
-// Of a pack with zones, with polynomials beside them or not.
+// Packs with zones; the parameter says whether polynomials stand beside them.
 class ZonePlaces : public testing::TestWithParam<bool> {
  protected:
   static const AlignedBytes& bytes() {
@@ -57,7 +57,7 @@ class ZonePlaces : public testing::TestWithParam<bool> {
     Eigen::VectorXd field;
   };
 
-  // Once it has come to rest, from rest.
+  // The converged response, from rest.
   Answer settled(const std::vector<pal_contact>& contacts) const {
     OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
     std::vector<pal_contact_result> results;
@@ -67,7 +67,7 @@ class ZonePlaces : public testing::TestWithParam<bool> {
     return {force_of(results.front()), as_vector(session.field())};
   }
 
-  // The blend of the zones at the corners of a place.
+  // The blend of the zone responses at the corners of `position`.
   Answer blended(const Eigen::Vector3d& position, const Eigen::Vector3d& d) const {
     const pal_surface_point point = point_at(position);
     Answer blend = {Eigen::Vector3d::Zero(), {}};

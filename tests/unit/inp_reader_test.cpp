@@ -1,4 +1,4 @@
-// What good model files mean, and that no file at all does worse than being refused.
+// The .inp reader: the Model of a good file, and one message for any other file.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_reader_fixture.hpp"
@@ -229,7 +229,7 @@ TEST_F(InpReader, WarnsOfPartsThatHangByACornerOrAnEdge) {
   EXPECT_EQ(warning("6, 2, 1, 1\n7, 1, 2, 1\n8, 1, 1, 2", "3, 5, 6, 7, 8"),
             hangs("turn about an axis along x"));
   EXPECT_EQ(warning("6, 1, 1, 2\n7, 2, 1, 1.5", "3, 5, 6, 4, 7").substr(0, 20), "organ.inp: the eleme");
-  // By a face it stands.
+  // A common face joins the two parts.
   EXPECT_EQ(warning("6, 2, 2, 1", "3, 2, 6, 3, 5"), "none");
 }
 
@@ -240,7 +240,7 @@ TEST_F(InpReader, WarnsOfNodesWithoutElements) {
             "organ.inp: 2 nodes belong to no element and stay where they are; the first is node 99");
 }
 
-// Whatever the bytes are, reading ends in a model or in an InputError of one line.
+// Reading any bytes ends in a Model or in an InputError of one line.
 TEST_F(InpReader, SurvivesChangedBytes) {
   const std::string good = kBody + kStep + "0.1, 1.\n*BOUNDARY\n4, 1, 1, 0.2\n*CLOAD\n5, 2, 3.\n" + kEnd;
   std::mt19937 random(20050823);

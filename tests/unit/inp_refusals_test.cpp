@@ -1,4 +1,4 @@
-// Every mistake in a model file, and the whole message that answers it.
+// The .inp reader refuses every mistake in a model file with a message that names the line.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_refusals_fixture.hpp"

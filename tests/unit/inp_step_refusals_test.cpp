@@ -1,4 +1,4 @@
-// Refusals within the steps of .inp files, by their line.
+// The .inp reader refuses every mistake in the steps of a file with a message that names the line.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_refusals_fixture.hpp"

@@ -1,4 +1,4 @@
-// Steps, loads and amplitudes of .inp files.
+// The .inp reader: steps, loads and amplitudes.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_reader_fixture.hpp"
@@ -13,7 +13,7 @@ TEST_F(InpReader, StepsCarryOver) {
                            "*STATIC\n"
                            "0.5, 2., 1e-3, 0.8\n"
                            "*BOUNDARY\n"
-                           "1, 3, 3, -0.1\n"  // moves a degree of freedom that is fixed before the steps
+                           "1, 3, 3, -0.1\n"  // moves a dof that the model fixes
                            "4, 1, 1, 0.2\n"
                            "4, 1, 1, 0.2\n"
                            "*CLOAD\n"
@@ -95,7 +95,7 @@ TEST_F(InpReader, ReadsThePathThatRiksFollows) {
   EXPECT_FALSE(read(kBody + kStep + kEnd).steps[0].riks.has_value());
 }
 
-// The face of nodes 2, 3, 4 joins the two elements of kBody: face 3 of element 1, face 4 of element 2.
+// The face of nodes 2, 3, 4 joins the elements of kBody: face 3 of element 1, face 4 of element 2.
 TEST_F(InpReader, ReadsDistributedLoads) {
   const std::string heavy = with_line(12, "*MATERIAL, NAME=TISSUE\n*DENSITY\n2.5");
   const Model model = read(heavy +
@@ -131,7 +131,7 @@ TEST_F(InpReader, ReadsDistributedLoads) {
   EXPECT_EQ(everywhere.steps[0].gravity.size(), 2U);
 }
 
-// Outward means: away from the corner that is not on the face, for P1 to P4 as Abaqus counts them.
+// A face's normal points away from the corner that is not on the face. P1 to P4 follow Abaqus' numbering.
 TEST_F(InpReader, FacesAreThoseOfAbaqus) {
   const Model model = read(kBody);
   constexpr std::array<std::array<int, 3>, 4> kAbaqus = {{{1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1}}};

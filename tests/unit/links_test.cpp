@@ -1,4 +1,4 @@
-// Every relative link and anchor of every page of the repository leads somewhere, and the README is short.
+// Every relative link and anchor of the repository's pages has a target, and the README is short.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::vector<std::string> lines_of(const fs::path& file) {
   return lines;
 }
 
-// The lines of a page with code removed: fenced blocks are left empty, and spans in backticks are cut out.
+// The lines of a page without code: fenced blocks become empty lines, spans in backticks disappear.
 std::vector<std::string> prose_of(const fs::path& page) {
   std::vector<std::string> lines = lines_of(page);
   bool in_block = false;
@@ -44,7 +44,7 @@ std::vector<std::string> prose_of(const fs::path& page) {
   return lines;
 }
 
-// The anchor that GitHub gives a heading: lower case, blanks as hyphens, other punctuation left out, links as their text.
+// GitHub's anchor of a heading: lower case, blanks as hyphens, no other punctuation, links as their text.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   bool in_target = false;
@@ -91,7 +91,7 @@ bool leads_somewhere(const fs::path& page, const std::string& target) {
   return std::find(anchors.begin(), anchors.end(), target.substr(hash + 1)) != anchors.end();
 }
 
-// "page:line: target" of each relative link of the page that leads nowhere.
+// "page:line: target" of each relative link without a target.
 std::vector<std::string> broken_links(const fs::path& page) {
   std::vector<std::string> broken;
   const std::vector<std::string> prose = prose_of(page);
@@ -106,7 +106,7 @@ std::vector<std::string> broken_links(const fs::path& page) {
   return broken;
 }
 
-// Every page below the folder but for hidden folders and what was built.
+// Every page below the folder, without hidden folders and build folders.
 std::vector<fs::path> pages_below(const fs::path& folder) {
   std::vector<fs::path> pages;
   for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::recursive_directory_iterator();
@@ -133,7 +133,7 @@ TEST(Links, ReadmeIsShort) {
   EXPECT_LE(fs::file_size(kSource / "README.md"), kMostReadmeBytes);
 }
 
-// The check itself: every kind of broken link is seen, and no good one is taken for broken.
+// Breaks the guard on purpose: the check finds every kind of broken link and accepts good links.
 TEST(Links, BrokenOnesAreSeen) {
   const TempDir dir;
   dir.write("other.md", "# Two words, a [link](x.md)\n\n## Twice\n\n## Twice\n\n```\n# no heading\n```\n");

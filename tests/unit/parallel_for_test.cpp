@@ -1,4 +1,4 @@
-// Loops on the threads of the process: every index once, alone where the threads are taken.
+// parallel_for visits every index once, and runs alone where other loops hold the threads.
 #include "offline/fem/parallel_for.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kThreads = 4;
 
-// Runs a loop and returns how often each index came. Worker numbers must be in range and never held twice.
+// Runs a loop and returns the visits of each index. Worker numbers must be in range and never held twice.
 std::vector<int> visits(int threads, int count) {
   std::vector<std::atomic<int>> seen(static_cast<size_t>(count));
   std::vector<std::atomic<int>> at_work(static_cast<size_t>(threads));
@@ -39,7 +39,7 @@ TEST(ParallelFor, SharesALongLoop) {
   std::atomic<bool> met = false;
   parallel_for(2, 2, [&](int, int) {
     ++inside;
-    // Both indices are under way at once, or the test waits until its time limit.
+    // Waits until both indices run at the same time; ctest's time limit ends the test otherwise.
     while (!met) {
       if (inside == 2) met = true;
       std::this_thread::yield();

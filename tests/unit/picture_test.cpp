@@ -1,5 +1,5 @@
-// The picture of a touched organ, looked at pixel by pixel: what must change between the panels, what must
-// not, and that no input, however degenerate, breaks it.
+// The picture of a touched organ, pixel by pixel. The dent changes one panel and not the other, and no
+// degenerate input breaks the drawing.
 #include "offline/output/organ_picture.hpp"
 
 #include <gtest/gtest.h>
@@ -127,8 +127,7 @@ TEST(Picture, SameInputGivesSameBytes) {
   std::filesystem::remove(second);
 }
 
-// Moving the scene moves no pixel by more than rounding allows: a few edge samples may fall to the other
-// side.
+// A shift of the scene changes pixels only by rounding: a few edge samples fall to the other side.
 TEST(Picture, FarFromTheOriginLooksTheSame) {
   const PixelImage near = draw_before_after(dented_ball({0, 0, 0}), small_page());
   const PixelImage far = draw_before_after(dented_ball({3e6, -2e6, 5e6}), small_page());
@@ -139,8 +138,8 @@ TEST(Picture, FarFromTheOriginLooksTheSame) {
   EXPECT_LT(different, 60);
 }
 
-// A large tip that has not moved, right behind the ball: the middle of the pushed panel turns redder than a
-// place half way out, where the organ alone is seen.
+// A large tool tip right behind the ball shines through: the middle of the pushed panel is redder than a
+// point half way out, where only the organ is seen.
 TEST(Picture, ToolBehindTheOrganShinesThrough) {
   PictureInput input = dented_ball({0, 0, 0});
   for (Eigen::Vector3d& displacement : input.displacement) displacement.setZero();
@@ -239,7 +238,7 @@ TEST(ColourMap, EndsAndOrder) {
   EXPECT_NEAR(viridis(1)[0], 0.9932, 1e-9);
   EXPECT_EQ(viridis(-3), viridis(0));
   EXPECT_EQ(viridis(3), viridis(1));
-  double last = -1;  // luminance rises all the way: the map can be read in grey
+  double last = -1;  // luminance rises monotonically: the map can be read in grey
   for (int i = 0; i <= 100; ++i) {
     const Colour linear = to_linear(viridis(i / 100.0));
     const double luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
@@ -266,7 +265,7 @@ TEST(Camera, FitsAndKeepsUpUp) {
   EXPECT_LT(camera.project({10, 20, 38}).y, camera.project({10, 20, 30}).y);
 }
 
-// Two faces at a right angle: a fold, so each keeps its own normal; nearly flat: they share one.
+// Two faces at a right angle keep their own normals; nearly coplanar faces share a normal.
 TEST(ShadingNormals, FoldsStaySharp) {
   const std::vector<std::array<int, 3>> triangles = {{0, 1, 2}, {1, 0, 3}};
   const std::vector<Eigen::Vector3d> fold = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -275,7 +274,7 @@ TEST(ShadingNormals, FoldsStaySharp) {
   EXPECT_GT(corner_normals(gentle, triangles)[0][0].dot(corner_normals(gentle, triangles)[1][1]), 0.999);
 }
 
-// The near square hides the far one, whichever is drawn first.
+// The near square hides the far square, in either order of drawing.
 TEST(Renderer, NearHidesFar) {
   const auto square = [](double y, const Colour& colour) {
     LitSurface surface;

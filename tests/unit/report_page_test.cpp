@@ -1,4 +1,4 @@
-// The page of a report: what stands on its front, and what is written into HTML and gnuplot scripts.
+// The page of a report: the Pareto front of time and error, and the text in HTML and gnuplot scripts.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,8 @@ namespace palpate::test {
 namespace {
 
 TEST(ReportPage, TheFrontIsWhatNothingBeatsInBoth) {
-  // Time, error: the second is slower and worse than the first, the last as slow as the third and worse.
+  // (time, error). The second point is slower and worse than the first. The last is as slow as the third and
+  // worse.
   const std::vector<std::array<double, 2>> points = {{1, 5}, {2, 6}, {3, 1}, {0.5, 9}, {3, 2}};
   EXPECT_EQ(pareto_front(points), (std::vector<size_t>{3, 0, 2}));
   EXPECT_TRUE(pareto_front({}).empty());
@@ -40,9 +41,9 @@ TEST(ReportPage, TheFrontIsOfAsManyContactsAndAsFarAPush) {
     row.force.p95 = 1 / error;
   };
   add(1, 1, 2, 0.1);
-  add(1, 1, 3, 0.2);    // worse than the first in the field, better in the force
-  add(1, 0.5, 9, 0.9);  // alone at its |d|,
-  add(3, 1, 9, 0.9);    // or with its contacts
+  add(1, 1, 3, 0.2);    // worse field than the first, better force
+  add(1, 0.5, 9, 0.9);  // the only method at its |d|
+  add(3, 1, 9, 0.9);    // the only method with its contacts
   EXPECT_EQ(on_front(organ, SpeedError::field), (std::vector<bool>{true, false, true, true}));
   EXPECT_EQ(on_front(organ, SpeedError::force), (std::vector<bool>{true, true, true, true}));
 }
@@ -54,7 +55,7 @@ TEST(ReportPage, AnExponentIsThatOfTheLargeSizes) {
   EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
   EXPECT_NEAR(fit_power_law(points).factor, 3, 1e3 * kRounding);
   for (auto& [x, y] : points) {
-    if (x < 64) y = 1e6;  // what does not grow
+    if (x < 64) y = 1e6;  // constant at small sizes
   }
   EXPECT_NEAR(fit_power_law(points).exponent, 1.7, kRounding);
   EXPECT_NEAR(fit_power_law({{1, 7}, {2, 3}, {1000, 5}, {2000, 10}}).exponent, 1, kRounding);
@@ -81,7 +82,7 @@ TEST(ReportPage, ATableOfOthersIsReadCellByCell) {
   EXPECT_THROW(read_included_table("T", dir.path() / "none.csv"), std::runtime_error);
 }
 
-// Of other software: in the columns that a report writes, all of them or those that must be.
+// Methods of other software, with all columns of a report's CSV or only the required columns.
 TEST(ReportPage, MethodsOfOthersStandBesideOurOwn) {
   const TempDir dir;
   OrganReport written;
@@ -114,7 +115,7 @@ TEST(ReportPage, MethodsOfOthersStandBesideOurOwn) {
   add_methods_elsewhere(elsewhere, organ);
   ASSERT_EQ(organ.methods.size(), 2u);
   EXPECT_TRUE(organ.notes.empty());
-  EXPECT_EQ(organ.methods[1].part, method.part);  // not as it was rounded in the CSV
+  EXPECT_EQ(organ.methods[1].part, method.part);  // full precision, not the CSV's rounding
   const auto last_line = [](const OrganReport& report) {
     const std::string text = methods_csv(report);
     const std::string on_fronts = ",1,1\n";
@@ -124,7 +125,7 @@ TEST(ReportPage, MethodsOfOthersStandBesideOurOwn) {
   EXPECT_EQ(last_line(organ), last_line(written));
   EXPECT_EQ(organ.captions_elsewhere, std::vector<std::string>{"By <hand>."});
 
-  organ.methods[0].contacts = 1;  // nothing to compare with
+  organ.methods[0].contacts = 1;  // no method to compare with
   organ.methods.resize(1);
   add_methods_elsewhere(elsewhere, organ);
   EXPECT_EQ(organ.methods.size(), 1u);

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// A cube of six tetrahedra; node 90 belongs to none of them and is thus off the surface.
+// A cube of six tetrahedra. Node 90 belongs to no element, so it is off the surface.
 const std::string kModel =
     "*NODE, NSET=ALL\n"
     "10, 0, 0, 0\n20, 1, 0, 0\n30, 0, 1, 0\n40, 1, 1, 0\n"
@@ -100,7 +100,8 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.directions, Directions::inward);
   EXPECT_EQ(scene.tip_radius, 1.0);
   EXPECT_EQ(scene.max_contacts, 3);
-  // The set and the patches: 60 and 70 are an edge from a site, 10 and 40 too but fixed.
+  // The set's nodes and the patches' nodes: 60 and 70 are an edge from a site; 10 and 40 are too, but are
+  // fixed.
   EXPECT_EQ(labels(loaded, scene.output_nodes), (std::vector<int>{50, 60, 70, 80}));
   EXPECT_EQ(scene.accuracy_target, 0.02);
   EXPECT_EQ(scene.frame_budget_us, 50.5);
@@ -130,7 +131,7 @@ TEST_F(SceneFile, WarnsOfSteps) {
   EXPECT_EQ(dir_.without_folder(loaded.model.warnings.back()),
             "organ.inp:32: a build takes NLGEOM from *STEP and ignores the rest: only what is held before it "
             "counts");
-  // Held by its step alone, which a build does not look at.
+  // Only a step holds this model, and a build ignores steps.
   const std::string loose = kModel.substr(0, kModel.find("*BOUNDARY"));
   EXPECT_EQ(refusal(kScene, loose + "*STEP, NLGEOM\n*STATIC\n*BOUNDARY\nBASE, 1, 3\n*END STEP\n"),
             "organ.inp: the part with node 10 can still move along x; hold more of it with *BOUNDARY");
@@ -171,7 +172,7 @@ TEST_P(BadScenes, AreRefusedByLine) {
   EXPECT_EQ(refusal(GetParam().text), GetParam().message);
 }
 
-// Lines 5 and on, behind kScene: still in [contact] until another table begins.
+// Lines from 5 on, after kScene, still inside [contact] until another table begins.
 TEST_P(BadAdditions, AreRefusedByLine) {
   EXPECT_EQ(refusal(kScene + GetParam().text), GetParam().message);
 }

@@ -22,7 +22,7 @@ Model model_of(const std::vector<Eigen::Vector3d>& positions,
   return model;
 }
 
-// A unit cube of six tetrahedra around its diagonal, and one node of no element.
+// A unit cube of six tetrahedra around its diagonal, and a node without elements.
 Model cube() {
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(9);
@@ -39,7 +39,7 @@ TEST(Surface, OfACubeIsItsTwelveTriangles) {
   const Surface surface = extract_surface(model);
   EXPECT_EQ(surface.triangles.size(), 12U);
   EXPECT_EQ(surface.nodes, (std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7}));
-  // 12 edges of the cube and a diagonal on each side.
+  // 12 edges of the cube, and a diagonal on each side.
   EXPECT_NEAR(surface.mean_edge, (12 + 6 * std::sqrt(2.0)) / 18, 1e-14);
   ASSERT_EQ(surface.neighbour_start.size(), 10U);
   EXPECT_EQ(surface.neighbour_start[9], 36);
@@ -92,8 +92,8 @@ TEST(NodesWithin, MeasuresAlongEdges) {
   EXPECT_EQ(nodes_within(surface, 1, 0), (std::vector<int>{1}));
   EXPECT_EQ(nodes_within(surface, 1, 0.999), (std::vector<int>{1}));
   EXPECT_EQ(nodes_within(surface, 1, 1.0), (std::vector<int>{0, 1, 3, 5}));
-  // Corner 6, opposite to 1, is sqrt(3) away through the body, three edges or an edge and a diagonal along
-  // it.
+  // Corner 6, opposite to 1, is sqrt(3) away through the body, but three edges, or an edge and a diagonal,
+  // along the surface.
   const std::vector<int> nearer = nodes_within(surface, 1, 2.0);
   EXPECT_FALSE(std::binary_search(nearer.begin(), nearer.end(), 6));
   EXPECT_EQ(nodes_within(surface, 1, 1 + std::sqrt(2.0)).size(), 8U);
@@ -101,7 +101,7 @@ TEST(NodesWithin, MeasuresAlongEdges) {
 }
 
 TEST(NodesWithin, DoesNotCrossAFissure) {
-  // Two legs 0.1 apart, joined only at their far end: nodes 0 and 3 face each other across the gap.
+  // Two legs 0.1 apart, joined only at their far end. Nodes 0 and 3 face each other across the gap.
   //   0 -------- 1
   //   3 -------- 2     joined by the tetrahedron at 1 and 2
   const Model model = model_of({{0, 0.1, 0},
@@ -121,7 +121,7 @@ TEST(NodesWithin, DoesNotCrossAFissure) {
 }
 
 TEST(NodesWithin, HoldsNodesAtExactlyTheRadius) {
-  // A strip of edges of length 0.1: ten of them sum to a little less or more than 1.
+  // A strip of edges of length 0.1: rounding makes the sum of ten edges a little less or more than 1.
   std::vector<Eigen::Vector3d> positions;
   for (int i = 0; i <= 10; ++i) {
     positions.emplace_back(0.1 * i, 0, 0);
@@ -149,7 +149,7 @@ TEST(OutwardNormals, PointAwayFromTheBody) {
     EXPECT_GT(normals[node].dot(model.positions[node] - Eigen::Vector3d(0.5, 0.5, 0.5)), 0.5);
   }
   EXPECT_EQ(normals[8], Eigen::Vector3d::Zero());
-  // Every side has the same area, and node 0 has two triangles of each of its three: its normal is the
+  // Every side has the same area, and node 0 has two triangles of each of its three sides: its normal is the
   // diagonal.
   EXPECT_NEAR(normals[0].dot(Eigen::Vector3d(-1, -1, -1).normalized()), 1, 1e-14);
 }

@@ -1,4 +1,4 @@
-// Volume patches: a partition of what shares volumes into connected groups of about the size asked for.
+// Volume patches partition the elements that share volumes into connected groups of about the requested size.
 #include "offline/mesh/volume_patches.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ std::map<int, std::vector<int>> patches_of(const Model& model) {
   return patches;
 }
 
-// Whether one can go from every element to every other through faces of the patch.
+// Whether faces within the patch connect all its elements.
 bool is_connected(const Model& model, const std::vector<int>& patch) {
   std::set<int> reached = {patch.front()};
   for (size_t round = 0; round < patch.size(); ++round) {

@@ -1,4 +1,4 @@
-// Files for ParaView, read back byte by byte by a small reader that knows only the format, not the writer.
+// VTU files for ParaView, read back byte by byte by a reader that knows the format and not the writer.
 #include "offline/output/vtu_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ VtuMesh two_tetrahedra() {
   return mesh;
 }
 
-// The file's text up to the appended data, and the bytes behind its underscore.
+// The file's text up to the appended data, and the bytes after the underscore.
 struct ReadFile {
   std::string xml, appended;
 
@@ -149,7 +149,7 @@ TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
   } catch (const std::runtime_error& error) {
     EXPECT_EQ(std::string(error.what()), "/no/such/folder/result.vtu: No such file or directory");
   }
-  // A folder stands where the file should go: the rename fails, the temporary file must go away.
+  // A folder blocks the file's name: the rename fails and the temporary file must disappear.
   const std::filesystem::path folder = scratch("vtu_writer_folder");
   std::filesystem::create_directories(folder / "result.vtu" / "occupied");
   EXPECT_THROW(write_vtu(two_tetrahedra(), folder / "result.vtu"), std::runtime_error);

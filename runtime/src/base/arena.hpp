@@ -1,5 +1,5 @@
-// Carves arrays out of the caller's memory. Run once with no memory it counts the bytes, run again it hands
-// them out: the same code says how much is needed and uses it, so the two cannot disagree.
+// Takes arrays from the caller's memory. A first run without memory counts the bytes, and a second run
+// assigns the arrays. The same code does both, so that the count always matches.
 #pragma once
 
 #include <stddef.h>
@@ -13,7 +13,7 @@ class Arena {
 
   explicit Arena(void* memory) : base_(static_cast<unsigned char*>(memory)) {}
 
-  // `count` elements on a cache line of their own; nullptr while counting.
+  // Takes `count` elements, starting on a cache line; nullptr while counting.
   template <typename T>
   T* take(size_t count) {
     unsigned char* place = base_ == nullptr ? nullptr : base_ + used_;

@@ -1,4 +1,4 @@
-// XXH3, compiled once: it is a tenth of the library.
+// XXH3, compiled once because its code is large.
 #pragma once
 
 #include <stddef.h>

@@ -1,7 +1,8 @@
-// The floating-point mode of the library while an object of this class lives: round to nearest, no traps,
-// subnormal numbers become zero. An answer does not depend on the caller's mode, a NaN that came in raises no
-// signal, and no frame meets subnormal numbers, on which some processors take a hundred times as long (a
-// force of 1e-310 N is none). The caller's mode is put back, with the exception flags that it had.
+// Sets the library's floating-point mode during the lifetime of an object: round to nearest, no traps, flush
+// subnormal numbers to zero. The destructor restores the caller's mode and exception flags. Hence:
+// - An answer does not depend on the caller's mode.
+// - A NaN input raises no signal.
+// - No frame computes with subnormal numbers, which are slow on some processors.
 #pragma once
 
 #include <stdint.h>

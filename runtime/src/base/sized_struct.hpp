@@ -1,8 +1,7 @@
-// Structs that grow from release to release. `struct_size`, their first member, says how much of one the
-// caller was compiled with, and what one side does not know has its default:
-//   a smaller one than ours comes from an older caller, whose further members are not there;
-//   a larger one from a newer caller, and will do while the members that we do not know are zero, which by rule
-//   is their default.
+// Structs that grow from release to release. The first member, `struct_size`, is the size that the caller was
+// compiled with. A member that one side does not know has its default:
+// - A smaller struct comes from an older caller, and lacks the newer members.
+// - A larger struct comes from a newer caller. Its unknown members must be zero, which is their default by rule.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -11,15 +10,16 @@
 
 namespace palpate {
 
-// A struct_size above this was never written by anyone.
+// No release has a struct_size above this.
 inline constexpr uint32_t kLargestStruct = 4096;
 
-// Bytes of `from`, or 0 where its struct_size is none. `first_bytes`: size in the first release.
+// The bytes of a caller's struct that this library knows, or 0 for an invalid struct_size. `first_bytes`:
+// size in the first release.
 inline uint32_t known_size(uint32_t struct_size, uint32_t first_bytes) {
   return struct_size < first_bytes || struct_size > kLargestStruct ? 0 : struct_size;
 }
 
-// Writes what the caller knows of `from` over the defaults in `to`.
+// Copies the caller's members in `from` over the defaults in `to`.
 template <typename T>
 pal_status read_sized(const T& from, uint32_t first_bytes, T& to) {
   const uint32_t bytes = known_size(from.struct_size, first_bytes);
@@ -33,7 +33,7 @@ pal_status read_sized(const T& from, uint32_t first_bytes, T& to) {
   return PAL_STATUS_OK;
 }
 
-// Fills as much of `to` as the caller knows, and sets the rest of it to zero.
+// Fills the members of `to` that the caller knows, and sets the other members to zero.
 template <typename T>
 pal_status write_sized(const T& from, uint32_t first_bytes, T& to) {
   const uint32_t bytes = known_size(to.struct_size, first_bytes);

@@ -9,17 +9,17 @@
 namespace palpate {
 namespace {
 
-// A compliance keeps 16 digits less those of the condition of K, 3 to 5 on organ meshes. A pivot of S below
-// this part of the node's own compliance is therefore noise: the node moves as others already do.
+// The compliance keeps 16 digits less the digits of cond(K). A pivot of S below this fraction of the node's
+// own compliance is rounding: the node moves with the other nodes.
 constexpr double kSmallestPivot = 1e-11;
-// Then this part of the node's mean compliance is added to it: a soft spring of a billionth, whose forces
-// change by about the same fraction where the rest is well-conditioned. If that is not enough, a stiffer one;
-// and last the node is held as if it were alone.
+// Soft springs: fractions of the node's mean compliance, tried in this order until S is positive. A spring
+// changes well-conditioned forces by about the same fraction. If every spring fails, the node acts as if
+// alone.
 constexpr double kSprings[] = {0.0, 1e-9, 1e-5, 1e-1};
-// Of M A_k - E_k: rounding times the condition of A is far below.
+// Rounding times the condition of A stays far below this norm of M A_k - E_k.
 constexpr double kLargestError = 1e-7;
 
-// R, lower triangle by rows, of S^-1 = R^T R: the inverse of S's Cholesky factor. False where a pivot is not
+// R, lower triangle by rows, with S^-1 = R^T R: the inverse of S's Cholesky factor. False if a pivot is not
 // above `least` of its diagonal entry.
 bool factor_inverse(const double symmetric[9], const double least[3], double lower[9]) {
   const double p0 = symmetric[0];
@@ -81,7 +81,7 @@ void gather_columns(const pal_pack& pack, uint32_t node, const ContactStiffness&
   }
 }
 
-// R of the node's S with the softest spring that makes it positive. False where none does.
+// R of the node's S with the softest spring that makes S positive definite. False if every spring fails.
 bool factor_schur(const double own[9], const double schur[9], double lower[9], bool& regularised) {
   const double mean = (own[0] + own[4] + own[8]) / 3.0;
   for (const double spring : kSprings) {
@@ -236,7 +236,8 @@ bool correct_inverse(const pal_pack& pack, ContactStiffness& inverse) {
       largest = fabs(row[i]) > largest ? fabs(row[i]) : largest;
     }
   }
-  // P W^T + W P^T = U U^T - V V^T, with U and V = (c P +- W / c) / sqrt(2) and c such that both are alike.
+  // P W^T + W P^T = U U^T - V V^T, with U and V = (c P +- W / c) / sqrt(2). The factor c gives both terms the
+  // same size.
   const double up = sqrt(0.5 * largest / error);
   const double down = 0.5 / up;
   for (uint32_t r = 0; r < 3; ++r) {

@@ -1,28 +1,27 @@
-// The inverse of the compliance of the nodes that are held, kept while nodes come and go.
+// The contact stiffness M = A^-1, updated while nodes come and go.
 //
-// A is K^-1 restricted to the held nodes, Zhong et al. 2005 eq. (17); it is M = A^-1 that frames need, eq.
-// (18), and a node more or less changes it by three columns alone. With a its columns of A at the others, and
-// A_nn its own block:
+// A is K^-1 restricted to the held nodes, Zhong et al. 2005 eq. (17). A frame needs M, eq. (18). A node
+// changes M by three columns. With a the node's columns of A at the other nodes, and A_nn its own block:
 //
-//   come:  W = M a,  S = A_nn - a^T W (Schur's complement: its compliance while the others stay where they are)
+//   add:   W = M a,  S = A_nn - a^T W (Schur's complement: the node's compliance with the other nodes at rest)
 //          M <- [ M + W S^-1 W^T   -W S^-1 ]
 //               [ -S^-1 W^T         S^-1   ]                                        6 n^2 multiply-adds
-//   go:    with q its columns of M at the others and s its own block
+//   remove: with q the node's columns of M at the other nodes and s its own block
 //          M <- M - q s^-1 q^T                                                      3 n^2
 //
-// n = 3 x the nodes held. S^-1 = R R^T and s^-1 = R R^T are applied as products of (W R) and (q R) with
-// themselves, so that M stays symmetric to the bit.
+// n = 3 x the nodes held. With S^-1 = R R^T and s^-1 = R R^T, the updates are products of (W R) and (q R)
+// with themselves, which keep M symmetric to the bit.
 //
-// Rounding would add up over millions of changes. So every few of them one node's columns are set right:
+// Rounding adds up over changes. After every few changes a correction restores one node's columns k, each
+// node in turn:
 //
-//   Y = M A_k - E_k (what is wrong with them),  W = M E_k,  P = Y - W (A_k^T Y) / 2
-//   M <- M - P W^T - W P^T          after which M A_k = E_k, to the square of what was wrong    9 n^2
+//   Y = M A_k - E_k (the error),  W = M E_k,  P = Y - W (A_k^T Y) / 2
+//   M <- M - P W^T - W P^T          then M A_k = E_k, to second order in the error     9 n^2
 //
-// (the symmetric secant update of quasi-Newton methods), each node in its turn. Where Y is more than
-// rounding, M is made again from nothing.
+// This is the symmetric secant update of quasi-Newton methods. If Y exceeds rounding, M is assembled anew.
 //
-// A node whose S vanishes to rounding moves as the others already do, and no forces could be told from
-// displacements. A soft spring is then added to its own compliance.
+// A node whose S vanishes to rounding moves with the other nodes, so displacements do not determine its
+// force. A soft spring then adds to the node's own compliance.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -37,7 +36,7 @@ struct ContactStiffness {
   uint32_t max_nodes;
   uint32_t num_nodes;
   size_t stride;      // doubles from row to row
-  uint32_t* nodes;    // [max_nodes] contact nodes, in no order
+  uint32_t* nodes;    // [max_nodes] contact nodes, unsorted
   uint32_t* slot_of;  // [num_contact_nodes] place in `nodes` + 1; 0: not held
   bool* regularised;  // [max_nodes]
   uint32_t num_regularised;
@@ -45,36 +44,36 @@ struct ContactStiffness {
   double* columns;          // [3][stride] a, A_k
   double* products;         // [3][stride] W, Y
   double* negated;          // [3][stride]
-  uint32_t changes;         // since a node was set right
-  uint32_t next_corrected;  // slot
+  uint32_t changes;         // since the last correction
+  uint32_t next_corrected;  // slot of the next correction
 };
 
-// Doubles from row to row.
+// Doubles from one row to the next.
 constexpr size_t inverse_stride(uint32_t max_nodes) {
   return (size_t{3} * max_nodes + kInverseLanes - 1) / kInverseLanes * kInverseLanes;
 }
 
-// Takes the arrays; they are all zero. `inverse.kernel` is set by the caller.
+// Takes the arrays, all zero, from the arena. The caller sets `inverse.kernel`.
 void carve_inverse(const pal_pack& pack, uint32_t max_nodes, Arena& arena, ContactStiffness& inverse);
 
-// There is room, and the contact node is not held yet.
+// Adds a contact node. The caller has checked the capacity, and that the node is not held.
 void add_node(const pal_pack& pack, uint32_t node, ContactStiffness& inverse);
 
-// The last node takes its slot. False where M is spoilt: nothing is held then.
+// Removes a node; the last node takes its slot. False if M has lost its accuracy: M is then empty.
 bool remove_node(uint32_t slot, ContactStiffness& inverse);
 
 void remove_all_nodes(ContactStiffness& inverse);
 
-// Whether a node's columns are to be set right. Springs are no compliance that could be compared with.
+// Whether a correction is due. Springs differ from the compliance, so they allow no correction.
 inline bool is_correction_due(const ContactStiffness& inverse) {
   constexpr uint32_t kChangesBetween = 4;
   return inverse.changes >= kChangesBetween && inverse.num_nodes > 0 && inverse.num_regularised == 0;
 }
 
-// Sets one node's columns right if it is time to. False where they were more wrong than by rounding.
+// Corrects one node's columns if a correction is due. False if the error exceeded rounding.
 bool correct_inverse(const pal_pack& pack, ContactStiffness& inverse);
 
-// Row of M that belongs to an axis of a held node: 3 num_nodes numbers.
+// The row of M for an axis of a held node: 3 num_nodes numbers.
 inline const double* inverse_row(const ContactStiffness& inverse, uint32_t slot, uint32_t axis) {
   return inverse.matrix + (size_t{3} * slot + axis) * inverse.stride;
 }

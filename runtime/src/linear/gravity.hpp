@@ -1,8 +1,7 @@
-// Gravity: where the organ rests in it, and what changes when it turns.
+// Gravity: the organ's rest, and the change of the response when gravity turns.
 //
-// The pack holds the rest u(g0) and, where the device may be tilted, G = du/dg (offline rest_state). Contacts
-// move by d from rest under g0, wherever gravity has turned since; with t = g - g0, G_H the rows of G of the
-// held nodes, and M = A^-1 (linear_dd):
+// The pack holds the rest u(g0) and, for a device that may tilt, G = du/dg. Contacts move by d from rest
+// under g0. With t = g - g0, G_H the rows of G at the held nodes, and M = A^-1 (linear_dd):
 //
 //   u = u(g0) + G t + C f,  u_H = u_H(g0) + E d   =>   f = X d - Y t,     Y = M G_H
 //                                                      F = S d - Q t,     Q = E^T Y
@@ -15,12 +14,13 @@
 
 namespace palpate {
 
-// Rows of `count` panels from `first` on: where the organ rests, API units, with gravity turned by `turn`
-// (t times the metres of a length unit; null: not at all). False where there is no gravity: nothing is written.
+// Writes the rest displacement of `count` panels from `first` on, API units. `turn`: t times the metres of a
+// length unit, or null for the scene's gravity. False in a pack without gravity: the function then writes
+// nothing.
 bool fill_rest(const pal_pack& pack, const FieldKernel& kernel, const pal_real* turn, uint32_t first,
                uint32_t count, pal_real* rows);
 
-// The same of one packed node, added to its three rows.
+// Adds the rest displacement of one packed node to its three rows.
 void add_rest(const pal_pack& pack, const pal_real* turn, uint32_t node, pal_real* rows);
 
 }  // namespace palpate

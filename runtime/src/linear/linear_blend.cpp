@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint32_t kCorners = 3;
 
-// The sites at which a contact, one of so many, acts. Returns their number.
+// Lists the sites that represent one of `count` contacts. Returns their number.
 uint32_t list_corners(const pal_contact& contact, uint32_t count, uint32_t corners[kCorners]) {
   if (acts_at_site(contact, count)) {
     corners[0] = nearest_site(contact);
@@ -23,13 +23,13 @@ uint32_t list_corners(const pal_contact& contact, uint32_t count, uint32_t corne
   return place.count;
 }
 
-// What a corner's number of a contact in a blend is, or num_corners where it is none.
+// The index of a site among the corners of a contact, or num_corners.
 uint32_t find_corner(const LinearBlend& blend, uint32_t contact, uint32_t site) {
   const uint32_t* corners = blend.corners + size_t{kCorners} * contact;
   return static_cast<uint32_t>(std::find(corners, corners + blend.num_corners[contact], site) - corners);
 }
 
-// The sites of set `number`: the first contact's corner changes first.
+// The sites of set `number`. The first contact's corner varies fastest.
 void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
   for (uint32_t c = 0; c < blend.num_contacts; ++c) {
     sites[c] = blend.corners[kCorners * c + number % blend.num_corners[c]];
@@ -37,14 +37,15 @@ void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
   }
 }
 
-// In the same order, of the weights of one more contact.
+// Multiplies the sets' products by one more contact's weights, in the order of list_sites().
 void add_contact(const double weights[kCorners], uint32_t num_corners, uint32_t length, double* products) {
   for (uint32_t corner = num_corners; corner-- > 0;) {
     for (uint32_t i = 0; i < length; ++i) products[corner * length + i] = products[i] * weights[corner];
   }
 }
 
-// The next set of the blend to be: one that is ready for its sites, or else the one used longest ago is begun anew.
+// Finds the next set of the blend in preparation. If no ready set has its sites, the least recently used set
+// begins anew.
 void find_set(const pal_pack& pack, LinearState& state) {
   LinearBlend& blend = state.next;
   const uint32_t count = blend.num_contacts;
@@ -68,7 +69,7 @@ void find_set(const pal_pack& pack, LinearState& state) {
   begin_set(pack, sites, count, state.fixed, state.num_fixed, set, state.assembly);
 }
 
-// The nodes that any set holds.
+// Lists the nodes that any set of the blend holds.
 void list_held(LinearState& state) {
   LinearBlend& blend = state.next;
   uint32_t* place = blend.places;
@@ -87,7 +88,7 @@ void list_held(LinearState& state) {
   for (uint32_t i = 0; i < blend.num_held; ++i) state.held_of[blend.held[i]] = 0;
 }
 
-// visit(weight, set, places) for each set with a weight.
+// Calls visit(weight, set, places) for each set with a weight.
 template <typename Visit>
 void for_each_set(const LinearState& state, Visit&& visit) {
   const LinearBlend& blend = state.active;
@@ -99,7 +100,7 @@ void for_each_set(const LinearState& state, Visit&& visit) {
   }
 }
 
-// Of each set the product of its corners' weights.
+// The weight of each set is the product of its corners' weights.
 void weigh_sets(const pal_contact* contacts, LinearBlend& blend) {
   uint32_t length = 1;
   blend.weights[0] = 1;
@@ -122,7 +123,7 @@ void sum_own_stiffness(LinearState& state) {
   });
 }
 
-// S_PP, upper triangle, P the axes of given force: a row of S is E^T of a row of X.
+// S_PP, upper triangle, P the axes of given force. A row of S is E^T times a row of X.
 void gather_given(const pal_pack& pack, const uint32_t* axes, uint32_t count, LinearState& state) {
   memset(state.given_factor, 0, size_t{count} * count * sizeof *state.given_factor);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
@@ -164,8 +165,8 @@ void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& 
   });
 }
 
-// Fills in the displacements along the axes of given force: S_PP d_P = F_P less what the others and gravity
-// make there while d_P = 0.
+// Solves S_PP d_P = F_P - (force from other axes and gravity at d_P = 0) for the displacements along the axes
+// P of given force.
 void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   if (frame.given_axes == nullptr) return;
   uint32_t count = 0;
@@ -182,8 +183,8 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
   }
   gather_given(pack, state.given_axes, count, state);
   constexpr double kLeastPart = 1e-12;
-  if (!factor_given(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
-  solve_given(state.given_factor, count, x);
+  if (!factor_semidefinite(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
+  solve_semidefinite(state.given_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 
@@ -219,7 +220,7 @@ double energy_with_turn(const pal_pack& pack, const LinearState& state, const Li
 void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, Arena& arena,
                   LinearState& state) {
   const uint32_t between = std::min(max_contacts, kMostBetween);
-  // A node is held once.
+  // Shared nodes count once.
   const auto held_by = [&](uint32_t num_patches) {
     return static_cast<uint32_t>(
         std::min<uint64_t>(uint64_t{num_patches} * pack.max_patch_nodes + max_fixed, pack.num_contact_nodes));
@@ -284,7 +285,7 @@ void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* f
   memcpy(state.fixed, fixed, num_fixed * sizeof *fixed);
   state.assembly.set = nullptr;
   ++state.num_begun;
-  // Those that answer meanwhile are not the ones to be replaced.
+  // The sets of the active blend must not be replaced.
   const LinearBlend& active = state.active;
   for (uint32_t i = 0; i < active.num_sets; ++i) state.sets[active.sets[i]].last_used = state.num_begun;
 }
@@ -333,7 +334,7 @@ void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& fram
   double twice = 0;
   for (uint32_t i = 0; i < 3 * state.active.num_contacts; ++i)
     twice += frame.forces[i] * frame.displacements[i];
-  frame.energy = frame.energy_before = 0.5 * twice;  // F.d / 2, which is d.S d / 2 where nothing turned
+  frame.energy = frame.energy_before = 0.5 * twice;  // F.d / 2, which equals d.S d / 2 without turned gravity
   if (frame.gravity_turn == nullptr && frame.turn_before == nullptr) return;
   constexpr double kNone[3] = {};
   const double* now = frame.gravity_turn != nullptr ? frame.gravity_turn : kNone;

@@ -1,17 +1,20 @@
-// linear_dd of contacts anywhere on the surface: the blend of its answers at the sites about them.
+// linear_dd of contacts anywhere on the surface: a blend of the linear_dd answers at the sites around them.
 //
-// A contact c at a point has the weights w_ci of the sites i at the corners of its triangle (contact_place.hpp). With
-// S_ij.. the stiffness of contacts at sites i, j, .. (linear_dd.hpp), all of them moved by the same displacements d,
+// Contact c has the weights w_ci at the sites i of its triangle's corners (contact_place.hpp). S_ij.. is the
+// stiffness of contacts at sites i, j, .. (linear_dd.hpp). With the same displacements d at all corners,
 //
-//   F = S d,  S = sum over i, j, .. of w_1i w_2j .. S_ij..        and energy, field, gravity's share likewise,
+//   F = S d,  S = sum over i, j, .. of w_1i w_2j .. S_ij..
 //
-// one term for each way to choose a corner for each contact: continuous as any of the contacts slides, the gradient
-// of an energy, and the answer at the sites where contacts are at them. That is 3, 9 or 27 sets of sites; where there
-// are more contacts than kMostBetween, they act at the sites of their largest weights, which is one set.
+// with one term for each choice of corners; energy, field and gravity use the same sum. The response is:
+// - continuous along any path of a contact,
+// - the gradient of an energy,
+// - exact at sites.
 //
-// A set is kept until another takes its place: a contact that slides into the next triangle needs only those sets
-// that have the new corner. Each set is made of the one before, of which most have all nodes but those of one
-// contact.
+// The sum has 3, 9 or 27 sets of sites. More contacts than kMostBetween act at their nearest sites, which is
+// one set.
+//
+// Each set stays until another set replaces it: a contact that slides into the next triangle needs only the
+// sets with the new corner. Each set starts from the contact stiffness of the set before.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -24,12 +27,12 @@ namespace palpate {
 inline constexpr uint32_t kMostBetween = 3;
 inline constexpr uint32_t kMostBlended = 27;
 
-// Whether a contact, one of so many, acts at the site nearest to it, and not at the corners of its place.
+// Whether one of `count` contacts acts at its nearest site, instead of the corners of its place.
 inline bool acts_at_site(const pal_contact& contact, uint32_t count) {
   return count > kMostBetween || is_at_site(contact);
 }
 
-// Contacts, the corners of their places, and the sets that these make.
+// Contacts, the corners of their places, and the sets of those corners.
 struct LinearBlend {
   bool ready;
   uint32_t num_contacts;
@@ -37,82 +40,81 @@ struct LinearBlend {
   uint32_t* num_corners;        // [max_contacts]
   uint32_t* corners;            // [max_contacts][3] sites
   uint32_t num_sets;            // the product of num_corners
-  uint32_t num_found;           // of them: the next one is being made
-  uint32_t sets[kMostBlended];  // of LinearState::sets
-  uint32_t num_held;            // by any set
+  uint32_t num_found;           // sets found so far: the next set is in preparation
+  uint32_t sets[kMostBlended];  // indices in LinearState::sets
+  uint32_t num_held;            // nodes that any set holds
   uint32_t* held;               // [max_shown] contact nodes
-  uint32_t* places;             // for each set, [num_held] of that set: where in `held` its nodes are
-  // Of the last place_contacts() or place_difference()
+  uint32_t* places;             // for each set, [num_held of the set] places of its nodes in `held`
+  // Results of the last place_contacts() or place_difference():
   double weights[kMostBlended];  // of the sets
   double* own_stiffness;         // [max_contacts][3][3] of S
 };
 
-// One blend answers while another is made ready, if need be over several frames.
+// One blend answers during the preparation of the next blend, which may take several frames.
 struct LinearState {
-  uint32_t max_shown;  // nodes that a blend holds
-  uint32_t num_sets;   // of kMostBetween contacts at most, and behind them two of more
+  uint32_t max_shown;  // capacity of a blend's held nodes
+  uint32_t num_sets;   // sets of up to kMostBetween contacts, then two sets of more contacts
   uint32_t num_more;
   LinearSet* sets;
   LinearBlend active;
   LinearBlend next;
   LinearAssembly assembly;
-  uint64_t num_begun;   // blends
-  uint32_t num_fixed;   // nodes, of the blend begun last
+  uint64_t num_begun;   // number of blends begun
+  uint32_t num_fixed;   // fixed nodes of the blend begun last
   uint32_t* fixed;      // [max_fixed]
-  double* nodal_force;  // f of the last frame at the nodes held by the blend, [max_shown][3]
+  double* nodal_force;  // f of the last frame at the blend's held nodes, [max_shown][3]
   double* set_force;    // f of one set: [stride]
-  // Contacts with given forces
+  // Contacts with given forces:
   double* given_factor;    // [3 max_contacts][3 max_contacts]
-  uint32_t* given_axes;    // [3 max_contacts] of given force, ascending
+  uint32_t* given_axes;    // [3 max_contacts] axes of given force, ascending
   double* given_solution;  // [3 max_contacts]
-  uint32_t* held_of;       // [num_contact_nodes] place in LinearBlend::held + 1, while that is filled
+  uint32_t* held_of;       // [num_contact_nodes] scratch: place in LinearBlend::held + 1
 };
 
-// Takes the arrays of a state that serves these capacities.
+// Takes the arrays for these capacities from the arena.
 void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, Arena& arena,
                   LinearState& state);
 
-// Whether a blend is, or will be, for these contacts and fixed nodes.
+// Whether a blend serves these contacts and fixed nodes, now or after its preparation.
 bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
 
-// Begins to make the next blend, for these contacts and fixed nodes. `count` and `num_fixed` are within the
-// capacities, sites and nodes exist.
+// Begins the next blend for these contacts and fixed nodes. The caller has checked the capacities and that
+// the sites and nodes exist.
 void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* fixed, uint32_t num_fixed,
                   uint32_t fixed_version, LinearState& state);
 
-// Goes on with it for about so many multiply-adds, as advance_set() does. Once it is ready it answers, and true is
-// returned.
+// Advances the next blend by about so many multiply-adds, as advance_set() does. Returns true once the blend
+// is ready and active.
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state);
 
-// The next blend, if it is ready, answers, and the one that did is next.
+// Swaps the active blend and the next blend.
 void swap_blends(LinearState& state);
 
-// Takes in where contacts are in the blend that answers, which is for them.
+// Sets the weights of the active blend for these contacts.
 void place_contacts(const pal_contact* contacts, LinearState& state);
 
-// The same for what contacts at their places have beyond contacts at `sites`, corners of theirs: the weight of the set
-// of those is less by 1, so that all sum up to 0. Cost of both: 9 multiply-adds for each set and contact.
+// Sets the weights for the difference between contacts at their places and contacts at `sites`. The set of
+// `sites` has its weight less 1, so that all weights sum to 0.
 void place_difference(const pal_contact* contacts, const uint32_t* sites, LinearState& state);
 
-// What a frame asks of the blend that answers, and its answer; model units.
+// Input and output of the active blend in a frame; model units.
 struct LinearFrame {
-  const uint32_t*
-      given_axes;  // [count] bits 0 to 2: axes along which the force of a contact is given; null: none
-  const double* given_forces;  // [count][3] read there
-  const double* gravity_turn;  // [3] null: it has not turned
-  const double* turn_before;   // [3] null: as gravity_turn
-  double* displacements;       // [count][3] filled in where forces are given
+  const uint32_t* given_axes;  // [count] bits 0 to 2: axes of given force; null: none
+  const double* given_forces;  // [count][3] read along given_axes
+  const double* gravity_turn;  // [3] t of gravity.hpp; null: 0
+  const double* turn_before;   // [3] t of the last frame; null: as gravity_turn
+  double* displacements;       // [count][3] filled in along given_axes
   double* forces;              // [count][3]
   double energy;               // W
-  double energy_before;        // what W would be with turn_before
-  uint32_t flags;              // of sets, and of what is doubtful about the displacements
+  double energy_before;        // W with turn_before
+  uint32_t flags;              // flags of the sets and of doubtful displacements
 };
 
-// Of contacts that were placed. Also leaves f for the field in `state`. Cost in multiply-adds: for each set 3 c (3 c
-// + n), c contacts, n = 3 x the nodes it holds.
+// Evaluates the active blend after place_contacts(), and leaves f for the field in `state`. Cost: 3 c (3 c +
+// n) multiply-adds a set, with c contacts and n = 3 x the nodes held.
 void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame);
 
-// The 3 x 3 of S of two contacts, by rows; that of the other order is its transpose to the bit.
+// The 3 x 3 block of S for two contacts, by rows. The block of (column, row) is its transpose to the bit.
 void stiffness_between(const pal_pack& pack, const LinearState& state, uint32_t row, uint32_t column,
                        double block[9]);
 

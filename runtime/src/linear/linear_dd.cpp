@@ -8,15 +8,15 @@
 namespace palpate {
 namespace {
 
-// Each node once, whoever holds it.
+// Lists a contact node once, with its share for one more contact.
 void want(uint32_t contact_node, double share, LinearAssembly& assembly) {
   assembly.wanted[assembly.num_wanted] = contact_node;
   assembly.share[assembly.num_wanted] = share;
   assembly.wanted_of[contact_node] = ++assembly.num_wanted;
 }
 
-// Whether it costs less to begin from nothing than to take out of the inverse what is not wanted:
-// 3 n^2 for each node that goes against 6 n^2 for each that stays, summed.
+// Whether assembling M anew costs less than removing nodes: 3 n^2 for each node that leaves against 6 n^2 for
+// each node that stays, summed.
 bool is_cheaper_anew(const LinearAssembly& assembly) {
   const ContactStiffness& inverse = assembly.inverse;
   double stay = 0;
@@ -30,7 +30,7 @@ uint32_t patch_size(const pal_pack& pack, uint32_t site) {
   return pack.patch_starts[site + 1] - pack.patch_starts[site];
 }
 
-// E.
+// Fills in E: the patches' slots and shares.
 void list_patches(const pal_pack& pack, const LinearAssembly& assembly, LinearSet& set) {
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     const size_t first = size_t{c} * pack.max_patch_nodes;
@@ -42,7 +42,7 @@ void list_patches(const pal_pack& pack, const LinearAssembly& assembly, LinearSe
   }
 }
 
-// Column of X = M E: the sum of the rows of M that belong to the patch.
+// A column of X = M E: the sum of the patch's rows of M.
 void sum_unit_forces(const pal_pack& pack, uint32_t column, const ContactStiffness& inverse, LinearSet& set) {
   const uint32_t n = 3 * set.num_held;
   double* forces = set.unit_forces + column * set.stride;
@@ -127,7 +127,7 @@ void begin_set(const pal_pack& pack, const uint32_t* sites, uint32_t count, cons
     }
   }
   set.num_held = assembly.num_wanted;
-  // Springs are there for the sake of nodes that may be about to go.
+  // Nodes with springs may be leaving, so M begins anew.
   if (assembly.inverse.num_regularised > 0 || is_cheaper_anew(assembly)) remove_all_nodes(assembly.inverse);
   assembly.phase = LinearAssembly::Phase::remove;
   assembly.index = 0;
@@ -139,8 +139,8 @@ uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearAssembly& 
   LinearSet& set = *assembly.set;
   ContactStiffness& inverse = assembly.inverse;
   const uint32_t size = 3 * set.num_contacts;
-  // To fetch a block from all over the pack takes as long as so many multiply-adds; from a compressed one it
-  // is made, of some 24 columns.
+  // Cost of fetching a block, in multiply-adds: a dense block misses the caches, a compressed block is a
+  // product of columns.
   const uint64_t fetch = is_compressed(pack) ? 250 : 36;
   const auto go_to = [&](Phase phase) {
     assembly.phase = phase;
@@ -151,7 +151,7 @@ uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearAssembly& 
     const uint64_t n = uint64_t{3} * inverse.num_nodes;
     switch (assembly.phase) {
       case Phase::remove:
-        // From slot `index` on; what takes the place of a node that goes is looked at next.
+        // `index` runs over the slots. When a node leaves, its slot holds another node and is checked again.
         if (assembly.index >= inverse.num_nodes) {
           go_to(Phase::add);
         } else if (assembly.wanted_of[inverse.nodes[assembly.index]] != 0) {

@@ -3,14 +3,14 @@
 namespace palpate {
 namespace {
 
-// The nodes of a few patches in rising order, each once.
+// Iterates over the nodes of a few patches in ascending order, each node once.
 class PatchUnion {
  public:
   PatchUnion(const pal_pack& pack, const ContactPlace& place) : pack_(pack), place_(place) {
     for (uint32_t i = 0; i < place.count; ++i) at_[i] = pack.patch_starts[place.corners[i].site];
   }
 
-  // False behind the last.
+  // False at the end.
   bool find_next(uint32_t& node) const {
     node = UINT32_MAX;
     for (uint32_t i = 0; i < place_.count; ++i) {
@@ -19,7 +19,8 @@ class PatchUnion {
     return node != UINT32_MAX;
   }
 
-  // Goes past the next node, with a call of add(corner, entry of patch_nodes) for each patch that holds it.
+  // Advances past the next node, and calls add(corner, entry of patch_nodes) for each patch that holds the
+  // node.
   template <typename Add>
   void take(uint32_t node, Add&& add) {
     for (uint32_t i = 0; i < place_.count; ++i) {

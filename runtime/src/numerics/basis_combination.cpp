@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 pal_real round_some(const pal_real* weights, uint32_t count, int16_t* integers) {
-  // 32768 times it, and half a unit more for each of 96 roundings, is below 2^31.
+  // The limit keeps each sum of products, with the rounding of 96 weights, below 2^31.
   constexpr pal_real kMostSum = 65000;
   pal_real largest = 0;
   pal_real sum = 0;
@@ -16,13 +16,13 @@ pal_real round_some(const pal_real* weights, uint32_t count, int16_t* integers) 
     if (size > largest) largest = size;
     sum += size;
   }
-  if (!isfinite(sum)) {  // a damaged pack that nobody verified: as without rounding
+  if (!isfinite(sum)) {  // an unverified pack may be damaged: the sum stays non-finite, as without rounding
     memset(integers, 0, count * sizeof *integers);
     return sum;
   }
   const pal_real by_largest = largest / pack::kBasisUnit;
   const pal_real unit = by_largest > sum / kMostSum ? by_largest : sum / kMostSum;
-  // Below what float32 has digits for there is nothing to show.
+  // Weights below the range of float32 displacements count as zero.
   constexpr pal_real kLeast = pal_real(1e-30);
   const pal_real per_unit = unit > kLeast ? 1 / unit : 0;
   for (uint32_t k = 0; k < count; ++k) {

@@ -1,4 +1,4 @@
-// Columns of a field as a pack has them, panel by panel, and what each weighs.
+// A weighted combination of a pack's basis columns, panel by panel.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -10,20 +10,20 @@ namespace palpate {
 
 struct BasisCombination {
   const unsigned char* field;  // pack::field_panel_bytes() each panel
-  bool is_rounded;             // whether columns are int16
-  uint32_t num_columns;        // 3 or more where they are int16
-  uint32_t num_weighed;        // the first of them; the others weigh nothing
+  bool is_rounded;             // columns are int16
+  uint32_t num_columns;        // at least 3 if columns are int16
+  uint32_t num_weighed;        // columns with weights, from the first; the other weights are zero
   pal_real weights[3 + pack::kMostRank];
-  RoundedWeights rounded;  // the same of int16
+  RoundedWeights rounded;  // the weights for int16 columns
 };
 
-// `rounded` := `weights` of columns in which pack::kBasisUnit is 1, the first three and the others each in a unit as
-// small as leaves every sum of products in 32 bits; where they are not finite, as a damaged pack makes them, it is not
-// either.
+// Rounds `weights` to the integers of `rounded`, for columns in which pack::kBasisUnit is 1. The first three
+// weights share a unit, and the other weights share a unit. Each unit is the smallest unit whose sums of
+// products fit in 32 bits. The unit is not finite if the weights are not finite.
 void round_weights(BasisCombination& columns);
 
-// sum[96 count] = the weighted sum of `count` panels from `first` on, onto what is there or not. Cost: reads their
-// weighed columns once, 2 or sizeof(pal_real) bytes a number.
+// Writes the weighted sum of `count` panels from `first` on to sum[96 count], or adds the sum if `onto`.
+// Cost: one read of the weighted columns.
 void fill_columns(const BasisCombination& columns, uint32_t first, uint32_t count, const FieldKernel& kernel,
                   bool onto, pal_real* sum);
 

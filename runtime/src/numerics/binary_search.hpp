@@ -1,11 +1,12 @@
-// Looking a number up among rising ones.
+// Binary search.
 #pragma once
 
 #include <stdint.h>
 
 namespace palpate {
 
-// Its place, or `count` where it is not there; value_of(i) rises over i < count.
+// The index i with value_of(i) == `value`, or `count` if no index has this value; value_of ascends over i <
+// count.
 template <typename Value, typename ValueOf>
 uint32_t find_sorted(uint32_t count, Value value, ValueOf&& value_of) {
   uint32_t low = 0;

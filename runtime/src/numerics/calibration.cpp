@@ -8,7 +8,7 @@ namespace {
 constexpr uint32_t kNodes = 15;
 constexpr size_t kStride = 48;  // 3 kNodes, rounded up
 static_assert(kStride >= 3 * kNodes && kStride % kInverseLanes == 0);
-constexpr int kProducts = 64;  // timed together: clocks may be coarse
+constexpr int kProducts = 64;  // products in one timing, for a coarse clock
 constexpr int kRounds = 9;
 constexpr double kLeast = 1e-12;
 
@@ -19,7 +19,7 @@ double seconds_per_operation(pal_clock clock, void* user) {
   alignas(64) double matrix[3 * kNodes * kStride];
   alignas(64) double columns[3 * kStride];
   alignas(64) double products[3 * kStride];
-  // Of a contraction: the products do not grow.
+  // The matrix is a contraction: its powers stay bounded.
   for (double& entry : matrix) entry = 0.5 / kStride;
   for (double& entry : columns) entry = 1e-3;
   double rounds[kRounds];  // ascending

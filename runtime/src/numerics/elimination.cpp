@@ -13,15 +13,15 @@ namespace {
 constexpr uint32_t kRows = kEliminationRows;
 constexpr uint32_t kColumns = kEliminationColumns;
 
-// The factor of a block on the diagonal; below it L, and 1 over its diagonal.
+// The Cholesky factor of a diagonal block: L below the diagonal, and the reciprocals of L's diagonal.
 struct DiagonalBlock {
   double below[kColumns][kColumns];
   double inverse[kColumns];
 };
 
-// False where it is not positive definite to rounding.
+// False if the block is not positive definite to rounding.
 bool factor_block(const double* block, uint32_t stride, DiagonalBlock& factor) {
-  constexpr double kLeastPivot = 1e-13;  // of what the diagonal was before this block
+  constexpr double kLeastPivot = 1e-13;  // relative to the diagonal before this block's elimination
   for (uint32_t c = 0; c < kColumns; ++c) {
     const double diagonal = block[c * stride + c];
     double pivot = diagonal;
@@ -37,8 +37,8 @@ bool factor_block(const double* block, uint32_t stride, DiagonalBlock& factor) {
   return true;
 }
 
-// A block of columns: from the rows of its own diagonal on, tile after tile of kRows rows, what the columns before it
-// take off, and then the solve with the block's own triangle.
+// Updates a block of columns from its diagonal down, by tiles of kRows rows: subtracts the products of all
+// earlier columns, then solves with the block's own triangle.
 struct ScalarTile {
   double entries[kColumns][kRows];
 
@@ -102,9 +102,9 @@ void back_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size
   }
 }
 
-// Of four columns: the triangle on the diagonal.
+// Solves with the diagonal triangle of four columns.
 void solve_triangle(const double* block, uint32_t stride, double* vector) {
-  double inverse[kColumns];  // no division waits for another
+  double inverse[kColumns];  // reciprocals first: no division waits for another division
   for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / block[c * stride + c];
   for (uint32_t c = 0; c < kColumns; ++c) {
     double entry = vector[c];
@@ -158,10 +158,10 @@ void add_symmetric_product_scalar(const double* matrix, uint32_t size, const dou
 #ifdef PALPATE_X86
 
 #define PALPATE_AVX2 __attribute__((target("avx2,fma")))
-// So that arrays of registers are registers.
+// Unrolled loops keep arrays of registers in registers.
 #define PALPATE_UNROLL _Pragma("GCC unroll 4")
 
-// Sixteen rows would hide more of the latency, but half of them be padding in matrices this small.
+// Sixteen rows would hide more latency, but would waste half of the tile on padding in such small matrices.
 PALPATE_AVX2 inline void subtract_avx2(const double* matrix, uint32_t stride, uint32_t row, uint32_t first,
                                        uint32_t columns, __m256d low[kColumns], __m256d high[kColumns]) {
   const double* target = matrix + size_t{first} * stride + row;
@@ -225,16 +225,16 @@ PALPATE_AVX2 bool eliminate_columns_avx2(double* matrix, uint32_t stride, uint32
   return true;
 }
 
-// The sum of each of four.
+// The sums of four vectors.
 PALPATE_AVX2 inline __m256d sums_of(const __m256d v[kColumns]) {
   const __m256d low = _mm256_hadd_pd(v[0], v[1]);
   const __m256d high = _mm256_hadd_pd(v[2], v[3]);
   return _mm256_add_pd(_mm256_permute2f128_pd(low, high, 0x21), _mm256_blend_pd(low, high, 0xc));
 }
 
-// Of four columns: the triangle on the diagonal, transposed.
+// Solves with the transposed diagonal triangle of four columns.
 void solve_transposed(const double* block, uint32_t stride, double* row) {
-  double inverse[kColumns];  // no division waits for another
+  double inverse[kColumns];  // reciprocals first: no division waits for another division
   for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / block[c * stride + c];
   for (uint32_t c = kColumns; c-- > 0;) {
     double entry = row[c];
@@ -243,7 +243,7 @@ void solve_transposed(const double* block, uint32_t stride, double* row) {
   }
 }
 
-// Rows share each column that is read, and four columns each row.
+// kCount rows share each column read, and each row uses four columns.
 template <uint32_t kCount>
 PALPATE_AVX2 void back_substitute_few(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                                       size_t row_stride) {
@@ -310,7 +310,7 @@ PALPATE_AVX2 inline __m256d load_four(const float* entries) {
   return _mm256_cvtps_pd(_mm_load_ps(entries));
 }
 
-// Sixteen rows at a time, so that no sum waits for the one before it.
+// Sixteen rows at a time give independent sums.
 template <typename Number>
 PALPATE_AVX2 void add_product_avx2(const Number* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                                    const double* x, double* y) {
@@ -354,7 +354,7 @@ PALPATE_AVX2 void add_transposed_product_avx2(const float* matrix, uint32_t stri
   }
 }
 
-// Four columns at a time; the block on their diagonal is read in full.
+// Four columns at a time. The loop reads the diagonal block in full.
 PALPATE_AVX2 void add_symmetric_product_avx2(const double* matrix, uint32_t size, const double* x,
                                              double* y) {
   for (uint32_t first = 0; first < size; first += kColumns) {

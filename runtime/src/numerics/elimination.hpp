@@ -1,14 +1,16 @@
-// Elimination of the first unknowns of a symmetric positive definite matrix, dense, in place.
+// Partial Cholesky elimination of the first unknowns of a dense symmetric positive definite matrix, in place.
 //
 //   [ A11  . ]        [ L    .            ]
 //   [ A21 A22 ]  ->   [ X   A22 - X X^T   ],   A11 = L L^T,  X = A21 L^-T
 //
-// Of what is left, A22 - A21 A11^-1 A21^T is the matrix condensed onto the rows that stay; a load kept as one more row
-// b^T of A21 becomes (L^-1 b)^T, and its entries of A22 become what the eliminated unknowns leave of it.
+// A22 - A21 A11^-1 A21^T is the condensed matrix of the remaining rows. A load b^T may be one more row of
+// A21: the elimination turns this row into (L^-1 b)^T, and its entries in A22 into the condensed load.
 //
-// Column-major; only the lower triangle means anything. `stride` is a multiple of kEliminationRows, columns begin on 32
-// bytes, `eliminated` is a multiple of kEliminationColumns, and there is room for as many columns as `size` rounded up
-// to that and for as many rows as `stride`. Whatever is above the triangle is overwritten.
+// Storage is column-major, and only the lower triangle has meaning; the elimination overwrites entries above
+// the triangle.
+// - `stride` is a multiple of kEliminationRows, and `eliminated` a multiple of kEliminationColumns.
+// - Columns begin on 32 bytes.
+// - The capacity is `stride` rows, and `size` columns rounded up to kEliminationColumns.
 #pragma once
 
 #include <stddef.h>
@@ -29,31 +31,32 @@ constexpr uint32_t round_to_columns(uint32_t size) {
 
 struct EliminationKernel {
   const char* name;
-  // The columns first .. first + kEliminationColumns - 1, all before them done. False where A11 is not positive
-  // definite. Cost: elimination_operations().
+  // Eliminates the columns first .. first + kEliminationColumns - 1 after all columns before them. False if
+  // A11 is not positive definite. Cost: elimination_operations().
   bool (*eliminate_columns)(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                             uint32_t first);
-  // rows[count][row_stride] := rows L^-1, the first `size` of each; L as left by the above. `size` and `row_stride` are
-  // multiples of kEliminationColumns, rows begin on 32 bytes.
+  // rows[count][row_stride] := rows L^-1, the first `size` entries of each row, with L from the elimination.
+  // `size` and `row_stride` are multiples of kEliminationColumns, and rows begin on 32 bytes.
   void (*back_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count);
-  // vector := L^-1 vector; `size` as there.
+  // vector := L^-1 vector; `size` as in back_substitute.
   void (*forward_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* vector);
-  // y := y + A x, A full and column-major; `rows` rounded up to four are read and written.
+  // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four.
   void (*add_product)(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
-  // The same of floats: columns on 16 bytes, y on 32.
+  // y := y + A x for floats: columns begin on 16 bytes, y on 32 bytes.
   void (*add_float_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                             const double* x, double* y);
-  // y := y + A^T x, of floats: rows and columns are multiples of four, columns on 16 bytes, x and y on 32.
+  // y := y + A^T x for floats. Rows and columns are multiples of four; columns begin on 16 bytes, x and y on
+  // 32 bytes.
   void (*add_transposed_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                                  const double* x, double* y);
-  // And of a symmetric matrix of so many rows and columns, a multiple of kEliminationRows, which is its stride: both its
-  // triangles are there, and about half of it is read. x and y on 32 bytes.
+  // y := y + A x for a symmetric A of `size` rows, a multiple of kEliminationRows, which is also the stride.
+  // Both triangles are present, and the product reads about half of A. x and y begin on 32 bytes.
   void (*add_symmetric_product)(const double* matrix, uint32_t size, const double* x, double* y);
 };
 
-// What eliminate_columns() takes, from a column on: multiply-adds.
+// Multiply-adds of eliminate_columns() from a column on.
 constexpr uint64_t elimination_operations(uint32_t size, uint32_t eliminated, uint32_t first) {
   const uint32_t columns = first < eliminated ? first : eliminated;
   return uint64_t{kEliminationColumns} * (size - first) * (columns + kEliminationColumns);
@@ -61,14 +64,14 @@ constexpr uint64_t elimination_operations(uint32_t size, uint32_t eliminated, ui
 
 inline constexpr uint32_t kMostEliminationKernels = 2;
 
-// Those that this processor can run, the best last; how many.
+// Lists the kernels that this processor can run, the fastest last. Returns their number.
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]);
 EliminationKernel choose_elimination_kernel();
 
-// An unknown that is held takes no part.
+// Removes an unknown with a fixed value from the system.
 void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix);
 
-// All columns after one another.
+// Eliminates all columns in order.
 bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,
                uint32_t eliminated);
 

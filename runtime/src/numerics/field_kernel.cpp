@@ -66,9 +66,9 @@ using Lanes256 = __m256;
 using Lanes512 = __m512;
 #endif
 
-// 12 registers, all 96 rows as floats, half of them as doubles: enough independent sums to hide the latency of a fused
-// multiply-add (4 cycles, 2 a cycle), and few enough that none spills; but only where the loops over them are
-// unrolled, which GCC does not find out by itself: an array that is indexed lives in memory.
+// 12 registers hold 96 floats, or half of 96 doubles. So many independent sums hide the latency of a fused
+// multiply-add without spilling registers. The loops need explicit unrolling: GCC keeps an indexed array in
+// memory.
 __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* columns, size_t stride,
                                                           const pal_real* weights, uint32_t count, bool onto,
                                                           pal_real* sum) {
@@ -92,7 +92,7 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
   }
 }
 
-// As many bytes as there are lanes, widened.
+// Loads one byte a lane and widens the bytes.
 __attribute__((target("avx2"))) inline Lanes256 widened(const int8_t* bytes) {
 #if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
   int four;
@@ -103,7 +103,7 @@ __attribute__((target("avx2"))) inline Lanes256 widened(const int8_t* bytes) {
 #endif
 }
 
-// Products and sums are not fused, so that the bits are those of the scalar one.
+// Products and sums stay unfused, so that the bits equal those of the scalar kernel.
 __attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const pal_real* weights,
                                                     uint32_t count, pal_real* sum) {
   constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);
@@ -123,20 +123,19 @@ __attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const
 }
 
 #if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
-// Both weights of a pair, as they lie.
+// Both weights of a pair, in one integer.
 int pair_of(const int16_t* weights) {
   int pair;
   memcpy(&pair, weights, sizeof pair);
   return pair;
 }
 
-// That of a column alone, beside 0: its entries, widened, are pairs of them and of their signs.
+// The weight of a single column, paired with 0. A widened entry is a pair of the entry and its sign bits.
 int single_of(const int16_t* weight) {
   return static_cast<uint16_t>(*weight);
 }
 
-// 12 sums of 8 rows, as above, in registers while so many pairs stream by, and behind them a column alone or none; then
-// through memory.
+// Sums num_pairs pairs of columns, and a single column if `single`, in 12 registers of 8 rows.
 __attribute__((target("avx2,fma"))) void add_part_avx2(const int16_t* columns, const int16_t* weights,
                                                        uint32_t num_pairs, bool single, pal_real unit,
                                                        bool onto, pal_real* sum) {
@@ -179,8 +178,7 @@ void add_rounded_avx2(const int16_t* columns, const RoundedWeights& rounded, boo
                   rounded.unit, true, sum);
 }
 
-// 6 sums of 16 rows, and the rows, in registers; product and sum are one instruction. (Conversion without a mask is one
-// that GCC warns of.)
+// 6 registers of 16 sums; one instruction multiplies and adds. GCC warns of the unmasked conversion.
 __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* columns,
                                                                           const RoundedWeights& rounded,
                                                                           bool onto, pal_real* sum) {
@@ -225,7 +223,7 @@ __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const 
 constexpr AddRounded add_rounded_avx2 = add_rounded_scalar;
 #endif
 
-// The same with registers twice as wide, half as many of them or all rows at once.
+// As add_columns_avx2, with registers of twice the width.
 __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* columns, size_t stride,
                                                            const pal_real* weights, uint32_t count, bool onto,
                                                            pal_real* sum) {

@@ -45,8 +45,8 @@ void combine_scalar(const double* rows, size_t stride, uint32_t count, const dou
 
 #ifdef PALPATE_X86
 
-// Both loops take the three rows of a node at a time: nine factors and three columns stay in registers, so
-// that nine multiply-adds go with three numbers read from the matrix.
+// Both loops take the three rows of a node together: nine factors and three columns stay in registers, so
+// that nine multiply-adds need three numbers of the matrix.
 
 __attribute__((target("avx2,fma"))) void multiply_avx2(const double* matrix, size_t stride,
                                                        uint32_t num_nodes, const double* x, double* y) {
@@ -91,7 +91,7 @@ __attribute__((target("avx2,fma"))) void add_products_avx2(double* matrix, size_
   }
 }
 
-// Sixteen sums at a time stay in registers while all rows go by; a row ends with the padding of its stride.
+// Sixteen sums stay in registers while the loop passes all rows. A row ends with the padding of its stride.
 __attribute__((target("avx2,fma"))) void combine_avx2(const double* rows, size_t stride, uint32_t count,
                                                       const double* weights, size_t length, double* out) {
   size_t i = 0;

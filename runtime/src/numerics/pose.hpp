@@ -9,19 +9,20 @@
 
 namespace palpate {
 
-// An organ that stands as its model does, and a tool that does not turn, cost nothing.
+// An identity rotation costs nothing: most organs and many tools do not rotate.
 struct Rotation {
   double m[9];
   bool is_identity;
 };
 
-// A unit quaternion is one to so much; drift within a hundredth is put right, more is no rotation.
+// read_pose() normalises a quaternion whose length is within this distance of 1, and refuses any other
+// quaternion.
 inline constexpr double kQuaternionDrift = 0.01;
-// Of a coordinate: its square does not overflow.
+// Largest coordinate, whose square does not overflow.
 inline constexpr double kMostPosition = 1e100;
 
-// False where the numbers are not finite, absurd, or not those of a rotation. Otherwise `pose` is the same
-// with a quaternion of length 1 to rounding.
+// Checks a pose and normalises its quaternion. False if a number is not finite or absurd, or if the
+// quaternion is no rotation.
 inline bool read_pose(const pal_pose& given, pal_pose& pose) {
   double square = 0;
   for (const double component : given.orientation) square += component * component;
@@ -32,7 +33,7 @@ inline bool read_pose(const pal_pose& given, pal_pose& pose) {
     if (!(fabs(component) <= kMostPosition)) return false;
   }
   pose = given;
-  // What was read once is read to the same bits again, as from a recording.
+  // Skips a normalised quaternion, so that a recorded pose replays to the same bits.
   constexpr double kRounding = 2e-15;
   if (fabs(square - 1.0) <= kRounding) return true;
   const double scale = 1.0 / sqrt(square);
@@ -87,8 +88,8 @@ inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
   }
 }
 
-// The turn from one unit quaternion to another as a vector: twice the vector part of now * conjugate(before), the one
-// of the two whose scalar part is not negative. For small turns the rotation vector.
+// The turn from one unit quaternion to another: twice the vector part of now * conjugate(before), with
+// non-negative scalar part. A small turn equals the rotation vector.
 inline void turn_between(const double before[4], const double now[4], double out[3]) {
   const double w = now[0] * before[0] + now[1] * before[1] + now[2] * before[2] + now[3] * before[3];
   const double scale = w < 0 ? -2.0 : 2.0;
@@ -100,7 +101,7 @@ inline void turn_between(const double before[4], const double now[4], double out
   }
 }
 
-// The unit quaternion of such a turn.
+// The unit quaternion of a turn.
 inline void quaternion_of(const double turn[3], double q[4]) {
   double square = 0;
   for (int i = 0; i < 3; ++i) {

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-bool factor_given(uint32_t count, double least_part, double* factor) {
+bool factor_semidefinite(uint32_t count, double least_part, double* factor) {
   bool is_whole = true;
   for (uint32_t k = 0; k < count; ++k) {
     double* row = factor + size_t{k} * count;
@@ -25,7 +25,7 @@ bool factor_given(uint32_t count, double least_part, double* factor) {
   return is_whole;
 }
 
-void solve_given(const double* factor, uint32_t count, double* x) {
+void solve_semidefinite(const double* factor, uint32_t count, double* x) {
   for (uint32_t k = 0; k < count; ++k) {
     const double* row = factor + size_t{k} * count;
     x[k] = row[k] > 0 ? x[k] / row[k] : 0.0;

@@ -22,7 +22,7 @@ void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double blo
   }
 }
 
-// All panels of one held node after one another: the columns of many would be as many streams.
+// The outer loop runs over held nodes: interleaved columns of many nodes would be too many memory streams.
 void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
                            const FieldKernel& kernel, bool onto, pal_real* sum) {
   const uint64_t panels = pack::num_panels(pack.num_nodes);

@@ -13,7 +13,7 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
   if (stored.rank == pack::kPanelRows) {
     for (uint32_t r = 0; r < 3; ++r) {
       for (uint32_t c = 0; c < 3; ++c) {
-        // Of a block on the diagonal both halves are there, alike but for rounding.
+        // A diagonal block stores both halves, which differ by rounding: the code uses one half.
         const bool other_half = i == j && r < c;
         block[3 * r + c] = other_half ? static_cast<double>(coefficients[pack::kPanelRows * r + row + c])
                                       : static_cast<double>(coefficients[pack::kPanelRows * c + row + r]);
@@ -32,11 +32,11 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
   memcpy(block, sums, sizeof sums);
 }
 
-// All panels of one held node after one another, as its coefficients are.
+// The outer loop runs over held nodes, in the order of their coefficients.
 void fill_compressed_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
                            AddColumns add_columns, pal_real* sum) {
   alignas(64) pal_real modes[kMostPanelsAtOnce * pack::kPanelRows];
-  uint32_t num_modes[kMostPanelsAtOnce];  // of each panel, so far
+  uint32_t num_modes[kMostPanelsAtOnce];  // modes of each panel so far
   clear_panels(count, sum);
   memset(modes, 0, size_t{count} * pack::kPanelRows * sizeof *modes);
   memset(num_modes, 0, count * sizeof *num_modes);

@@ -12,9 +12,9 @@ namespace palpate {
 namespace {
 
 constexpr double kLargestTolerance = 0.1;
-constexpr pal_real kLargestBasis = pal_real(1.001);  // 1, and rounding
+constexpr pal_real kLargestBasis = pal_real(1.001);  // 1, with rounding
 
-// Every node in one place, and the panel there names it: then no frame leaves a node out.
+// Whether every node has a unique place whose panel names the node. Then no frame leaves a node out.
 bool are_places_valid(const pal_pack& pack) {
   uint64_t named = 0;
   for (uint32_t p = 0; p < pack.num_panels; ++p) {
@@ -61,13 +61,12 @@ void own_compliance(const pal_pack& pack, uint32_t contact_node, double diagonal
   for (uint32_t axis = 0; axis < 3; ++axis) diagonal[axis] = block[4 * axis];
 }
 
-// Place in `contact_nodes` of a packed node, or num_contact_nodes.
+// The index of a packed node in `contact_nodes`, or num_contact_nodes.
 uint32_t find_contact(const pal_pack& pack, uint32_t node) {
   return find_sorted(pack.num_contact_nodes, node, [&](uint32_t i) { return pack.contact_nodes[i]; });
 }
 
-// Of each dof of the panel the root of what it moves under its own unit force; where it cannot be touched so
-// much that it bounds nothing.
+// For each dof of the panel, the root of its own compliance; a large bound for a dof that no tool can touch.
 void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPanelRows]) {
   constexpr double kNoBound = 1e50;
   for (uint32_t place = 0; place < pack::kPanelNodes; ++place) {
@@ -80,7 +79,7 @@ void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPane
   }
 }
 
-// |column[row]| <= roots[row] root for all, by their bits as all_within() does.
+// Whether |column[row]| <= roots[row] root for all rows, by bits as in all_within().
 bool is_column_within(const pal_real* column, const pal_real* roots, pal_real root) {
   BitsOf<pal_real> differences = 0;
   for (uint32_t row = 0; row < pack::kPanelRows; ++row)
@@ -88,7 +87,7 @@ bool is_column_within(const pal_real* column, const pal_real* roots, pal_real ro
   return none_below_zero(differences);
 }
 
-// Of the sizes of each axis' coefficients, whose columns are not above 1.
+// Whether the sum of |coefficients| of each axis stays within the limit; basis entries do not exceed 1.
 bool is_sum_within(const pal_real* coefficients, uint32_t rank, double limit) {
   for (uint32_t axis = 0; axis < 3; ++axis, coefficients += rank) {
     double sum = 0;
@@ -98,8 +97,8 @@ bool is_sum_within(const pal_real* coefficients, uint32_t rank, double limit) {
   return true;
 }
 
-// A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj; a compressed one may break that
-// by its tolerance, and by rounding.
+// A symmetric positive definite compliance has a_ij^2 <= a_ii a_jj. Compression may exceed this bound by its
+// tolerance and by rounding.
 bool are_numbers_valid(const pal_pack& pack, double tolerance) {
   const AddColumns add_columns = choose_field_kernel().add_columns;
   const double slack = 1.0 + tolerance + 1e-5;
@@ -144,7 +143,7 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
 bool read_compressed(const pack::CompressedCompliance& compressed, uint64_t first_offset, bool trusted,
                      pal_pack& pack) {
   pack.num_panels = compressed.num_panels();
-  // A panel has a node, so that places stay below 2^32.
+  // Every panel has a node, so that places stay below 2^32.
   if (pack.num_panels == 0 || pack.num_panels > pack.num_nodes) return false;
   pack.compressed_panels =
       array_of<pack::CompressedPanel>(pack, compressed.panels(), first_offset, pack.num_panels);
@@ -161,7 +160,7 @@ bool read_compressed(const pack::CompressedCompliance& compressed, uint64_t firs
       array_of<pal_real>(pack, compressed.basis(), first_offset, num_columns * pack::kPanelRows);
   pack.compressed_blocks = array_of<pack::CompressedBlock>(
       pack, compressed.blocks(), first_offset, uint64_t{pack.num_contact_nodes} * pack.num_panels);
-  // As many as there are: blocks say which.
+  // The blocks determine the number of coefficients.
   const uint64_t num_coefficients =
       compressed.coefficients() == nullptr ? 0 : compressed.coefficients()->bytes() / sizeof(pal_real);
   pack.field_compliance = array_of<pal_real>(pack, compressed.coefficients(), first_offset, num_coefficients);

@@ -1,4 +1,4 @@
-// Opening a compressed compliance: everything that compressed_compliance.cpp relies on.
+// Opens a compressed compliance, and checks every assumption of compressed_compliance.cpp.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -7,9 +7,11 @@
 
 namespace palpate {
 
-// Sets the views of `pack`, whose geometry and sites have been read. False where something is missing, points
-// outside its array or says a number from which a frame could make one that is not finite. Cost, unless
-// trusted: every displacement for every contact node is made once.
+// Sets the views of `pack`, whose geometry and sites are ready. Unless trusted, the function computes every
+// displacement for every contact node once. False in three cases:
+// - An array is missing.
+// - An index or offset points outside its array.
+// - A number could make a frame's result non-finite.
 bool read_compressed(const pack::CompressedCompliance& compressed, uint64_t first_offset, bool trusted,
                      pal_pack& pack);
 

@@ -1,10 +1,11 @@
-// Where a contact acts: at a site, or at a point of the surface between up to three of them.
+// The place of a contact: a site, or a point of the surface between up to three sites.
 //
-// The answer at a point is the barycentric blend of the answers of the sites at the corners of its triangle, all to the
-// same displacement d of the tool: energy, force, stiffness and field are sums over the corners with the weights w of
-// the point, f = sum_i w_i f_i(d). Weights are continuous over the surface, and a corner that a triangle does not share
-// with its neighbour has weight zero where they meet; so displacement and force are continuous as a contact slides, and
-// at a fixed point the force is still the gradient of an energy.
+// The answer at a point blends the answers f_i(d) of its triangle's corners to the same displacement d of the
+// tool, with the point's barycentric weights w: f = sum_i w_i f_i(d). Energy, stiffness and field follow the
+// same sum.
+// - Weights are continuous over the surface, because a corner's weight is zero on the opposite edge. So displacement and
+//   force are continuous as a contact slides.
+// - At a fixed point the force is the gradient of an energy.
 #pragma once
 
 #include <math.h>
@@ -24,19 +25,19 @@ struct Corner {
 
 inline constexpr uint32_t kMostCorners = 4;
 
-// Weights > 0 whose sum is 1, of up to three corners; or a difference (below).
+// Weights > 0 of up to three corners, with sum 1; or the weights of a difference (below).
 struct ContactPlace {
   uint32_t count;
   Corner corners[kMostCorners];
 };
 
-// What the neighbours leave to the site. Whoever asks whether the site counts asks this, to the same bit: a site
-// without weight may be any number.
+// The site's own weight: 1 less the neighbours' weights. Every caller uses this function to the bit, because
+// a site of weight zero may be any number.
 inline double own_weight(const pal_contact& contact) {
   return 1.0 - (contact.neighbour_weights[0] + contact.neighbour_weights[1]);
 }
 
-// Whether the contact's place is on this pack's surface.
+// Whether the contact's place lies on this pack's surface.
 inline pal_status check_place(const pal_pack& pack, const pal_contact& contact) {
   constexpr double kRounding = 1e-6;
   const double* others = contact.neighbour_weights;
@@ -52,7 +53,7 @@ inline bool is_at_site(const pal_contact& contact) {
   return !(contact.neighbour_weights[0] > 0) && !(contact.neighbour_weights[1] > 0);
 }
 
-// The corners with a weight, whose sum is 1.
+// The corners with nonzero weights, which sum to 1.
 inline ContactPlace place_of(const pal_contact& contact) {
   if (is_at_site(contact)) return {1, {{contact.site, 1.0}}};
   const double* others = contact.neighbour_weights;
@@ -70,7 +71,8 @@ inline ContactPlace place_of(const pal_contact& contact) {
   return place;
 }
 
-// What a place has beyond a site: weights whose sum is 0, of up to four corners; none where the place is that site.
+// The difference of a place and a site: weights of up to four corners with sum 0. Empty where the place is
+// that site.
 inline ContactPlace difference_from(const ContactPlace& place, uint32_t site) {
   ContactPlace difference = {};
   double own = -1;
@@ -93,7 +95,8 @@ inline uint32_t nearest_site(const pal_contact& contact) {
   return others[1] > rest ? contact.neighbours[1] : contact.site;
 }
 
-// Whether a site weighs as much as any, or nearly: who trembles between two sites stays at one.
+// Whether the site's weight is the largest weight, nearly. A contact that trembles between two sites keeps
+// its site.
 inline bool is_about_nearest(const pal_contact& contact, uint32_t site) {
   constexpr double kReluctance = 0.1;
   const ContactPlace place = place_of(contact);

@@ -1,4 +1,5 @@
-// What every reader of a part of a pack asks of its arrays and numbers, once, so that a frame need not.
+// Checks of arrays and numbers for every part of a pack: opening runs the checks once, so that frames need
+// none.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -10,22 +11,22 @@
 
 namespace palpate {
 
-// Bounds of what a pack may say, far outside anything physical. Within them no double overflows on the way to
-// a force (the worst product is below 1e140) and no float32 on the way to a displacement (below 1e37).
-inline constexpr double kLargestScale =
-    1e15;  // of lengths, and of what a unit means; 1 / this is the smallest
-inline constexpr double kLargestEnergy = 1e60;  // coefficient
-// Displacement of any node per displacement of the tool: a field coefficient in units of max_displacement, a
-// column of the field compliance in units of its diagonal.
+// Bounds of a pack's numbers, far outside anything physical. Within these bounds no double overflows on the
+// way to a force, and no float32 on the way to a displacement.
+inline constexpr double kLargestScale = 1e15;   // of lengths and units; the smallest is 1 / this
+inline constexpr double kLargestEnergy = 1e60;  // of energy coefficients
+// Displacement of any node per displacement of the tool: a field coefficient relative to max_displacement, a
+// column of the field compliance relative to its diagonal.
 inline constexpr double kLargestAmplification = 1e6;
 inline constexpr double kLargestPush =
-    1e20;  // max_displacement in m over the compliance of a contact node: a force
-// Force at a node of a patch per displacement of the patch, in units of what moves the node alone so far.
+    1e20;  // of forces: max_displacement in m over the compliance of a contact node
+// Force at a patch node per displacement of the patch, relative to the force that moves the node alone as
+// far.
 inline constexpr double kLargestNodalForce = 1e8;
-inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts then stay below 2^64
+inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts stay below 2^64
 
-// Without its sign bit a number has the order of the integer of the same bits, infinity and the NaNs behind
-// the largest number. By reference: a load as a number would quieten a signalling NaN.
+// The bits without the sign. As integers, such bits sort as the numbers' sizes, with infinity and NaN last.
+// The parameter is a reference: loading a float by value would quieten a signalling NaN.
 inline uint32_t bits_of_size(const float& value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
@@ -41,14 +42,14 @@ inline uint64_t bits_of_size(const double& value) {
 template <typename Number>
 using BitsOf = decltype(bits_of_size(Number{}));
 
-// Of differences of such, taken together by |: below 0 the highest bit is set.
+// Whether any of the differences combined by | is negative: its highest bit is then set.
 template <typename Bits>
 bool none_below_zero(Bits differences) {
   return differences >> (8 * sizeof differences - 1) == 0;
 }
 
-// |value| <= limit for all, which no NaN is; limit >= 0. Not inlined: in the midst of its callers GCC does not
-// vectorise the loop.
+// Whether |value| <= limit for all values; NaN fails. GCC vectorises the loop only outside its callers, so
+// the function is not inlined.
 template <typename Number>
 [[gnu::noinline]] bool all_within(const Number* values, size_t count, Number limit) {
   const BitsOf<Number> most = bits_of_size(limit);
@@ -57,18 +58,18 @@ template <typename Number>
   return none_below_zero(differences);
 }
 
-// A length, or what a unit means.
+// Whether a value can be a length or a unit.
 inline bool is_scale(double value) {
   return value >= 1 / kLargestScale && value <= kLargestScale;
 }
 
-// Displacement of a contact node by a unit force on it, along an axis.
+// Whether a value can be the displacement of a contact node under its own unit force along an axis.
 inline bool is_own_compliance(const pal_pack& pack, double value) {
   return value >= pack.max_displacement * pack.metres / kLargestPush && value <= kLargestPush;
 }
 
-// The bytes of a segment, or nullptr if it is missing, misplaced or not `count` elements long. Not inlined: opening a
-// pack asks for some thirty.
+// The bytes of a segment. nullptr if the segment is missing, misplaced, or not `count` elements long. Not
+// inlined, because opening a pack has many calls.
 [[gnu::noinline]] inline const unsigned char* segment_bytes(const pal_pack& pack,
                                                             const pack::Segment* segment,
                                                             uint64_t first_offset, uint64_t count,

@@ -1,9 +1,12 @@
-// Opening a pack: map, then check everything once, so that a frame need not.
+// Opens a pack: maps the file, then checks everything once, so that frames need no checks.
 //
-// Order: header -> FlatBuffer verifier -> meaning (every segment inside the file and of the size its tables
-// imply, every index in range, every number within bounds) -> checksum. A trusted pack (PAL_VERIFY_NEVER) is
-// not asked for the numbers of its models, nor for the checksum. Nothing is read before the step that makes
-// it safe.
+// Each step makes the next step's reads safe:
+// - header,
+// - FlatBuffers verifier,
+// - meaning: each segment lies in the file with the size that its tables imply; indices and numbers are within bounds,
+// - checksum.
+//
+// PAL_VERIFY_NEVER skips the checks of the models' numbers, and the checksum.
 #include <fcntl.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -33,7 +36,7 @@ namespace {
 
 static_assert(sizeof(pal_pack) <= PAL_PACK_STORAGE_BYTES);
 
-// Each index below `limit`, and strictly rising if asked.
+// Whether all indices are below `limit`, and strictly ascending if `rising`.
 bool indices_valid(const uint32_t* indices, size_t count, uint32_t limit, bool rising) {
   for (size_t i = 0; i < count; ++i) {
     if (indices[i] >= limit) return false;
@@ -62,7 +65,7 @@ bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pa
          indices_valid(pack.triangles, size_t{3} * pack.num_triangles, pack.num_nodes, false);
 }
 
-// To `rounding`, which is of the squared length.
+// Whether a vector has unit length; `rounding` bounds the error of the squared length.
 template <typename Real>
 bool are_unit_vectors(const Real* vectors, size_t count, Real rounding) {
   bool are = true;
@@ -116,8 +119,8 @@ bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack
   return pack.inward_normals != nullptr && are_unit_vectors(pack.inward_normals, pack.num_sites, 1e-9);
 }
 
-// A compliance is symmetric and positive definite, hence a_ij^2 <= a_ii a_jj. That much is checked for every
-// pair; held_inverse.cpp then makes sure of an inverse for any such matrix.
+// A symmetric positive definite compliance has a_ij^2 <= a_ii a_jj for every pair. contact_stiffness.cpp
+// finds an inverse for any matrix that passes this check.
 bool is_compliance(const double* blocks, uint64_t num_nodes) {
   constexpr double kRounding = 1e-9;
   const auto diagonal = [&](uint64_t node, uint64_t axis) {
@@ -140,7 +143,7 @@ bool is_compliance(const double* blocks, uint64_t num_nodes) {
   return true;
 }
 
-// The compliance has been read.
+// Needs the compliance.
 bool read_site_forces(const pack::Segment* segment, uint64_t first_offset, bool trusted, pal_pack& pack) {
   const uint32_t num_entries = pack.patch_starts[pack.num_sites];
   pack.site_forces = array_of<double>(pack, segment, first_offset, uint64_t{9} * num_entries);
@@ -205,7 +208,7 @@ bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pa
     return false;
   }
   constexpr float kNormalRounding = 1e-5f;
-  // Just above the largest that positions may have, as boxes are rounded outward. All lie in the first.
+  // The bound of boxes, which the builder rounds outward from positions within kLargestScale.
   constexpr auto kLargestBound = static_cast<float>(1.001 * kLargestScale);
   const pack::BvhNode& root = pack.bvh_nodes[0];
   return all_within(root.min, 3, kLargestBound) && all_within(root.max, 3, kLargestBound) &&
@@ -232,13 +235,13 @@ bool read_gravity(const pack::Gravity& gravity, uint64_t first_offset, bool trus
   pack.field_per_gravity = array_of<pal_real>(pack, gravity.field_per_gravity(), first_offset, 3 * rows);
   pack.contact_per_gravity = array_of<double>(pack, gravity.contact_per_gravity(), first_offset, contacts);
   if (pack.field_per_gravity == nullptr || pack.contact_per_gravity == nullptr) return false;
-  // As much more of gravity as a session may ask for moves no node further than lengths may be.
+  // The limit keeps nodes within kLargestScale under the largest gravity of a session.
   const double limit = kLargestScale / sqrt(square);
   return trusted || (all_within(pack.field_per_gravity, 3 * rows, static_cast<pal_real>(limit)) &&
                      all_within(pack.contact_per_gravity, contacts, limit));
 }
 
-// Which no frame reads; but a pack is whole.
+// Frames do not read the input files, but a pack must be complete.
 bool are_inputs_inside(const pack::Pack& tables, uint64_t first_offset, const pal_pack& pack) {
   for (const pack::InputFile* input : *tables.inputs()) {
     const pack::Segment* contents = input->contents();
@@ -259,10 +262,10 @@ bool is_growth(double value) {
 bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     const auto model = static_cast<uint32_t>(survey->model());
-    if (model >= kNumModels) continue;  // of a model that a later builder knows
+    if (model >= kNumModels) continue;  // a later builder's model, unknown here
     if (survey->bins()->size() == 0 || survey->bins()->size() > pack::kSurveyBins) return false;
     SurveyView& view = pack.surveys[model];
-    if (view.num_bins != 0) return false;  // a model is surveyed once
+    if (view.num_bins != 0) return false;  // a pack has one survey a model
     double from = 0;
     for (const pack::ErrorBin* bin : *survey->bins()) {
       if (!(bin->from() == from) || !(bin->to() > from && bin->to() <= kLargestScale) ||
@@ -359,7 +362,7 @@ pal_status check_arguments(pal_verify verify, const void* storage, size_t storag
   static_assert(sizeof value == sizeof verify);
   memcpy(&value, &verify, sizeof value);
   if (value != PAL_VERIFY_ONCE && value != PAL_VERIFY_NEVER) return PAL_STATUS_BAD_ARGUMENT;
-  // As documented, though a pal_pack is smaller: callers must not come to depend on this version's size.
+  // Callers must not depend on this version's smaller sizeof(pal_pack).
   if (storage_bytes < PAL_PACK_STORAGE_BYTES) return PAL_STATUS_ARENA_TOO_SMALL;
   if (reinterpret_cast<uintptr_t>(storage) % 16 != 0) return PAL_STATUS_ARENA_MISALIGNED;
   return PAL_STATUS_OK;
@@ -390,7 +393,7 @@ extern "C" pal_status pal_pack_open(const char* path, pal_verify verify, void* s
   if (const pal_status status = palpate::check_arguments(verify, storage, storage_bytes);
       status != PAL_STATUS_OK)
     return status;
-  // Without O_NONBLOCK a pipe would be waited for until somebody writes.
+  // O_NONBLOCK: without this flag open() would wait for the writer of a pipe.
   const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return errno == ENOENT ? PAL_STATUS_FILE_NOT_FOUND : PAL_STATUS_FILE_NOT_READABLE;
   struct stat description;

@@ -1,4 +1,4 @@
-// What an open pack is inside the runtime: pointers into the checked bytes. Constant once open.
+// An open pack: pointers to the checked bytes. Constant once open.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -14,24 +14,24 @@ static_assert(sizeof(pack::Real) == sizeof(pal_real), "PALPATE_FLOAT64 is one fo
 // One bin of an error survey; ErrorBin in schemas/pack.fbs.
 struct ErrorBinView {
   double to;  // upper end of |d| / max_displacement
-  // There, and by how much less below, per |d| / max_displacement.
+  // The error bounds at the upper end, and their slopes per |d| / max_displacement towards the lower end.
   double displacement_bound;
   double displacement_slope;
   double force_bound;
   double force_slope;
 };
 
-inline constexpr uint32_t kNumModels = 4;  // ResponseModel of the schema that this library knows
+inline constexpr uint32_t kNumModels = 4;  // response models of the schema that this library knows
 
 struct SurveyView {
-  uint32_t num_bins;  // 0 = no survey of this model
+  uint32_t num_bins;  // 0: no survey of this model
   float force_scale;  // ErrorSurvey::force_scale
   ErrorBinView bins[pack::kSurveyBins];
-  // Of sets of several contacts, at most so many; 0 in packs of builders that did not know them
+  // Errors of contact sets, for sets of up to this many contacts; 0 in packs of older builders
   uint32_t most_contacts;
   double set_displacement_bound;
   double set_force_bound;
-  double set_displacement_reach_bound;  // 0 in packs of builders that did not know them
+  double set_displacement_reach_bound;  // 0 in packs of older builders
   double set_force_reach_bound;
 };
 
@@ -40,7 +40,7 @@ struct SurveyView {
 struct pal_pack {
   const unsigned char* bytes;
   size_t num_bytes;
-  bool mapped;          // by us: to be unmapped
+  bool mapped;          // the library mapped the file and unmaps the file
   uint32_t num_panels;  // of compressed_panels
 
   // Geometry
@@ -60,22 +60,23 @@ struct pal_pack {
   const uint32_t* site_nodes;
   const uint32_t* patch_starts;
   const uint32_t* patch_nodes;
-  const double* inward_normals;  // [num_sites][3] unit; null where every direction was sampled
+  const double* inward_normals;  // [num_sites][3] unit; null if the samples cover every direction
   double tip_radius;
   double max_displacement;
 
-  // LinearDd; field_compliance is null without the model, contact_compliance also where the model is compressed
+  // LinearDd; field_compliance is null without the model, and contact_compliance also for a compressed
+  // compliance
   const double* contact_compliance;
   const pal_real* field_compliance;  // dense columns, or the coefficients of the blocks
-  const palpate::pack::CompressedPanel* compressed_panels;  // [num_panels]; null where the model is dense
+  const palpate::pack::CompressedPanel* compressed_panels;  // [num_panels]; null for a dense compliance
   const uint32_t* node_places;                              // [num_nodes] 32 x panel + place in it
   const pal_real* compressed_basis;
   const palpate::pack::CompressedBlock* compressed_blocks;  // [num_contact_nodes][num_panels]
   const double* site_forces;                                // [patch_starts[num_sites]][3][3]
 
   // PolynomialDd; polynomial_sites is null without the model
-  uint32_t degree;                                        // the largest
-  bool basis_rounded;                                     // and L, to int16
+  uint32_t degree;                                        // largest degree of any site
+  bool basis_rounded;                                     // basis and L are int16
   const palpate::pack::PolynomialSite* polynomial_sites;  // [num_sites]
   const double* energy;
   const pal_real* coefficients;
@@ -90,33 +91,33 @@ struct pal_pack {
   uint32_t most_zone_nodes;
   uint32_t most_zone_boundary;
   uint32_t most_zone_elements;
-  uint32_t most_rim_nodes;  // of the elements next to a zone
+  uint32_t most_rim_nodes;  // capacity of the near-field ring of a zone
   uint32_t most_rim_elements;
-  uint32_t num_quadratic;  // of zone_elements
-  uint32_t num_sharing;    // of them, those of volume patches
+  uint32_t num_quadratic;  // 10-node elements of zone_elements
+  uint32_t num_sharing;    // elements of zone_elements in volume patches
   const palpate::pack::ZoneNode* zone_nodes;
   const palpate::pack::ZoneElement* zone_elements;
   const uint32_t* zone_node_elements;
   uint32_t num_zone_materials;
   const palpate::pack::ZoneMaterial* zone_materials;
   const double* zone_compliance;  // rows from num_contact_nodes on
-  // Columns are over the units below, real, or int16 times kBasisUnit.
+  // Columns are relative to the units below: reals, or int16 times kBasisUnit.
   bool zone_rounded;
-  bool zone_between;  // zones of near contacts hold what is between them (zone_members.hpp)
+  bool zone_between;  // zones of near contacts hold the elements between them (zone_members.hpp)
   const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
   const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
-  uint32_t num_row_panels;                     // of zone_exterior: of packed nodes, then of inner ones
+  uint32_t num_row_panels;                     // panels of zone_exterior: packed nodes, then other nodes
   const double* zone_force_scale;              // [num_sites]
-  uint32_t zone_degree;                        // of zone_exterior, a polynomial of the load
-  uint32_t zone_columns;                       // its monomials of degree 2 and up
+  uint32_t zone_degree;                        // degree of the polynomial zone_exterior in the load
+  uint32_t zone_columns;                       // monomials of degree 2 and up
   const unsigned char* zone_exterior;  // [zone_rings][num_sites][num_row_panels] panels of zone_columns
   const double* zone_exterior_units;   // [zone_rings][num_sites][zone_columns]
-  uint32_t num_pair_fields;            // 0 without what pairs of contacts add
+  uint32_t num_pair_fields;            // 0: the pack has no interaction terms of pairs
   const int8_t* pair_fields;           // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
   uint32_t pair_degree;
   const float* pair_weights;  // [zone_rings][pairs][num_pair_monomials][2 kPairColumns + num_pair_fields]
 
-  // SurfaceBvh; bvh_nodes is null without it
+  // SurfaceBvh; bvh_nodes is null without the tree
   uint32_t num_primitives;
   uint32_t num_bvh_nodes;
   const uint32_t* primitives;  // [num_primitives][3] sites
@@ -124,14 +125,14 @@ struct pal_pack {
   const float* primitive_normals;  // [num_primitives][4][3] unit: face, edges opposite corners 0, 1, 2
   const float* site_normals;       // [num_sites][3] unit
 
-  // Gravity; the last two are null where it may not turn
+  // Gravity; the last two pointers are null if gravity cannot turn
   bool has_gravity;
   double acceleration[3];
-  const double* rest_positions;       // [num_nodes][3] without it, `positions`
+  const double* rest_positions;       // [num_nodes][3]; `positions` in a pack without gravity
   const pal_real* field_per_gravity;  // [panels][3][96]
   const double* contact_per_gravity;  // [num_contact_nodes][3][3]
 
-  // Units: factors from model units to those of the API
+  // Units: factors from model units to API units
   bool has_units;
   double metres;
   double newtons;

@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-// An array of all sites together.
+// The consecutive parts of all sites in one array.
 struct Stretch {
   uint64_t length;
-  // Whether the next site's part follows the last one's; then it is part of the stretch.
+  // Appends the next site's part. False if the part does not follow the last part.
   bool append(uint64_t start, uint64_t count) {
     if (start != length) return false;
     length += count;
@@ -19,7 +19,8 @@ struct Stretch {
   }
 };
 
-// A maps an ellipsoid to the unit ball whose semi-axes are max_displacement, or shortened to no less than a quarter.
+// Whether A maps an ellipsoid to the unit ball. Its semi-axes lie between a quarter of max_displacement and
+// max_displacement.
 bool is_map(const double A[9], double max_displacement) {
   constexpr double kMostStretch = 4.0;
   constexpr double kRounding = 1e-9;
@@ -78,12 +79,12 @@ bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset
   if (trusted) return true;
 
   const auto largest = static_cast<pal_real>(kLargestAmplification * pack.max_displacement);
-  constexpr pal_real kLargestBasis = pal_real(1.001);  // 1, and rounding
+  constexpr pal_real kLargestBasis = pal_real(1.001);  // 1, with rounding
   if (!all_within(pack.energy, energy.length, kLargestEnergy) ||
       !all_within(pack.coefficients, coefficients.length, largest)) {
     return false;
   }
-  if (pack.basis_rounded) return true;  // any integer is a column's
+  if (pack.basis_rounded) return true;  // int16 columns allow every integer
   for (uint32_t i = 0; i < pack.num_sites; ++i) {
     const pack::PolynomialSite& site = pack.polynomial_sites[i];
     const uint64_t panel_bytes = pack::field_panel_bytes(3 + site.rank, false);

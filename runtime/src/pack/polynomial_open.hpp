@@ -1,4 +1,4 @@
-// Opening the polynomials of the contact sites: everything that polynomial_dd.cpp and polynomial_field.cpp rely on.
+// Opens the polynomials of sites, and checks every assumption of polynomial_dd.cpp and polynomial_field.cpp.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -7,9 +7,11 @@
 
 namespace palpate {
 
-// Sets the views of `pack`, whose geometry and sites have been read. False where something is missing, points
-// outside its array or says a number from which a frame could make one that is not finite. Cost, unless
-// trusted: the arrays are read once.
+// Sets the views of `pack`, whose geometry and sites are ready. Unless trusted, the function reads the arrays
+// once. False in three cases:
+// - An array is missing.
+// - An index or offset points outside its array.
+// - A number could make a frame's result non-finite.
 bool read_polynomial(const pack::PolynomialDd& polynomial, uint64_t first_offset, bool trusted,
                      pal_pack& pack);
 

@@ -9,14 +9,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeastWeight = DBL_EPSILON;  // less is rounding, and no corner at which to act
+constexpr double kLeastWeight = DBL_EPSILON;  // a smaller weight is rounding
 
 using pack::BvhNode;
 
-// By how much a computed distance may be off, of the distance plus the size of the surface: a few roundings.
-// What is farther by less is not passed over, so that the answer does not depend on the order of the search.
+// Relative rounding of a distance plus the size of the surface. The search keeps candidates within this
+// margin, so that the result does not depend on the search order.
 constexpr double kRounding = 1e-14;
-// Height over base below which a triangle is a line: the direction of its height is rounding.
+// A triangle with a smaller ratio of height to base counts as a line: its height direction is rounding.
 constexpr double kFlat = 1e-12;
 
 double dot(const double a[3], const double b[3]) {
@@ -32,20 +32,20 @@ void add_scaled(const double a[3], double t, const double b[3], double sum[3]) {
   for (int i = 0; i < 3; ++i) sum[i] = a[i] + t * b[i];
 }
 
-// What the nearest point lies on: + the corner, or the one opposite the edge.
+// The feature of the nearest point: + the corner, or the corner opposite the edge.
 constexpr uint32_t kFace = 0;
 constexpr uint32_t kEdge = 1;
 constexpr uint32_t kVertex = 4;
 
 struct Nearest {
-  double square;  // of the distance
+  double square;  // squared distance
   double weights[3];
-  double offset[3];  // of the point from the position
+  double offset[3];  // the point less the position
   uint32_t feature;
   uint32_t primitive;
 };
 
-// Corners and `offset` are relative to the position from here on.
+// Below, corners and `offset` are relative to the position.
 void take_vertex(const double corners[3][3], uint32_t k, Nearest& nearest) {
   nearest.square = dot(corners[k], corners[k]);
   for (uint32_t i = 0; i < 3; ++i) nearest.weights[i] = i == k ? 1 : 0;
@@ -53,7 +53,7 @@ void take_vertex(const double corners[3][3], uint32_t k, Nearest& nearest) {
   nearest.feature = kVertex + k;
 }
 
-// The nearest point of the edge opposite corner k, if it is nearer than `nearest`.
+// Updates `nearest` by the nearest point of the edge opposite corner k.
 void try_edge(const double corners[3][3], uint32_t k, Nearest& nearest) {
   const uint32_t from = (k + 1) % 3;
   const uint32_t to = (k + 2) % 3;
@@ -85,16 +85,15 @@ void try_edge(const double corners[3][3], uint32_t k, Nearest& nearest) {
   nearest.feature = feature;
 }
 
-// The nearest point of a triangle, by the signs of the barycentric coordinates of the foot of the
-// perpendicular: Ericson, Real-Time Collision Detection, 5.1.5. His differences of products of large numbers
-// are replaced by a Gram-Schmidt step, which is right to rounding for slivers and from afar, and a triangle
-// without area (two or three corners may be one) by its edges.
+// The nearest point of a triangle, by the barycentric signs of the perpendicular's foot (Ericson, Real-Time
+// Collision Detection, 5.1.5). A Gram-Schmidt step replaces Ericson's differences of large products, so that
+// slivers and far positions lose no digits. A triangle without area, such as a single site, uses its edges.
 void find_nearest_on(const double corners[3][3], Nearest& nearest) {
   double ab[3];
   double ac[3];
   subtract(corners[1], corners[0], ab);
   subtract(corners[2], corners[0], ac);
-  // Beyond a corner along both edges: that corner. A position at a corner is here too, exactly.
+  // A position beyond a corner along both edges, or exactly at the corner.
   const double b_ab = -dot(ab, corners[1]);
   const double c_ac = -dot(ac, corners[2]);
   if (dot(ab, corners[0]) >= 0 && dot(ac, corners[0]) >= 0) return take_vertex(corners, 0, nearest);
@@ -111,7 +110,7 @@ void find_nearest_on(const double corners[3][3], Nearest& nearest) {
     add_scaled(ac, -shear, ab, height);
     const double height_square = dot(height, height);
     if (height_square > kFlat * kFlat * ac_ac) {
-      // Of the position, what is along ab is taken out first: `height` is not quite perpendicular to it.
+      // First removes the component along ab, because `height` is not exactly perpendicular to ab.
       const double along = -dot(ab, corners[0]) / ab_ab;
       double over[3];
       add_scaled(corners[0], along, ab, over);
@@ -147,7 +146,7 @@ double larger(double a, double b) {
   return a > b ? a : b;
 }
 
-// Corners of a triangle, from the position.
+// Corners of a triangle, relative to the position.
 struct Corners {
   double from[3][3];
 
@@ -156,7 +155,7 @@ struct Corners {
       subtract(site_position(pack, pack.primitives[size_t{3} * primitive + k]), position, from[k]);
   }
 
-  // Of the distance from the box around the triangle: no more than that from the triangle, but for a few roundings.
+  // Squared distance to the triangle's box: a lower bound of the distance to the triangle, up to rounding.
   double square_from_box() const {
     double square = 0;
     for (int i = 0; i < 3; ++i) {
@@ -178,9 +177,9 @@ Nearest nearest_on_primitive(const Corners& corners, uint32_t primitive) {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// A position to find boxes near, in float32: four lanes at once, of which the last says nothing.
+// The query position in float32, in four lanes; the last lane is unused.
 struct BoxQuery {
-  // The position and more to either side than the roundings of it and of its difference from a box, of either's size.
+  // The position, with a margin on each side for the rounding of positions and boxes.
   Float4 above;
   Float4 below;
 
@@ -197,7 +196,7 @@ struct BoxQuery {
     above += slack;
   }
 
-  // Of the distance from a box; never more than that, but for a few roundings of itself. Zero inside.
+  // Squared distance to the box: a lower bound up to its own rounding. Zero inside.
   float square_distance(const BvhNode& node) const {
     Float4 min;
     Float4 max;
@@ -212,16 +211,16 @@ struct BoxQuery {
   }
 };
 
-// Not below `square`, by more than the roundings of a box's.
+// An upper bound of `square` that covers the rounding of a box distance.
 float above_roundings(double square) {
   return static_cast<float>(square) * (1 + 16 * FLT_EPSILON) + FLT_MIN;
 }
 
-// The nearest primitive so far, and the square of the distance beyond which nothing can be nearer.
+// The nearest primitive so far, and the squared distance that bounds the search.
 struct Search {
   const pal_pack& pack;
   const double* position;
-  double size;  // of the surface: no edge is longer
+  double size;  // size of the surface: no edge is longer
   BoxQuery boxes;
   Nearest nearest;
   float limit;
@@ -359,14 +358,13 @@ bool is_surface_tree(const pal_pack& pack) {
   struct Pending {
     uint32_t right;
     uint32_t parent;
-    uint32_t depth;  // of the right child
+    uint32_t depth;  // depth of the right child
   };
-  // Of the nodes whose left subtree is being read. Each right child must be what comes next when that ends:
-  // no other index passes.
+  // Nodes whose left subtree is in progress. Each right child must come next when the left subtree ends.
   Pending pending[pack::kMostBvhDepth];
   uint32_t num_pending = 0;
   uint32_t next_primitive = 0;
-  uint32_t parent = 0;  // of the node at hand; the root is its own
+  uint32_t parent = 0;  // parent of the current node; the root is its own parent
   uint32_t depth = 0;
   for (uint32_t index = 0; index < pack.num_bvh_nodes; ++index) {
     const BvhNode& node = pack.bvh_nodes[index];

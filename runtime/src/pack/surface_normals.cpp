@@ -1,6 +1,5 @@
-// Normals of the displaced surface, for whoever draws it: at each node the sum of its triangles' normals,
-// each as long as twice the triangle's area, made a unit vector. Gouraud 1971, weighted by area: large
-// triangles count more, slivers hardly.
+// Normals of the displaced surface for drawing. The normal of a node is the normalised sum of its triangles'
+// normals, weighted by area: Gouraud 1971. So large triangles count more, and slivers hardly count.
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Three numbers in the caller's memory, which may lie at any byte.
+// Three numbers in the caller's memory, which may start at any byte.
 struct Strided {
   char* base;
   size_t stride;
@@ -22,8 +21,8 @@ struct Strided {
   }
 };
 
-// From corner `from` to corner `to`: the difference at rest is taken in double, so that no digits go far from
-// the origin.
+// The edge between two corners. The difference at rest is in double, so that no digits are lost far from the
+// origin.
 void edge(const pal_pack& pack, const Strided& displacements, uint32_t from, uint32_t to, pal_real out[3]) {
   pal_real begin[3];
   pal_real end[3];
@@ -51,7 +50,7 @@ extern "C" pal_status pal_pack_compute_normals(const pal_pack* pack, const pal_r
   const Strided to = {reinterpret_cast<char*>(normals), normal_stride};
   constexpr pal_real kZero[3] = {};
   for (uint32_t node = 0; node < pack->num_nodes; ++node) to.store(node, kZero);
-  // Edges in units of the mean one: their products neither overflow nor vanish.
+  // Edges are relative to the mean edge, so that their products neither overflow nor underflow.
   const pal_real scale = static_cast<pal_real>(1.0 / (pack->mean_surface_edge * pack->metres));
   for (uint32_t t = 0; t < pack->num_triangles; ++t) {
     const uint32_t* corner = pack->triangles + size_t{3} * t;

@@ -1,4 +1,4 @@
-// FlatBuffers' own verifier, on its own: it is long code that runs once over a few kilobytes.
+// FlatBuffers' verifier in its own file, because its code is long and runs once.
 #pragma once
 
 #include <stddef.h>
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Whether the tables of a pack can be read without leaving these bytes.
+// Whether all tables of a pack lie within these bytes.
 bool are_sound_tables(const unsigned char* bytes, uint64_t count);
 
 }  // namespace palpate

@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-// The elements of a node follow those of the one before, each once, and have it: what frames do for a node is then
-// bounded by what the file holds.
+// Whether the elements of a node follow the elements of the node before, are distinct and contain the node.
+// The work of a frame is then bounded by the file.
 bool are_elements_of(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index) {
   const uint32_t* listed = pack.zone_node_elements + node.first_element;
   for (uint32_t e = 0; e < node.num_elements; ++e) {
@@ -48,7 +48,8 @@ bool is_element(const pal_pack& pack, const pack::ZoneElement& element) {
   return true;
 }
 
-// Elements of a volume patch follow one another, no more than a frame has room for, of one law with a volume.
+// Whether elements of a volume patch are consecutive, within the capacity, and of one law with a volumetric
+// part.
 bool are_patches(const pal_pack& pack) {
   uint32_t num_nodes = 0;
   for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
@@ -77,7 +78,7 @@ bool is_material(const pack::ZoneMaterial& material) {
   return sound;
 }
 
-// a_ij^2 <= a_ii a_jj, as of any compliance.
+// Whether a_ij^2 <= a_ii a_jj, as in any compliance.
 bool is_compliance(const pal_pack& pack) {
   constexpr double kRounding = 1e-9;
   const auto diagonal = [&](uint64_t node, uint64_t axis) {
@@ -149,7 +150,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_degree = zone.exterior_degree();
   if (pack.zone_degree < pack::kLeastZoneDegree || pack.zone_degree > pack::kMostZoneDegree) return false;
   pack.zone_columns = pack::num_monomials(2, pack.zone_degree);
-  // As many panels of inner nodes as the array has.
+  // The array determines the number of panels of inner nodes.
   const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites *
                             pack::field_panel_bytes(pack.zone_columns, pack.zone_rounded);
   const uint64_t num_bytes = zone.exterior() != nullptr ? zone.exterior()->bytes() : 0;
@@ -212,7 +213,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_nodes = nodes;
   if (trusted) return true;
   const auto are_parts = [&](const unsigned char* columns, uint64_t bytes) {
-    constexpr pal_real kLargestPart = pal_real(1.001);  // 1, and rounding
+    constexpr pal_real kLargestPart = pal_real(1.001);  // 1, with rounding
     return pack.zone_rounded ||
            all_within(reinterpret_cast<const pal_real*>(columns), bytes / sizeof(pal_real), kLargestPart);
   };

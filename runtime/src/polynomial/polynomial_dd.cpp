@@ -13,7 +13,7 @@ using pack::monomial_start;
 using pack::num_monomials;
 
 constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree - 1);
-// Of lengths that units were multiplied into and out of: what is larger by less is not beyond.
+// Relative rounding of lengths after a conversion of units and back.
 constexpr double kRounding = 1e-9;
 
 // Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
@@ -33,12 +33,15 @@ Pair load_pair(const double* from) {
   return values;
 }
 
-// Of the terms of one degree n >= 2, by Euler's theorem on homogeneous functions: grad E = Hess E x / (n - 1), E =
-// grad E . x / n. What is left is the Hessian, whose entries have the divided monomials x^a/a! y^b/b! z^c/c! of
-// degree n - 2 and no other factors. Behind the j-th of them, with b + c = rest, stand the coefficients of x^(a+2)
-// y^b z^c at place j of degree n, x^(a+1) y^(b+1) z^c rest + 1 further on, x^a y^(b+2) z^c another rest + 2, and each
-// with one y less and one z more next to it (monomials.hpp): xy with xz and yy with yz are summed as pairs. Cost:
-// some 12 operations for each of n (n - 1) / 2 monomials.
+// The terms of one degree n >= 2. Euler's theorem on homogeneous functions gives
+//
+//   grad E = Hess E x / (n - 1),   E = grad E . x / n.
+//
+// Hess E is a sum over the divided monomials x^a/a! y^b/b! z^c/c! of degree n - 2, without further factors.
+// Let monomial j have rest = b + c. In degree n (monomials.hpp) its coefficients are:
+// - xx at place j,
+// - xy and xz at place j + rest + 1 and the next place,
+// - yy, yz and zz at place j + 2 rest + 3 and the next two places.
 Part differentiate(const double x[3], const double* monomials, const double* coefficients, uint32_t degree) {
   const double* m = monomials + monomial_start(degree - 2);
   const double* xx = coefficients;
@@ -131,7 +134,7 @@ void to_unit_ball(const double A[9], const double d[3], double x[3]) {
   for (int i = 0; i < 3; ++i) x[i] = dot(A + 3 * i, d);
 }
 
-// From derivatives by x = A d to those by d: A^T grad, A^T Hess A.
+// Converts derivatives by x = A d to derivatives by d: A^T grad, A^T Hess A.
 void pull_back(const double A[9], Part& part) {
   const double* H = part.hessian;
   const double full[3][3] = {{H[0], H[1], H[2]}, {H[1], H[3], H[4]}, {H[2], H[4], H[5]}};
@@ -148,9 +151,11 @@ void pull_back(const double A[9], Part& part) {
   }
 }
 
-// From the answer at d' = r d, which was shortened to 4 radii: along the ray energy goes on by the force there,
-//   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g),
-// u = d' / 4 on the ellipsoid, g = A^T x / |x| the gradient of |A d|: still the gradient of an energy.
+// Extends the answer from d' = r d, at 4 radii, along the ray:
+//
+//   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g)
+//
+// with u = d' / 4 on the ellipsoid and g = A^T x / |x| the gradient of |A d|. F is the gradient of W.
 void continue_beyond(const double* A, const double d[3], const double x[3], double r,
                      PolynomialAnswer& answer) {
   answer.energy += (1.0 - r) * dot(answer.force, d);
@@ -199,7 +204,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
   }
 
   double monomials[kMostMonomials];
-  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // of second derivatives
+  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // for second derivatives
 
   const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
   const double* coefficients = pack.energy + polynomial.energy_start;

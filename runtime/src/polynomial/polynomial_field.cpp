@@ -11,7 +11,7 @@ namespace {
 constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
 constexpr uint32_t kTogether = 8;
 
-// z_k = sum over terms m_j C_jk of so many k: sums that stay in registers.
+// z_k = sum over terms m_j C_jk, for kCount values of k whose sums stay in registers.
 template <uint32_t kCount>
 void add_terms(const pal_real* monomials, uint32_t terms, const pal_real* coefficients, uint32_t rank,
                pal_real* z) {
@@ -38,7 +38,7 @@ void combine_polynomial_basis(const pal_pack& pack, const PolynomialFieldState& 
   const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   const double metres = pack.metres * static_cast<double>(state.weight);
   for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] = static_cast<pal_real>(metres * x[axis]);
-  double power = s > 1.0 ? 1.0 / s : 1.0;  // s^-n beyond the ball
+  double power = s > 1.0 ? 1.0 / s : 1.0;  // s^-n outside the ball
   for (uint32_t degree = 2; degree <= site.degree; ++degree) {
     if (s > 1.0) power /= s;
     const auto scale = static_cast<pal_real>(metres * static_cast<double>(state.fade) *

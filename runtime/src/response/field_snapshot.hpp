@@ -1,13 +1,15 @@
-// What a visual frame needs of a haptic frame, handed from the thread of the one to the thread of the other;
-// neither ever waits, and neither sees the other at work.
+// Triple buffering: hands the field of a haptic frame to the visual thread. Neither thread waits.
 //
 //   haptic thread              between them                visual thread
 //   fills slot `back`  --->  `shared`: a slot, fresh?  --->  reads slot `front`
 //
-// Three slots, each held by one of the three places. publish() swaps `back` with the shared one and marks it
-// fresh; acquire() swaps `front` with it if it is fresh. A slot is thus never written while it is read, an
-// unread slot is overwritten by a newer one, and a reader finds the newest finished frame. One writer, one
-// reader: the swaps are wait-free. (Known as triple buffering.)
+// Each of three slots has one of the three places. publish() swaps `back` with the shared slot and marks the
+// shared slot fresh. acquire() swaps `front` with the shared slot if that slot is fresh. Hence:
+// - No slot is written while the other thread reads the slot.
+// - A newer slot replaces an unread slot.
+// - The reader gets the newest finished frame.
+//
+// With one writer and one reader the swaps are wait-free.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -34,13 +36,13 @@ inline void reset_snapshots(FieldSnapshots& snapshots) {
   snapshots.front = 2;
 }
 
-// By the writer, once slots[back] is filled.
+// The writer calls publish() once slots[back] is filled.
 inline void publish(FieldSnapshots& snapshots) {
   const std::atomic_ref<uint32_t> shared(snapshots.shared);
   snapshots.back = shared.exchange(snapshots.back | kFreshSlot, std::memory_order_acq_rel) & kSlotIndex;
 }
 
-// By the reader: the newest published frame.
+// The reader gets the newest published frame.
 inline const FieldState& acquire(FieldSnapshots& snapshots) {
   const std::atomic_ref<uint32_t> shared(snapshots.shared);
   if ((shared.load(std::memory_order_relaxed) & kFreshSlot) != 0)

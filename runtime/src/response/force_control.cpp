@@ -12,8 +12,9 @@ namespace {
 
 constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
 constexpr double kControlled = 1e-5;
-constexpr double kLeastPart = 1e-6;     // of a pivot: below it the rounding of a tangent
-constexpr double kLargestForce = 1e60;  // model units: no sum of them overflows
+constexpr double kLeastPart =
+    1e-6;  // relative to a pivot's diagonal entry: a smaller pivot is rounding of the tangent
+constexpr double kLargestForce = 1e60;  // model units: sums of such forces do not overflow
 
 void multiply(const double (*matrix)[kMostZoneAxes], uint32_t count, const double* x, double* product) {
   for (uint32_t i = 0; i < count; ++i) {
@@ -58,8 +59,8 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     }
   }
   if (size == 0) return {true, 0};
-  uint32_t flags = factor_given(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
-  solve_given(K, size, step);
+  uint32_t flags = factor_semidefinite(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
+  solve_semidefinite(K, size, step);
   if (set.num_groups > 1 && set.num_fixed == 0) {
     const uint32_t count = 3 * set.num_contacts;
     double moves[kMostAxes] = {};
@@ -69,8 +70,8 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     multiply(set.others, count, forces, moves);
     multiply(set.stiffness, count, moves, forces);
     for (uint32_t i = 0; i < size; ++i) forces[i] = forces[axes[i]];
-    solve_given(K, size, forces);
-    // More of it is no first order.
+    solve_semidefinite(K, size, forces);
+    // The correction is first order only while it stays below the step.
     const double most = std::max(largest_of(step, size), largest_of(forces, size));
     const double less = most > 0 ? largest_of(step, size) / most : 0;
     for (uint32_t i = 0; i < size; ++i) step[i] += less * forces[i];

@@ -1,16 +1,17 @@
-// Contacts of a zone of which the force is given along some axes, and the displacement along the others.
+// Zone contacts with a given force along some axes, and a given displacement along the other axes.
 //
-// Newton's method on those axes a, the zone having come to rest before each step:
+// Newton's method on the axes a of given force, with the zone in equilibrium before each step:
 //
-//   d_a += K_aa^-1 (g_a - f_a(d))       g the forces given, K = df / dd the stiffness of all contacts
+//   d_a += K_aa^-1 (g_a - f_a(d))       g the given forces, K = df / dd the stiffness of all contacts
 //
-// What a tangent says of a group, A, is of forces on the others that stay. With O, how far a force on the patch of a contact
-// moves the nodes of a patch in another group in the mean, K = (A^-1 + O)^-1 = A - A O A + .., and to first order in O, which
-// is all of it where all axes are given,
+// The tangent A of the zone's groups holds the forces on other groups constant. Let O be the mean
+// displacement of a patch under a unit force on a patch of another group. Then K = (A^-1 + O)^-1 = A - A O A
+// + .., and to first order in O
 //
-//   K_aa^-1 = A_aa^-1 + A_aa^-1 (A O A)_aa A_aa^-1
+//   K_aa^-1 = A_aa^-1 + A_aa^-1 (A O A)_aa A_aa^-1.
 //
-// where no nodes are fixed while running: O is of the organ without them.
+// The formula is exact if all axes have given forces. O does not include nodes fixed at run time, so the
+// correction applies only without such nodes.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -25,17 +26,17 @@ inline bool is_force_given(const pal_contact& contact, uint32_t axis) {
 }
 
 struct ForceControl {
-  bool has_ended;  // nothing was given, or all forces are what they should be to 1e-5 of the displacement
-  // PAL_FLAG_CLAMPED: a force asks for more than kMostGiven of the scene's largest displacement;
-  // PAL_FLAG_ILL_CONDITIONED: they cannot all act
+  bool has_ended;  // no force is given, or every force matches to kControlled of the displacement
+  // - PAL_FLAG_CLAMPED: a force needs more than kMostGiven times the scene's largest displacement.
+  // - PAL_FLAG_ILL_CONDITIONED: the given forces cannot all act.
   uint32_t flags;
 };
 
-// Of that displacement, along an axis.
+// Limit of displacements under given forces along an axis, relative to the scene's largest displacement.
 inline constexpr double kMostGiven = 4.0;
 
-// Takes displacements[contacts][3], model units, a step on. `moved`: what moves the zone's answer to each contact's
-// place; `couplings`: [3 contacts][3 contacts] of its stiffness between contacts, or null.
+// Takes one step on displacements[contacts][3], model units. `moved`: transfer of the zone's answer to each
+// contact's place. `couplings`: [3 contacts][3 contacts] transferred stiffness between contacts, or null.
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
                             const PointResponse* moved, const double* couplings, double* displacements);
 

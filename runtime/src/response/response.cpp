@@ -19,11 +19,12 @@
 namespace palpate {
 namespace {
 
-// In units of the scene's largest displacement: beyond it a float32 would overflow before anyone is told.
+// Displacements are shortened to this multiple of the scene's largest displacement, so that no float32
+// overflows.
 constexpr double kAbsurdDisplacement = 1e6;
-// Of lengths that units were multiplied into and out of.
+// Relative rounding of lengths after a conversion of units and back.
 constexpr double kRounding = 1e-9;
-// The estimate where nothing was measured: all of it may be wrong.
+// The error estimate without a survey: the whole answer may be wrong.
 constexpr double kUnknownError = 1.0;
 
 double largest_component(const double d[3]) {
@@ -34,9 +35,9 @@ double largest_component(const double d[3]) {
   return larger > z ? larger : z;
 }
 
-// |d|, without overflow on the way.
+// |d|, without overflow or underflow of the squares.
 double length(const double d[3]) {
-  constexpr double kLeast = 1e-140;  // their squares are exact enough
+  constexpr double kLeast = 1e-140;  // the square of a smaller component underflows
   constexpr double kMost = 1e140;
   const double largest = largest_component(d);
   if (largest > kLeast && largest < kMost) return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
@@ -47,7 +48,7 @@ double length(const double d[3]) {
   return largest * sqrt(x * x + y * y + z * z);
 }
 
-// Turns a displacement that is given into model units, shortening an absurd one.
+// Converts a given displacement to model units and shortens an absurd displacement.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
   double scale = 1.0;
@@ -63,9 +64,9 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// What 95 % of errors at this |d| stay below, told with a confidence of 95 % where they grow within a bin of the
-// survey as from bin to bin, or kUnknownError: for a case that no survey has, or a flagged answer. The force's as
-// parts of `force`, its size in model units: of one that is small for its displacement they are larger parts.
+// The bound of 95 % of errors at this |d|, with 95 % confidence; interpolated with the slope of its survey
+// bin. kUnknownError for a flagged answer, or a case outside the survey. The force error is relative to
+// `force`, in model units.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      double force, pal_contact_result& result) {
   result.displacement_error = kUnknownError;
@@ -74,12 +75,12 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
-    // The scene's largest displacement itself belongs to the last bin, whatever its rounding.
+    // The tolerance keeps the scene's largest displacement in the last bin.
     const ErrorBinView& of = survey.bins[bin];
     if (size <= of.to * (1.0 + 1e-9)) {
       const double below = std::max(0.0, of.to - size);
       result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
-      // As an absolute error, and of what it leaves of the force at least.
+      // Relative to the survey's scale for a large force, else to the force less its bound.
       const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
       const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
       const double left = force - bound * scale;
@@ -91,10 +92,12 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   }
 }
 
-// The same for several contacts of a zone, whose errors are parts of the largest displacement and force among them:
-// what 95 % of errors of such sets stay below, over their loads and over their reach (ErrorSurvey in schemas/pack.fbs), or
-// what one contact of that size has, whatever is most. A flag of one is a doubt about all; so is a
-// load or a reach whose bound is all of the displacement.
+// Error estimates of several zone contacts, relative to their largest displacement and force. The bound is
+// the maximum of:
+// - the survey's bound for sets by load and by reach (ErrorSurvey in schemas/pack.fbs),
+// - the bound for one contact of the largest displacement.
+//
+// A flag of one contact counts for all contacts, as does an estimate of kUnknownError.
 void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *tissue.pack;
@@ -127,7 +130,7 @@ void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t coun
   }
 }
 
-// Whether displacements as this one were sampled at every corner of a place.
+// Whether the survey sampled such displacements at every corner of a place.
 bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
   for (uint32_t i = 0; i < place.count; ++i) {
     if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
@@ -135,13 +138,13 @@ bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const dou
   return true;
 }
 
-// The model that answers a contact alone at a site.
+// The model that answers one contact alone at a site.
 pal_model model_alone(const pal_pack& pack, uint32_t site) {
   if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
   return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
 }
 
-// The largest of the estimates: where the models of these sites alone come in.
+// Raises the estimates to the largest estimate of the corners' own models.
 void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
                      const double displacement[3], double force, pal_contact_result& result) {
   for (uint32_t i = 0; i < place.count; ++i) {
@@ -153,8 +156,8 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
   }
 }
 
-// Turns given forces into model units, cutting those that would move their contact alone by an absurd
-// displacement.
+// Converts given forces to model units. Limits each force so that it moves its contact alone by at most
+// kAbsurdDisplacement.
 uint32_t take_forces(const TissueState& tissue, const pal_contact& contact, uint32_t index, double* out) {
   const double* stiffness = tissue.linear.active.own_stiffness + size_t{9} * index;
   uint32_t flags = 0;
@@ -168,7 +171,7 @@ uint32_t take_forces(const TissueState& tissue, const pal_contact& contact, uint
   return flags;
 }
 
-// Displacements that given forces have made absurd: all of the answer is scaled with them.
+// Scales the whole answer back if the given forces cause absurd displacements.
 void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, LinearFrame& frame) {
   const double limit = kAbsurdDisplacement * pack.max_displacement;
   double largest = 0;
@@ -185,7 +188,7 @@ void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, L
     shorten(frame.forces[i]);
   }
   for (uint32_t i = 0; i < 3 * linear.active.num_held; ++i) shorten(linear.nodal_force[i]);
-  for (int of = 0; of < 2; ++of) shorten(frame.energy);  // of forces and displacements
+  for (int of = 0; of < 2; ++of) shorten(frame.energy);  // energy is quadratic: force times displacement
   frame.flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
 }
 
@@ -252,7 +255,7 @@ void answer_linear(TissueState& tissue, const pal_contact* contacts, uint32_t co
   }
 }
 
-// Of one contact that was answered alone, all of it in model units.
+// Fills in the result of one contact alone. Inputs: model units.
 void give_result(const TissueState& tissue, pal_model model, uint32_t flags, const double force[3],
                  const double stiffness[9], pal_contact_result& result) {
   const pal_pack& pack = *tissue.pack;
@@ -300,7 +303,7 @@ void answer_linear_point(TissueState& tissue, const pal_contact& contact, pal_co
   give_result(tissue, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
-// Whether one of the two blends is ready for these contacts; it then answers.
+// Whether one of the two blends serves these contacts. The function makes that blend the active blend.
 bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
                       uint32_t fixed_version) {
   if (linear.active.ready && is_for(linear.active, contacts, count, fixed_version)) return true;
@@ -309,15 +312,16 @@ bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t
   return true;
 }
 
-// Whether a zone takes linear_dd to move these contacts to their places (place_answer.hpp).
+// Whether a zone needs linear_dd of all contacts for its transfer to their places (response_at_point.hpp).
 bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
   if (count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
   return std::any_of(contacts, contacts + count,
                      [](const pal_contact& contact) { return place_of(contact).count > 1; });
 }
 
-// Adds it to what moves each of them, once the difference is placed, and to the field. `couplings`: [3 count][3
-// count] of the stiffness, above the diagonal, where forces are given. Returns its energy.
+// Adds linear_dd of all contacts to the transfer of each contact and to the field. Call place_difference()
+// first. `couplings`: [3 count][3 count] stiffness above the diagonal, filled in if forces are given. Returns
+// the energy.
 double move_together(TissueState& tissue, const pal_contact* contacts, uint32_t count, PointResponse* moved,
                      double* couplings, FieldState& field) {
   const pal_pack& pack = *tissue.pack;
@@ -366,15 +370,15 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   ForceControl control;
   PointResponse moved[pack::kMostZoneContacts];
   double couplings[9 * kMostBetween * kMostBetween] = {};
-  // A frame's iterations are for all that the given forces take.
+  // The steps of force control share the frame's iterations.
   for (uint32_t left = tissue.config->zone_iterations;;) {
     answer = solve_zone(pack, tissue.displacements, left, tissue.zone);
     left -= answer.iterations;
     fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       moved[c] = {};
-      // Of contacts that share one, what moves one alone would drag the patches of the others from where they are
-      // held, and with it nodes that are fixed.
+      // Contacts in one zone share nodes: a transfer of one contact alone would move the patches of the
+      // others. Fixed nodes would move too.
       if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
       moved[c] = (is_together ? move_beyond_linear : move_to_place)(pack, set.sites[c], place_of(contacts[c]),
                                                                     set.followed + size_t{3} * c, field);
@@ -393,7 +397,8 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
-  // One that others press on from nearby may, and what the organ outside then adds is felt by all.
+  // A neighbour may load a contact beyond the survey, and the exterior passes this nonlinearity to all
+  // contacts.
   double largest = 0;
   for (uint32_t c = 0; c < count; ++c) {
     largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
@@ -401,7 +406,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       largest =
           std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
   }
-  double farthest = largest;  // on the way, too
+  double farthest = largest;  // includes the displacements that the zone has followed so far
   for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
   bool is_beyond = false;
   double load = 0;
@@ -420,7 +425,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
       result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // Surveyed were contacts at sites with all rings, once they had come to rest.
+    // The survey covers converged contacts at sites with all rings.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
     if (difference.count > 0 && !is_together && (count > 1 || set.num_fixed > 0))
       result.flags |= PAL_FLAG_NEAREST_SITE;
@@ -444,7 +449,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   }
 }
 
-// The zone that is ready is for these contacts and turned out not to be one: linear_dd takes its place, if it may.
+// Whether the ready zone is unsound for these contacts. Then linear_dd answers, if the config allows.
 bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   const ZoneSet& set = tissue.zone.active;
   return tissue.config->model == PAL_MODEL_AUTO && set.ready && !set.sound &&
@@ -467,7 +472,7 @@ bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool f
          tissue.pack->polynomial_sites != nullptr && num_contacts == 1 && tissue.num_fixed == 0;
 }
 
-// Whether what moves a zone to the places of these contacts is still to be made.
+// Whether the zone's transfer to these contacts' places needs a blend that is not ready.
 bool lacks_blend(TissueState& tissue, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
                  uint32_t fixed_version) {
   return is_moved_together(contacts, count, num_fixed) &&
@@ -485,7 +490,7 @@ struct Begun {
   bool zone;
 };
 
-// Begins what these contacts are not ready for: a blend, a zone, or both.
+// Begins the missing preparations for these contacts: a blend, a zone, or both.
 Begun begin(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
   const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
   const bool is_zone = kind == ResponseKind::zone;
@@ -496,7 +501,7 @@ Begun begin(TissueState& tissue, ResponseKind kind, const pal_contact* contacts,
   return begun;
 }
 
-// Goes on with what is begun by a frame's share of work. Once all of it is ready it answers, and true is returned.
+// Advances the preparation by one frame's share of work. Returns true once the whole preparation has ended.
 bool advance(TissueState& tissue) {
   const pal_pack& pack = *tissue.pack;
   if (tissue.linear_begun) {
@@ -518,7 +523,7 @@ bool can_answer(const TissueState& tissue, uint32_t num_contacts, bool forces_gi
 
 ResponseKind select_response(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
                              bool forces_given) {
-  // Untouched, an organ rests; but nodes that are fixed hold it where gravity has turned.
+  // An organ without contacts is at rest, unless fixed nodes hold it under turned gravity.
   if (count == 0)
     return tissue.gravity.is_turned && tissue.num_fixed > 0 ? ResponseKind::linear : ResponseKind::nothing;
   if (polynomial_answers(tissue, count, forces_given)) return ResponseKind::polynomial;
@@ -532,7 +537,7 @@ void prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts
   const Begun begun = begin(tissue, kind, contacts, count);
   if (begun.blend) advance_linear(*tissue.pack, UINT64_MAX, tissue.linear);
   if (begun.zone) advance_zone(*tissue.pack, UINT64_MAX, tissue.zone);
-  // What tools had begun of the same kind is lost.
+  // A preparation of the same kind that tools had begun is lost.
   tissue.linear_begun = tissue.linear_begun && !begun.blend;
   tissue.zone_begun = tissue.zone_begun && !begun.zone;
 }

@@ -1,5 +1,4 @@
-// The answer to a set of contacts: which model gives it, how sure it is, and what the visual frame needs of
-// it.
+// The answer to a contact set: response selection, preparation, evaluation and error estimates.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -9,35 +8,39 @@
 
 namespace palpate {
 
-// Whether some model of the session can answer so many contacts with its fixed nodes. `forces_given`: along
-// some axis, instead of the displacement.
+// Whether some model of the session can answer this number of contacts with its fixed nodes. `forces_given`:
+// a force replaces the displacement along some axis.
 bool can_answer(const TissueState& tissue, uint32_t num_contacts, bool forces_given = false);
 
-// What answers these contacts, which some model can.
+// Selects the response for contacts that some model can answer.
 ResponseKind select_response(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
                              bool forces_given = false);
 
-// Makes what answers ready for these contacts, whatever it takes: ResponseKind::linear and ResponseKind::zone have to be.
+// Prepares the response for these contacts without a limit of work.
 void prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count);
 
-// The same with about as many multiply-adds as the session's budget allows: call it again in the next frame until it
-// is true. Work that was begun for others is finished first, so that contacts which change all the time are answered
-// too, if late; `finished` says that it now answers them.
+// Prepares the response within the session's budget of multiply-adds a frame: call it in each frame until it
+// returns true. A preparation that has begun for another contact set ends first. Then contacts that change in
+// every frame still get a late answer.
+// - `began`: a preparation began in this call.
+// - `finished`: a preparation ended, and its contact set can answer.
 bool prepare_within(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
                     bool& began, bool& finished);
 
-// Whether what answered these contacts still can; of two blends that one then answers.
+// Whether a response is ready for these contacts. Swaps the two blends if the other blend serves the
+// contacts.
 bool is_ready(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
               uint32_t fixed_version);
 
-// Forces and stiffness of contacts by what is ready for them, for finite displacements; API units,
-// organ frame. Leaves their energy in pal_session::stored_energy and hands the field to the visual thread.
-// `turns`: [count][3] (patch_turns.hpp), of zones whose patches turn. `results`: count entries, or null.
+// Evaluates the ready response for finite displacements; API units, organ frame. Stores the energy in
+// TissueState::stored_energy and publishes the field to the visual thread.
+// - `turns`: [count][3] rotations (patch_rotation.hpp), for zones whose patches rotate.
+// - `results`: [count], or null.
 void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
                      const double* turns, pal_contact_result* results);
 
-// d force of contact `row` / d displacement of contact `column`, of the answer just given: adds it to sum[9],
-// API units, organ frame.
+// Adds d force of contact `row` / d displacement of contact `column`, by the last answer, to sum[9]; API
+// units, organ frame.
 void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_contact_result* results,
                   uint32_t row, uint32_t column, double* sum);
 

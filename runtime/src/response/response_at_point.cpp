@@ -25,7 +25,7 @@ PointResponse blend_polynomials(const pal_pack& pack, const ContactPlace& place,
 
 namespace {
 
-// By `sign` times linear_dd at a difference of places.
+// Adds `sign` times linear_dd at a difference of places.
 void add_linear(const pal_pack& pack, const ContactPlace& difference, double sign, const double d[3],
                 PointResponse& moved, FieldState& field) {
   const double signed_d[3] = {sign * d[0], sign * d[1], sign * d[2]};

@@ -1,15 +1,16 @@
-// What answers one contact alone at a place between sites: polynomial_dd or linear_dd, blended over the corners with
-// the weights of the place. And what moves a zone there.
+// The response at a point between sites: polynomial_dd or linear_dd, blended with the place's weights over
+// its corners. The same blend transfers a zone from its site to a place.
 //
-// nonlinear_zone is made about a site s. A contact near it, at a place with the weights w of the corners i, is
-// answered by
+// nonlinear_zone has a site s. At a place with the weights w of corners i, a contact near s has the force
 //
-//   f = f_zone,s(d) + sum_i w_i g_i(d) - g_s(d)
+//   f = f_zone,s(d) + sum_i w_i g_i(d) - g_s(d).
 //
-// g the answer of one contact alone, of polynomial_dd where the pack has it, else of linear_dd; energy, stiffness and
-// field likewise. Of several contacts, and where nodes are fixed, g is linear_dd of all of them (linear_blend.hpp) and,
-// of one that shares its zone with no other, what polynomial_dd has beyond that of the contact alone. Along a path it
-// is continuous but where s changes: there it jumps by what the zone and g differ in from site to site.
+// Energy, stiffness and field follow the same formula. g is the answer of one contact alone by polynomial_dd,
+// or by linear_dd in a pack without polynomials. Several contacts, or fixed nodes, change g:
+// - linear_dd of all contacts (linear_blend.hpp) takes the place of g.
+// - A contact alone in its zone adds the difference of polynomial_dd and linear_dd for one contact.
+//
+// The force is continuous along a path except where s changes.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -19,7 +20,7 @@
 
 namespace palpate {
 
-// Of the field of a contact by polynomials, or of a zone of so many.
+// Capacity for the corners of a polynomial's field, or of a zone's field with so many contacts.
 constexpr uint32_t most_corners(uint32_t num_zone_contacts) {
   return num_zone_contacts > 0 ? kMostCorners * num_zone_contacts : 3;
 }
@@ -32,17 +33,17 @@ struct PointResponse {
   double stiffness[9];  // by rows
 };
 
-// Of a place, or of a difference of two, for a finite displacement. Adds the corners to those of `field`. Cost: that of
-// evaluate_polynomial() for each corner.
+// The blended response at a place, or at a difference of two places, for a finite displacement. Adds the
+// corners to `field`.
 PointResponse blend_polynomials(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                                 FieldState& field);
 
-// What moves the answer of a zone from `site` to `place`, zero where the place is that site. Adds its field to that
-// of the zone. Cost: that of four polynomials, or of linear_dd at a point.
+// The transfer of a zone's answer from `site` to `place`: zero where `place` is that site. Adds its field to
+// the zone's field.
 PointResponse move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
                             const double displacement[3], FieldState& field);
 
-// What of that linear_dd does not have. Nothing of a pack without polynomials. Cost: both.
+// move_to_place() less its linear_dd part. Zero in a pack without polynomials.
 PointResponse move_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
                                  const double displacement[3], FieldState& field);
 

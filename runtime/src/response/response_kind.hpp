@@ -1,4 +1,4 @@
-// What answers a set of contacts.
+// The response models for a contact set.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -6,14 +6,14 @@
 namespace palpate {
 
 enum class ResponseKind : uint32_t {
-  nothing,       // there are none: the tissue is at rest
-  polynomial,    // polynomial_dd or affine_site, of one contact
-  linear_point,  // linear_dd of one contact between sites (linear_point.hpp)
-  zone,          // nonlinear_zone, once it is ready for them (nonlinear_zone.hpp)
-  linear,        // linear_dd of any contacts, once it is ready for them (linear_dd.hpp)
+  nothing,       // no contacts: the tissue is at rest
+  polynomial,    // polynomial_dd or affine_site for one contact
+  linear_point,  // linear_dd for one contact between sites (linear_point.hpp)
+  zone,          // nonlinear_zone, after its preparation (nonlinear_zone.hpp)
+  linear,        // linear_dd for any contacts, after its preparation (linear_dd.hpp)
 };
 
-// Whether a session of this model has what was made for the organ as it was built, and nothing else.
+// Whether a session of this model uses only responses that are precomputed for the organ as built.
 inline bool is_nonlinear_alone(pal_model model) {
   return model != PAL_MODEL_AUTO && model != PAL_MODEL_LINEAR;
 }

@@ -21,7 +21,7 @@ struct RecordingHeader {
   uint32_t version;
   uint32_t config_bytes;
   uint64_t pack_checksum;
-  uint64_t fuses;  // 1: of a processor that fuses products and sums, on which other bits come out
+  uint64_t fuses;  // 1: the processor fuses products and sums, which changes the last bits of results
 };
 
 enum class Call : uint32_t {
@@ -38,16 +38,16 @@ enum class Call : uint32_t {
 
 struct CallHeader {
   Call call;
-  uint32_t bytes;  // that follow
+  uint32_t bytes;  // size of the input that follows
 };
 
-// Of the input of a call: what it counts, or the tool that it is about.
+// The subject of a call: the number of its inputs, or its tool.
 struct CallSubject {
   uint32_t subject;
-  uint32_t has_more;  // ages of a haptic frame, the settings of a touch, an acceleration, an inclusion
+  uint32_t has_more;  // 1: optional input follows, such as ages, a touch, an acceleration or an inclusion
 };
 
-// Inputs without the gaps that a compiler leaves in a struct: what is in those is nobody's.
+// These structs hold inputs without padding: the bytes of padding are undefined and would change the file.
 struct RecordedContact {
   uint32_t site;
   uint32_t force_axes;
@@ -73,7 +73,7 @@ constexpr size_t multiple_of_8(size_t bytes) {
   return (bytes + 7) / 8 * 8;
 }
 
-// Puts calls together in the buffer, piece by piece; a call for which there is no room is not begun.
+// Appends the pieces of a call to the buffer. The writer drops a call that does not fit whole.
 class CallWriter {
  public:
   CallWriter(Recorder& recorder, Call call, size_t bytes) : recorder_(recorder) {
@@ -107,11 +107,11 @@ class CallWriter {
   unsigned char* end_ = nullptr;
 };
 
-// Takes the pieces of a call out of a recording again.
+// Reads the pieces of a call back from a recording.
 class CallReader {
  public:
   CallReader(const unsigned char* begin, size_t bytes) : at_(begin), left_(bytes) {}
-  // Whether an answer of so many forces follows: asked before a call is made again.
+  // Whether an answer of `count` forces follows. Replay asks before it repeats the call.
   bool has_answer(uint32_t count) const { return left_ >= sizeof(Answer) + count * kForceBytes; }
   template <typename T>
   bool take(T* to, size_t count) {
@@ -138,14 +138,14 @@ uint64_t checksum_of_pack(const pal_pack& pack) {
   return header.checksum;
 }
 
-// Only the plain loops do not.
+// 1 unless the session uses the scalar kernels, which do not fuse products and sums.
 uint64_t fuses(const pal_session& session) {
   InverseKernel kernels[kMostInverseKernels];
   list_inverse_kernels(kernels);
   return session.tissue.linear.assembly.inverse.kernel.multiply != kernels[0].multiply ? 1 : 0;
 }
 
-// Compares an answer with the recorded one, which is there (has_answer).
+// Compares an answer with the recorded answer. The caller has checked has_answer().
 template <typename Result>
 void compare(CallReader& reader, const Result* results, uint32_t count, pal_replay& replay) {
   Answer answer = {};
@@ -270,7 +270,7 @@ pal_status read_header(const void* recording, size_t bytes, RecordingHeader& hea
   memcpy(&header, recording, sizeof header);
   if (memcmp(header.magic, kRecordingMagic, sizeof header.magic) != 0) return PAL_STATUS_NOT_A_RECORDING;
   if (header.version != kRecordingVersion) return PAL_STATUS_RECORDING_OF_OTHER_BUILD;
-  // Of the same build: a config of another size is of another.
+  // A config of another size belongs to another build.
   if (header.config_bytes != sizeof(pal_session_config)) return PAL_STATUS_RECORDING_OF_OTHER_BUILD;
   return bytes - sizeof header < header.config_bytes ? PAL_STATUS_CORRUPT_RECORDING : PAL_STATUS_OK;
 }
@@ -346,7 +346,7 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
     RecordedContact contact = {contacts[c].site, contacts[c].force_axes, {}, {}, {}, {}};
     memcpy(contact.neighbours, contacts[c].neighbours, sizeof contact.neighbours);
     memcpy(contact.neighbour_weights, contacts[c].neighbour_weights, sizeof contact.neighbour_weights);
-    for (uint32_t axis = 0; axis < 3; ++axis) {  // of each axis what was read
+    for (uint32_t axis = 0; axis < 3; ++axis) {  // the value that was read along each axis
       const bool by_force = (contacts[c].force_axes >> axis & 1) != 0;
       (by_force ? contact.force : contact.displacement)[axis] =
           (by_force ? contacts[c].force : contacts[c].displacement)[axis];
@@ -416,7 +416,7 @@ extern "C" pal_status pal_recording_get_config(const void* recording, size_t byt
   pal_session_config recorded;
   memcpy(static_cast<void*>(&recorded), static_cast<const unsigned char*>(recording) + sizeof header,
          sizeof recorded);
-  // A file names no function to call.
+  // A file cannot name a function to call.
   recorded.clock = nullptr;
   recorded.clock_user = nullptr;
   return palpate::write_sized(recorded, palpate::kFirstConfigBytes, *config);

@@ -1,9 +1,9 @@
-// A recording: every call that changed a session, so that it can be made again.
+// A recording holds every call that changed a session, so that replay can repeat the calls.
 //
-//   RecordingHeader | pal_session_config | call | call | ...
+//    RecordingHeader | pal_session_config | call | call | ...
 //
-// A call is a CallHeader and its input, and for frames a digest of the answer and the forces; all in
-// multiples of 8 bytes. Whatever a frame decides follows from these: it reads no clock.
+// A call is a CallHeader and its input. A frame adds a digest of the answer and the forces. Each part is a
+// multiple of 8 bytes. The session reads no clock, so the recorded calls determine every result.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -11,13 +11,13 @@
 namespace palpate {
 
 struct Recorder {
-  unsigned char* buffer;  // null: nothing is recorded
+  unsigned char* buffer;  // null: no recording
   size_t capacity;
   size_t used;
-  bool full;  // before the end
+  bool full;  // a call did not fit
 };
 
-// Each writes one call that has just succeeded; nothing without a recording.
+// Each function writes one call that has just succeeded, or nothing when the session has no recording.
 void record_fixed(pal_session& session, const uint32_t* contact_nodes, uint32_t count);
 void record_hold(pal_session& session, uint32_t tool, const pal_hold& hold);
 void record_release(pal_session& session, uint32_t tool);
@@ -27,7 +27,7 @@ void record_inclusion(pal_session& session, const pal_inclusion* inclusion);
 void record_orientations(pal_session& session, const double* orientations, uint32_t count);
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,
                           const pal_contact_result* results);
-// `results`: of all tools.
+// `results`: [max_tools]
 void record_haptic_frame(pal_session& session, const pal_haptic_input& input, const pal_tool_result* results);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// One simulation: its memory, and its two frames.
+// One simulation: its memory and its two frames.
 #include <string.h>
 
 #include <math.h>
@@ -59,7 +59,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model)) {
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   } else if (has_zone(pack, config) && config.max_contacts + config.max_fixed > 1) {
-    // To move contacts of zones.
+    // Zones use the linear state to transfer responses to contacts between sites.
     carve_linear(pack, std::min(config.max_contacts, kMostBetween), config.max_fixed, arena, linear);
   }
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
@@ -104,9 +104,9 @@ pal_session_config default_config(const pal_pack* pack) {
   return config;
 }
 
-// Whether the pack carries the model that a config asks for.
+// Whether the pack carries the model that a config requests.
 pal_status check_model(const pal_pack& pack, const pal_session_config& config) {
-  int model;  // a C program may pass any integer, which it would be undefined to load as the enumeration
+  int model;  // a C program may pass any integer, and loading such an enumeration is undefined behaviour
   static_assert(sizeof model == sizeof config.model);
   memcpy(&model, &config.model, sizeof model);
   switch (model) {
@@ -123,7 +123,7 @@ pal_status check_model(const pal_pack& pack, const pal_session_config& config) {
   return PAL_STATUS_BAD_ARGUMENT;
 }
 
-// `config` becomes the caller's, completed by the defaults.
+// Copies the caller's config to `config` and adds the defaults.
 pal_status read_config(const pal_pack* pack, const pal_session_config* given, pal_session_config& config) {
   if (pack == nullptr || given == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   const FloatingPointMode mode;
@@ -154,7 +154,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   return config.patches_turn == 0 || has_zone(*pack, config) ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
 }
 
-// Multiply-adds that a haptic frame may spend on making a model ready.
+// The multiply-adds that a haptic frame may spend on preparing a model.
 uint64_t operations_within(const pal_session_config& config) {
   if (config.budget_seconds == 0) return UINT64_MAX;
   const double operations = config.budget_seconds / config.seconds_per_operation;
@@ -169,7 +169,7 @@ size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   return counting.used();
 }
 
-// Frames in which some tool had a flag.
+// Counts the frames in which any tool had a flag.
 void count_frame(const pal_tool_result* results, uint32_t count, bool switched, pal_counters& counters) {
   uint32_t flags = 0;
   for (uint32_t tool = 0; tool < count; ++tool) flags |= results[tool].flags;
@@ -185,7 +185,7 @@ void count_frame(const pal_tool_result* results, uint32_t count, bool switched, 
   counters.reduced += has(PAL_FLAG_REDUCED);
 }
 
-// Copies the results into the caller's array, whose entries may be longer than ours.
+// Copies the results into the caller's array, whose entries may be longer than pal_tool_result.
 void copy_results(const pal_tool_result* from, uint32_t count, uint32_t result_bytes,
                   pal_tool_result* results) {
   unsigned char* to = reinterpret_cast<unsigned char*>(results);
@@ -219,7 +219,7 @@ extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const palpate::FloatingPointMode mode;  // a subnormal budget is none, here as where the config is checked
+  const palpate::FloatingPointMode mode;  // the budget and the check of the config round alike
   pal_session_config complete;
   if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
@@ -229,10 +229,10 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
     return PAL_STATUS_ARENA_MISALIGNED;
   if (complete.budget_seconds > 0 && complete.seconds_per_operation == 0)
     complete.seconds_per_operation = palpate::seconds_per_operation(complete.clock, complete.clock_user);
-  // A session reads no clock; a recording of its config should not name one.
+  // A session reads no clock, so the recorded config names no clock.
   complete.clock = nullptr;
   complete.clock_user = nullptr;
-  memset(arena, 0, required);  // also touches every page now rather than in a frame
+  memset(arena, 0, required);  // also touches every page now, not in a frame
   palpate::Arena memory(arena);
   pal_session made = {};
   pal_session* place = palpate::carve_session(*pack, complete, memory, made);
@@ -283,11 +283,11 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   }
   if (!palpate::can_answer(session->tissue, count, forces_given)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
-  // Memory of the session's tools, for who wants no results but records.
+  // A recording needs results even when the caller wants none.
   if (results == nullptr) results = session->tools.results;
   palpate::ResponseKind kind = palpate::select_response(session->tissue, contacts, count, forces_given);
   palpate::prepare(session->tissue, kind, contacts, count);
-  // A zone may turn out to be none.
+  // Preparation may have refused the zone.
   kind = palpate::select_response(session->tissue, contacts, count, forces_given);
   palpate::prepare(session->tissue, kind, contacts, count);
   palpate::answer_contacts(session->tissue, kind, contacts, count, session->turns, results);

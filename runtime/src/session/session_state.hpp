@@ -1,4 +1,4 @@
-// All that one simulation remembers, in the caller's arena.
+// The whole state of one simulation, in the caller's arena.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -18,7 +18,7 @@ inline constexpr uint32_t kFirstConfigBytes = 168;  // of pal_session_config in 
 struct pal_session {
   pal_session_config config;
   palpate::TissueState tissue;
-  double* turns;  // [max_contacts][3] of contact frames (patch_rotation.hpp)
+  double* turns;  // [max_contacts][3] rotations of contacts in contact frames (patch_rotation.hpp)
   palpate::ToolStates tools;
   uint32_t num_requested;  // 0: the visual frame writes all nodes
   uint32_t* requested;     // [max_requested] packed nodes, ascending

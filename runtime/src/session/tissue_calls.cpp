@@ -16,9 +16,9 @@
 namespace palpate {
 namespace {
 
-// In units of the scene's gravity: beyond it a linear answer means nothing.
+// The limit is relative to the scene's gravity: a linear answer means nothing beyond this factor.
 constexpr double kMostGravity = 10.0;
-// A rotation there and back leaves this much.
+// A rotation of gravity to and fro leaves a relative difference of this size.
 constexpr double kGravityRounding = 1e-12;
 
 double length(const double v[3]) {
@@ -65,13 +65,13 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   for (uint32_t i = 0; i < count; ++i) {
     if (contact_nodes[i] >= session->tissue.pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
   }
-  // The polynomials know nothing of nodes fixed later.
+  // The polynomials do not include nodes that the session fixes later.
   const bool has_linear = session->tissue.pack->field_compliance != nullptr &&
                           !palpate::is_nonlinear_alone(session->config.model);
   if (count > session->tissue.zone.max_fixed && !has_linear) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
   palpate::record_fixed(*session, contact_nodes, count);
-  // The field of the last frame keeps its weights: only the next frame knows of the change.
+  // The field of the last frame keeps its weights: the next frame applies the change.
   bool changed = count != session->tissue.num_fixed;
   for (uint32_t i = 0; i < count; ++i) {
     changed = changed || session->tissue.fixed[i] != contact_nodes[i];
@@ -102,7 +102,7 @@ extern "C" pal_status pal_session_set_gravity(pal_session* session, const double
     if (palpate::length(turn) <= palpate::kGravityRounding * scene) memset(turn, 0, sizeof turn);
   }
   const bool turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
-  // The polynomials know only the gravity that they were sampled in, a zone that of rest.
+  // Polynomials are sampled under the scene's gravity, and zones start from rest under the scene's gravity.
   if (turned && palpate::is_nonlinear_alone(session->config.model)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   palpate::GravityTurn& gravity = session->tissue.gravity;
   for (int i = 0; i < 3; ++i) {

@@ -18,7 +18,8 @@ constexpr uint32_t kFirstHoldBytes = 104;
 constexpr uint32_t kFirstTouchBytes = 40;
 static_assert(kFirstHoldBytes == sizeof(pal_hold) && kFirstTouchBytes == sizeof(pal_touch));
 
-// `hold` becomes the caller's, completed. PAL_STATUS_OK where it can be held.
+// Copies the caller's hold to `hold` and adds the defaults. Returns PAL_STATUS_OK if a tool can take the
+// hold.
 pal_status read_hold(const pal_pack& pack, const pal_hold& given, pal_hold& hold) {
   if (const pal_status status = read_sized(given, kFirstHoldBytes, hold); status != PAL_STATUS_OK)
     return status;

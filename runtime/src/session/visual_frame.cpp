@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-// Panels of which all nodes are shown are made so many at a time: their sums stay in the nearest caches.
+// A block of this many panels keeps its sums in the nearest caches.
 constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
 
 const pal_real* turn_of(const FieldState& field) {
@@ -29,13 +29,13 @@ bool has_corners(const FieldState& field) {
   return field.model == PAL_MODEL_POLYNOMIAL || field.model == PAL_MODEL_ZONE;
 }
 
-// A field and what is made of it once for all its panels.
+// A field, with the values that all its panels share.
 struct ShownField {
   const FieldState& state;
   const BasisCombination* corners;  // [num_corners]
 };
 
-// The nodes in a nonlinear zone, over what the linear organ makes of them.
+// Overwrites the linear displacement of nodes in a nonlinear zone by the zone's own displacement.
 void write_own_nodes(const FieldState& field, uint32_t first, uint32_t count, pal_real* sum) {
   for (uint32_t i = 0; i < field.num_own; ++i) {
     const uint32_t place = field.own_nodes[i] - first * pack::kPanelNodes;
@@ -66,7 +66,7 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
   if (!onto) clear_panels(count, sum);
 }
 
-// Whether fill_panels writes each row once and reads none: the caller's memory may be such as is slow to read.
+// Whether fill_panels writes each row once and reads none. The caller's memory may be slow to read.
 bool writes_once(const pal_session& session, const FieldState& field) {
   return !session.tissue.pack->has_gravity && field.model != PAL_MODEL_ZONE &&
          (field.model != PAL_MODEL_LINEAR || field.num_held <= 1) &&
@@ -75,7 +75,7 @@ bool writes_once(const pal_session& session, const FieldState& field) {
 
 constexpr size_t kNodeBytes = 3 * sizeof(pal_real);
 
-// Writes the first nodes of `rows` to `out` and returns what is behind them.
+// Writes the first `count` nodes of `rows` to `out` and returns the end of the written range.
 char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, char* out) {
   if (stride_bytes == kNodeBytes) {
     memcpy(out, rows, count * kNodeBytes);
@@ -86,7 +86,7 @@ char* write_nodes(const pal_real* rows, uint32_t count, size_t stride_bytes, cha
   return out + count * stride_bytes;
 }
 
-// The panels of most fields hold nodes that follow one another.
+// Panels hold consecutive nodes unless the compliance is compressed.
 void write_fields_in_order(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
   BasisCombination corners[most_corners(kMostZoneContacts)];
@@ -95,7 +95,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   const ShownField shown = {field, corners};
   alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
-    // Whole panels straight to where the caller wants them, if his nodes lie as ours do.
+    // Whole panels go straight to the caller's memory if the caller's nodes have the same layout.
     const bool direct = stride_bytes == kNodeBytes && writes_once(session, field) &&
                         reinterpret_cast<uintptr_t>(out) % alignof(pal_real) == 0;
     uint32_t left = session.tissue.pack->num_nodes;
@@ -121,7 +121,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   }
 }
 
-// Those of a compressed compliance hold neighbours in space, whose places in `out` are anywhere.
+// The panels of a compressed compliance hold neighbours in space, whose places in `out` are arbitrary.
 void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
   const pal_pack& pack = *session.tissue.pack;
@@ -155,7 +155,7 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
   }
 }
 
-// Looks every node of the panels up among those requested.
+// Sorts the requested nodes in the order of the compressed panels.
 void order_by_panel(pal_session& session) {
   uint32_t found = 0;
   for (uint32_t panel = 0; panel < session.tissue.pack->num_panels; ++panel) {

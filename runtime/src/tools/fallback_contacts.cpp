@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Which of the contacts that are answered each contact held is. Both rise by their ids.
+// Finds each held contact among the answered contacts. Both lists ascend by id.
 void match_answered(ToolStates& states) {
   uint32_t i = 0;
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
@@ -21,7 +21,7 @@ void match_answered(ToolStates& states) {
   }
 }
 
-// Whether a contact has not got to where it is held.
+// Whether a contact has not reached its given displacement.
 bool is_behind(const double displacement[3], const double given[3]) {
   constexpr double kAsGood = 0.01;
   double largest = 0;
@@ -33,7 +33,7 @@ bool is_behind(const double displacement[3], const double given[3]) {
   return missing > kAsGood * largest;
 }
 
-// What answers from now on: the contacts held, or those for which it was begun earlier.
+// Records the answered contact set: the held contacts, or the set whose preparation began earlier.
 void set_answered(ResponseKind kind, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
                   const double* turns, uint32_t fixed_version, TissueState& tissue, ToolStates& states) {
   states.changed = states.changed || kind != states.answered || count != states.num_answered ||
@@ -80,7 +80,7 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
                  states.begun_fixed, tissue, states);
   } else if (!is_ready(tissue, states.answered, states.answered_inputs, states.num_answered,
                        states.answered_fixed)) {
-    // pal_contact_frame has made it ready for contacts of its own.
+    // A pal_contact_frame has prepared the model for another contact set.
     set_answered(ResponseKind::nothing, 0, nullptr, nullptr, nullptr, tissue.fixed_version, tissue, states);
   }
   states.preparing = !ready;
@@ -94,11 +94,12 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   }
   answer_contacts(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_turns,
                   states.answered_results);
-  // A zone that was made anew goes on from where the linear organ would be: while it catches up with the
-  // tools it jumps, and on its way to balance it may answer several times what it comes to. So does, once, what has gone
-  // back for want of a way, in this frame or in contact frames since the last: from there it follows in short steps, or
-  // not at all.
-  bool is_any_behind = has_turns(tissue);  // it may be in its turn alone
+  // The output must treat an answer as changed in three cases, because the force may jump:
+  // - A new zone starts from the linear response and catches up with the tools. Before equilibrium its force may
+  //   be several times the final force.
+  // - A zone rejected a step in this frame, or in a contact frame since the last haptic frame.
+  // - A zone has just caught up.
+  bool is_any_behind = has_turns(tissue);  // the rotation alone may be behind
   bool is_any_moving = false;
   for (uint32_t i = 0; i < states.num_answered; ++i) {
     is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,

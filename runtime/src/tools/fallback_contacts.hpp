@@ -1,16 +1,18 @@
-// Who answers the contacts that tools hold while linear_dd or a zone is being made ready for them, over as many frames
-// as the budget takes: the contacts that were answered last. Those still held move, those let go stay where
-// they were, and those that came later feel nothing yet. A set that was begun is finished, and answers,
-// before another is begun.
+// The fallback contact set answers while linear_dd or a zone is prepared for the held contacts. Preparation
+// takes as many frames as the budget needs. The fallback set is the contact set that answered last:
+// - Contacts that tools still hold move with their tools.
+// - Released contacts keep their last displacement.
+// - New contacts feel no force yet.
+//
+// A preparation that has begun ends, and its contact set answers, before another preparation begins.
 #pragma once
 
 #include "runtime/src/tools/tools.hpp"
 
 namespace palpate {
 
-// Answers ToolStates::inputs, if the model for them is ready or can be made so within the budget, or what
-// stands in for them; sets all of ToolStates that says what was answered. Cost: that of the answer, and the
-// budget.
+// Answers ToolStates::inputs if their model is ready within the budget, else answers the fallback contact
+// set. Sets the members of ToolStates that describe the answer.
 void answer_or_fall_back(TissueState& tissue, ToolStates& states);
 
 }  // namespace palpate

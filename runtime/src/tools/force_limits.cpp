@@ -8,7 +8,8 @@
 namespace palpate {
 namespace {
 
-// |K|, from linear_dd as the sum of the nodal forces on the patch, else from polynomial_dd as the Hessian of its energy.
+// |K|: linear_dd sums the nodal forces on the patch; without linear_dd, K is the Hessian of the polynomial
+// energy.
 double stiffness_of(const pal_pack& pack, uint32_t site) {
   PolynomialAnswer at_rest = {};
   if (pack.site_forces != nullptr) {
@@ -25,7 +26,8 @@ double stiffness_of(const pal_pack& pack, uint32_t site) {
   return sqrt(square);
 }
 
-// F, in force units. Numbers that are not finite, of a pack that was not verified, do not count.
+// F, in force units. An unverified pack may hold values that are not finite: this function ignores such
+// values.
 double largest_linear_force(const pal_pack& pack) {
   double largest = 0;
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
@@ -39,7 +41,7 @@ double largest_linear_force(const pal_pack& pack) {
 
 void fill_limits(const pal_pack& pack, pal_session_config& config) {
   constexpr double kMargin = 5;
-  constexpr double kRiseSeconds = 0.01;  // a tool that presses so far in less moves faster than a hand does
+  constexpr double kRiseSeconds = 0.01;  // a tool that presses so far in less time moves faster than a hand
   if (config.max_force == 0 || config.max_force_rate == 0) {
     const double most = kMargin * largest_linear_force(pack) * pack.newtons;
     if (config.max_force == 0) config.max_force = most;

@@ -22,7 +22,7 @@ double fading(double left) {
   return left * left * (3.0 - 2.0 * left);
 }
 
-// x - x is 0, or NaN where x is not finite.
+// x - x is 0 for a finite x, else NaN.
 bool is_finite(const Wrench& wrench) {
   double zero = 0;
   for (const double component : wrench.v) zero += component - component;
@@ -34,7 +34,7 @@ bool has_limits(const pal_session_config& config) {
          isfinite(config.max_torque_rate);
 }
 
-// The part of a wrench that is within a limit of force and a limit of torque; at most 1.
+// The largest factor, at most 1, that brings a wrench within both a force limit and a torque limit.
 double part_within(double most_force, double most_torque, const Wrench& wrench) {
   double part = 1.0;
   const double force = isfinite(most_force) ? length_of(wrench.v) : 0.0;
@@ -44,7 +44,7 @@ double part_within(double most_force, double most_torque, const Wrench& wrench) 
   return part;
 }
 
-// Cuts to the largest force and torque, and the step from the last one to the largest rates.
+// Limits the wrench to the largest force and torque, and its step from the last wrench to the largest rates.
 bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& last) {
   const double part = part_within(config.max_force, config.max_torque, wanted);
   if (part < 1.0) {
@@ -61,7 +61,7 @@ bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& 
   return part < 1.0 || step_part < 1.0;
 }
 
-// The force goes on from where it has faded to.
+// Starts the output again from the faded force.
 void take_gain(ForceOutput& output) {
   for (Wrench* wrench : {&output.blended, &output.limited}) {
     for (double& component : wrench->v) component *= output.gain;
@@ -69,7 +69,7 @@ void take_gain(ForceOutput& output) {
   output.gain = 1.0;
 }
 
-// The last force that was played stands in for the model's, less of it where it drives the tool.
+// Plays the last force in place of the model's force, times `kept` when the force drives the tool.
 void hold_last(ForceOutput& output) {
   for (int i = 0; i < 6; ++i) output.blended.v[i] = output.kept * output.limited.v[i];
   output.difference = {};

@@ -10,18 +10,17 @@
 namespace palpate {
 namespace {
 
-// Of the peak: the energy that a cycle may create before forces are reduced.
+// The fraction of the peak energy that a cycle may create before the session reduces forces.
 constexpr double kTolerance = 0.003;
-// `part` goes all its way while this part of W comes or goes, or half of E / W if that is more. The force
-// then changes no faster with the displacement than that of a tissue some times as stiff, which a device can
-// render.
+// `part` completes its change while the larger of this fraction of W and half of E / W comes or goes. The
+// limit keeps the apparent stiffness within the range that a device can render.
 constexpr double kChange = 0.03;
-// Nearer to 1 it is 1.
+// `part` snaps to 1 within this distance.
 constexpr double kWhole = 1e-4;
-// Tissue with less than this part of the peak is at rest.
+// The tissue is at rest when its energy is below this fraction of the peak.
 constexpr double kRest = 1e-4;
 
-// On the tool's way from the frame before.
+// Work of the wrench along the tool's motion since the last frame.
 double work_of(const ToolState& tool, const Wrench& wrench) {
   double turn[3];
   turn_between(tool.before.orientation, tool.pose.orientation, turn);
@@ -31,7 +30,7 @@ double work_of(const ToolState& tool, const Wrench& wrench) {
   return work;
 }
 
-// Of the force that came out last.
+// Work of the last output force along the same motion.
 double work_of(const ToolState& tool) {
   return tool.output.quiet ? 0.0 : work_of(tool, tool.output.out);
 }
@@ -42,7 +41,7 @@ double work_of_all(const ToolStates& states) {
   return work;
 }
 
-// Whether what comes out is what the models say.
+// Whether every tool's output equals the model's force.
 bool feels_the_models(const ToolStates& states) {
   for (uint32_t t = 0; t < states.num_used; ++t) {
     if (!states.tools[t].output.is_model) return false;
@@ -50,7 +49,7 @@ bool feels_the_models(const ToolStates& states) {
   return true;
 }
 
-// Whether contacts are not in balance where their tools are.
+// Whether any contact is out of equilibrium or has not reached its tool.
 bool is_unsettled(const ToolStates& states) {
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     const uint32_t row = states.answered_of[c];
@@ -59,9 +58,12 @@ bool is_unsettled(const ToolStates& states) {
   return false;
 }
 
-// What contacts that were taken hold of under strain bring with them, once: the energy that goes where they alone go
-// back to rest, sum f . d - sum d . K d / 2 over them as for linear forces, and torques and turns likewise. All of
-// it, if there are no others.
+// The energy that contacts held under strain add to the account, once: the energy released when these
+// contacts alone return to rest. For linear forces the energy is
+//
+//    sum f . d - sum d . K d / 2
+//
+// and torques with rotations add the same terms.
 double take_strain_brought(const TissueState& tissue, ToolStates& states) {
   const auto brings = [&](uint32_t c) {
     return states.contacts[c].strain == Strain::brought && states.answered_of[c] != kNotAnswered;
@@ -95,8 +97,8 @@ double take_strain_brought(const TissueState& tissue, ToolStates& states) {
   return num_bringing > 0 && num_bringing == states.num_answered ? tissue.stored_energy : brought;
 }
 
-// Moves `part` towards the part of W that E covers. `work` says which way tools go, and how far beside `larger`, the larger W
-// of this and the last frame.
+// Moves `part` towards covered / W. `work` is the work of the tools in this frame; `larger` is the larger W
+// of this frame and the last.
 void follow_stored(double blend_seconds, double covered, double work, double larger, ToolStates& states) {
   Passivity& passivity = states.passivity;
   const double stored = passivity.stored;
@@ -132,7 +134,7 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   const bool is_or_was_unsettled = unsettled || passivity.was_unsettled;
   passivity.was_unsettled = unsettled;
   passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
-  // By the tools' motion alone: not by what answers it.
+  // When the response changes, the account counts only the work of the tools.
   if (!states.changed) passivity.account += tissue.energy_brought;
   if (passivity.one_set) passivity.stored += tissue.energy_brought;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
@@ -140,7 +142,7 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   double of_models = 0;
   for (uint32_t t = 0; is_or_was_unsettled && t < states.num_used; ++t)
     of_models += work_of(states.tools[t], models[t]);
-  // Of a damaged pack.
+  // A damaged pack may give energies that are not finite.
   if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought) || !isfinite(of_models)) {
     passivity.expected = passivity.work = 0;
     return;
@@ -152,13 +154,13 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
                        : states.changed || !felt ? gained
                                                  : 0.5 * (gained + passivity.part * of_models);
   const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
-  // A blend may go on as it is in the next frame, too, wherever contacts are by then.
+  // A blend may continue unchanged in the next frame: half of its gain stays in reserve.
   const double ahead = is_or_was_unsettled && gained < 0 ? covered + 0.5 * gained : covered;
   for (uint32_t t = 0; ahead < 0 && t < states.num_used; ++t) {
     if (work_of(states.tools[t]) >= 0) continue;
     const bool is_much = ahead < -kTolerance * passivity.peak;
     states.tools[t].output.kept = is_much ? 0.0 : 0.5;
-    // Who comes out before half of the force has faded in would feel all of it for a frame.
+    // A tool that leaves within the first half of a blend would feel the whole force for a frame.
     if (is_much && states.tools[t].output.blend_left > 0.5 * tissue.config->blend_seconds) passivity.part = 0;
   }
   follow_stored(tissue.config->blend_seconds, covered, is_or_was_unsettled ? of_models : gained, larger,
@@ -174,7 +176,7 @@ void end_account(ToolStates& states) {
   if (!isfinite(step)) return;
   passivity.account += step;
   if (passivity.account > passivity.peak) passivity.peak = passivity.account;
-  // What was overdrawn all the same is forgotten: one bad pose must not silence what follows.
+  // The account forgets an overdraft beyond the tolerance: one bad pose must not silence later frames.
   const double floor = -kTolerance * passivity.peak;
   if (passivity.account < floor) passivity.account = floor;
   if (passivity.one_set && passivity.stored <= kRest * passivity.peak) {

@@ -1,32 +1,28 @@
-// Passivity: tools get no more energy out of the tissue than they have put in, whatever answers changes to on
-// the way.
+// Passivity: tools take no more energy out of the tissue than they put in, whatever response answers.
 //
-// The force of one model for one set of contacts is the gradient of an energy W, so a tool that comes back
-// takes out what it put in. Another model, or another set, has another W for the same displacements: who goes
-// in against the softer one and comes out along the stiffer one is given the difference. So does a blend
-// whose rest pushes a tool along.
+// The force of one model for one contact set is the gradient of an energy W, so a closed path returns its
+// work. Energy may appear in two ways:
+// - Another model or contact set has another W at the same displacements. A tool that goes in against a softer
+//   response and comes out along a stiffer response gains the difference.
+// - The fading difference of a blend may drive a tool.
 //
-// The session keeps an account E of the work that all its tools have done since they last held nothing, or
-// the tissue was last at rest:
-//   E += part (W - W_before)         while one set answers, in balance, and tools feel its forces: exact where
-//                                    frames are short
-//   E += sum of F . dx + T . dtheta  by the trapezoidal rule over frames in which what answers changes,
-//                                    blends, is limited or fades, and over those in which contacts have not
-//                                    come to rest (PAL_FLAG_UNCONVERGED): F and T are what comes out
-// The models' forces are multiplied by `part`, which is 1 until E no longer covers W. From then on it goes
-// towards E / W while the tools are on their way out, so that they end at E = 0, and towards 1 while they are
-// on their way in. It moves with the energy that comes or goes, not with time: tools that stand still feel a
-// constant force, and one that turns round feels the other factor only after some way. Up it goes no
-// faster than a blend does, for a fast tool brings all of that energy in a frame.
+// The session keeps an account E of the tools' work since the tissue was last at rest or the tools held
+// nothing:
+//    E += part (W - W_before)         one contact set in equilibrium answers, and tools feel its forces
+//    E += sum of F . dx + T . dtheta  any other frame, by the trapezoidal rule, with F and T the output
 //
-// The forces of contacts that have not come to rest, or not got to where their tools are, are no gradient of W along
-// the tools' ways, and may rise many times on the way out. There `part` is cut at once to what E covers,
-//   part sum of -(F . dx + T . dtheta) <= E + work / 2,   F and T the models', work that of the last frame's forces,
-// but for the tolerance, which is twice what the frame takes by the rule above: the other half is for the next one,
-// which may go as far.
+// The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` moves towards
+//   E / W  while the tools move out, so that they end at E = 0,
+//   1      while the tools move in, no faster than a blend.
+// `part` moves with energy, not with time: a tool that stands still feels a constant force.
 //
-// Source: the passivity observer and controller of Hannaford and Ryu 2002, with the energy known instead of
-// observed where one model answers, and a factor on the force in place of a damper.
+// Forces of contacts out of equilibrium are not the gradient of W and may grow on the way out. Then `part`
+// drops at once, so that E covers the work of the models' forces F and T:
+//    part sum of -(F . dx + T . dtheta) <= E + work / 2,   work that of the last frame's forces.
+// Half of `work` is the reserve for the next frame, which may go as far.
+//
+// Source: the passivity observer and controller of Hannaford and Ryu 2002. Here the model gives the energy
+// where one model answers, and a factor on the force replaces the damper.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -39,23 +35,23 @@ struct TissueState;
 struct ToolStates;
 
 struct Passivity {
-  double account;      // E: J, or the model's units of energy, as what follows
-  double peak;         // the most that E was
+  double account;      // E: J, or the model's units of energy, as all energies below
+  double peak;         // the largest E so far
   double stored;       // W of the last frame
-  double part;         // of the models' forces
-  double expected;     // of this frame: what the account gains if forces stay as they were
-  double work;         // of this frame, by the forces of the last one
-  bool one_set;        // this frame is booked by W
-  bool was_unsettled;  // contacts, in the last frame
+  double part;         // factor on the models' forces
+  double expected;     // gain of the account in this frame if forces stay unchanged
+  double work;         // work of the last frame's forces in this frame
+  bool one_set;        // the account uses W in this frame
+  bool was_unsettled;  // some contact was out of equilibrium in the last frame
 };
 
 void reset_passivity(Passivity& passivity);
 
-// Finds `part` for a frame whose contacts have been answered, with these forces of the models [num_used tools], and what
-// of blends is cut.
+// Finds `part` for a frame whose contacts have answered with these forces of the models [num_used tools], and
+// reduces blends that would create energy.
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models);
 
-// Books the frame by what has come out.
+// Adds the work of the output forces in this frame to the account.
 void end_account(ToolStates& states);
 
 }  // namespace palpate

@@ -10,11 +10,11 @@
 namespace palpate {
 namespace {
 
-// PAL_LAW_TOUCH lets go where the place that it holds would be so far outside of where it was at rest, in
-// mean edges of the surface: less is the tremor of a hand.
+// PAL_LAW_TOUCH releases a contact whose place would be so far outside its rest place, in mean surface edges.
+// A hand's tremor stays below this height.
 constexpr double kReleaseHeight = 0.01;
 
-// The place of a point between sites at rest, world.
+// The rest place of a point between sites, world frame.
 void place_at_rest(const TissueState& tissue, const ToolStates& states, const uint32_t sites[3],
                    const double weights[3], double out[3]) {
   const pal_pack& pack = *tissue.pack;
@@ -28,7 +28,7 @@ void place_at_rest(const TissueState& tissue, const ToolStates& states, const ui
   for (int i = 0; i < 3; ++i) out[i] += tissue.config->organ.position[i];
 }
 
-// Out of the tissue at a point between sites, organ frame.
+// The outward normal at a point between sites, organ frame.
 void normal_at(const pal_pack& pack, const uint32_t sites[3], const double weights[3], double out[3]) {
   double sum[3] = {};
   for (int corner = 0; corner < 3; ++corner) {
@@ -40,8 +40,8 @@ void normal_at(const pal_pack& pack, const uint32_t sites[3], const double weigh
   for (int i = 0; i < 3; ++i) out[i] = length > 0 ? sum[i] / length : 0.0;
 }
 
-// The contact there, without a displacement. Its site is the corner of the largest weight, so that rounding leaves no
-// weight to a corner that has none, whose site may be any number.
+// The contact at this point, without a displacement. Its site is the corner of the largest weight: a corner
+// of weight zero may name any site.
 pal_contact contact_between(const uint32_t sites[3], const double weights[3]) {
   int largest = 0;
   for (int i = 1; i < 3; ++i) {
@@ -61,7 +61,7 @@ bool has_room(const TissueState& tissue, const ToolStates& states) {
   return states.num_contacts < tissue.config->max_contacts && can_answer(tissue, states.num_contacts + 1);
 }
 
-// There is room. `normal`: organ frame.
+// The caller has checked the capacity. `normal`: organ frame.
 void hold_place(const TissueState& tissue, uint32_t tool, const uint32_t sites[3], const double weights[3],
                 pal_contact_law law, const pal_pose& unstrained, const double normal[3], ToolStates& states) {
   HeldContact& contact = states.contacts[states.num_contacts++];
@@ -79,7 +79,8 @@ void hold_place(const TissueState& tissue, uint32_t tool, const uint32_t sites[3
   rotate(states.organ, normal, contact.normal);
 }
 
-// Keeps the order of those that stay: linear_dd then need not factor anew where the last ones go.
+// Keeps the order of the remaining contacts, so that linear_dd need not factor anew when the last contacts
+// go.
 template <typename Goes>
 void let_go(ToolStates& states, Goes&& goes) {
   uint32_t kept = 0;
@@ -92,7 +93,7 @@ void let_go(ToolStates& states, Goes&& goes) {
   states.num_contacts = kept;
 }
 
-// The point of the surface nearest to the tool's tip. False where there is none.
+// The surface point nearest to the tool's tip. False if the surface has none within reach.
 bool find_near_tip(const TissueState& tissue, const Rotation& organ, ToolState& state, SurfaceHit& hit) {
   double tip[3];
   rotate(rotation_of(state.pose.orientation), state.touch.tip, tip);
@@ -126,7 +127,7 @@ bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states) 
     state.must_leave = false;
     return true;
   }
-  // Deeper it has not just come in, but is beyond a part of the organ that cannot be touched.
+  // A deeper tip has entered through a part of the organ that no tool can touch.
   if (state.must_leave || hit.distance < -tissue.pack->max_displacement) return true;
   if (!has_room(tissue, states)) return false;
   hold_place(tissue, tool, hit.sites, hit.weights, state.touch.law, state.pose, hit.normal, states);
@@ -135,7 +136,7 @@ bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states) 
 
 void let_go_of_what_came_out(const TissueState& tissue, ToolRotation& last, ToolStates& states) {
   const double height = kReleaseHeight * tissue.pack->mean_surface_edge * tissue.pack->metres;
-  uint32_t is_outside = 0;  // a bit for each tool
+  uint32_t is_outside = 0;  // one bit a tool
   uint32_t is_known = 0;
   let_go(states, [&](const HeldContact& contact) {
     if (contact.law != PAL_LAW_TOUCH) return false;

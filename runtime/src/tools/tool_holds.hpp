@@ -1,22 +1,24 @@
-// What tools hold: a contact taken hold of by the caller (pal_tool_hold) or where a tool's tip comes near the
-// surface (pal_tool_set_touch), and let go by the caller or where the tool leaves the tissue.
+// Contacts that tools hold. A contact begins by pal_tool_hold, or when a tip comes near the surface
+// (pal_tool_set_touch). A contact ends by the caller's release, or when its tool leaves the tissue.
 #pragma once
 
 #include "runtime/src/tools/tool_motion.hpp"
 
 namespace palpate {
 
-// Makes the tool hold one more contact, for which there is room.
+// Adds a contact to the tool. The caller has checked the capacity.
 void take_hold(const TissueState& tissue, uint32_t tool, const pal_hold& hold, ToolStates& states);
 
-// Lets go of all contacts of the tool.
+// Releases all contacts of the tool.
 void let_go_of_all(uint32_t tool, ToolStates& states);
 
-// Looks for something to take hold of. False where there is something and no room for it.
+// Holds the surface near the tool's tip, if any. False if the tool found a contact and the session has no
+// room.
 bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states);
 
-// A contact of PAL_LAW_TOUCH is let go where its tool has come out beyond where it took hold, or, if it knows
-// its tip, out of the organ anywhere else.
+// Releases contacts of PAL_LAW_TOUCH in two cases:
+// - The tool has come out beyond the place where the contact began.
+// - The tool has a known tip, and this tip is outside the organ.
 void let_go_of_what_came_out(const TissueState& tissue, ToolRotation& last, ToolStates& states);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// How far what tools hold has moved with them.
+// The motion of held contacts with their tools.
 #pragma once
 
 #include "runtime/src/response/patch_rotation.hpp"
@@ -6,10 +6,10 @@
 
 namespace palpate {
 
-// The rotation of the tool that was asked for last: contacts of one tool mostly follow one another.
+// Cache of the last tool's rotation: contacts of one tool mostly follow one another.
 struct ToolRotation {
   Rotation rotation;
-  uint32_t tool;  // kMostTools: of none
+  uint32_t tool;  // kMostTools: empty
 };
 
 inline const Rotation& rotation_for(const ToolStates& states, uint32_t tool, ToolRotation& last) {
@@ -17,8 +17,7 @@ inline const Rotation& rotation_for(const ToolStates& states, uint32_t tool, Too
   return last.rotation;
 }
 
-// How far a contact has moved from where its tool took hold, world; not at all for a tool that was never
-// seen.
+// The displacement of a contact since its hold began, world frame. Zero for a tool without a pose.
 inline void movement_of(const ToolStates& states, const HeldContact& contact, ToolRotation& last,
                         double out[3]) {
   const ToolState& tool = states.tools[contact.tool];
@@ -31,8 +30,8 @@ inline void movement_of(const ToolStates& states, const HeldContact& contact, To
   }
 }
 
-// The turn in the organ frame of a contact held by a tool of this orientation. Beyond a quarter turn the contact slips:
-// its unstrained orientation turns along, so that the torque does not jump.
+// The rotation of a contact in the organ frame, for a tool of this orientation. Beyond a quarter turn the
+// contact slips: its unstrained orientation rotates along, so that the torque does not jump.
 inline void find_turn(const ToolStates& states, const double orientation[4], HeldContact& contact,
                       double turn[3]) {
   double in_world[3];

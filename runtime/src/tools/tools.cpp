@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLongestFrame = 1.0;  // s
-// In units of the scene's largest displacement: less is rounding of poses.
+// A strain below this fraction of the scene's largest displacement is rounding of poses.
 constexpr double kLeastStrain = 1e-6;
 
 bool holds_anything(const ToolStates& states, uint32_t tool) {
@@ -26,7 +26,7 @@ bool holds_anything(const ToolStates& states, uint32_t tool) {
   return false;
 }
 
-// Takes in a tool's pose and its age. False where they make no sense, or are not there: the last pose then
+// Reads a tool's pose and age. False if a given pose or age is invalid; without a valid pose the last pose
 // ages.
 bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolState& state) {
   const double age = input.ages != nullptr && tool < input.num_tools ? input.ages[tool] : 0.0;
@@ -41,7 +41,7 @@ bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolSta
   return tool >= input.num_tools;
 }
 
-// The displacement of every contact held, and how it is turned, organ frame.
+// Fills in the displacement and the rotation of every held contact, organ frame.
 void fill_inputs(TissueState& tissue, ToolStates& states, ToolRotation& last) {
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     HeldContact& contact = states.contacts[c];
@@ -57,18 +57,18 @@ void fill_inputs(TissueState& tissue, ToolStates& states, ToolRotation& last) {
     }
     if (contact.strain == Strain::unknown && tool.has_pose) {
       const double least = kLeastStrain * tissue.pack->max_displacement * tissue.pack->metres;
-      // Where gravity has turned, tissue is not where it rests under the scene's.
+      // Under turned gravity the tissue is away from its rest under the scene's gravity.
       const bool is_strained =
           tissue.gravity.is_turned || is_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
       contact.strain = is_strained ? Strain::brought : Strain::none;
-      if (is_strained) states.held_changed = true;  // as where the tool was seen late
+      if (is_strained) states.held_changed = true;  // treated as a tool that was first seen late
     }
     states.inputs[c] = contact.place;
     rotate_back(states.organ, d, states.inputs[c].displacement);
   }
 }
 
-// Adds what the model says of one contact to the force of its tool and to all but that of its result, world.
+// Adds one contact's answer to its tool's wrench and to its tool's result except the force, world frame.
 void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t index, const Rotation& own,
                  Wrench& wrench, pal_tool_result& result) {
   const HeldContact& contact = states.contacts[index];
@@ -122,8 +122,9 @@ void reduce(double part, Wrench& wrench, pal_tool_result& result) {
   result.flags |= PAL_FLAG_REDUCED;
 }
 
-// Whether the models' force on a tool is good. The force may have any value in two cases: a flag says so, or a zone of the
-// tool's contacts jams and has not converged since. A zone is jammed when no step keeps det F > 0 in all elements.
+// Whether the models' force on a tool is good. The force is unreliable in two cases:
+// - A flag reports an ill-conditioned or non-finite answer.
+// - A zone of the tool's contacts has jammed and has not converged since. In a jam no step keeps det F > 0 in every element.
 bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, uint32_t flags) {
   if ((flags & (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE)) != 0) return false;
   if ((flags & PAL_FLAG_UNCONVERGED) == 0) return true;
@@ -147,7 +148,7 @@ void reset_tool(ToolState& state) {
   reset_output(state.output);
 }
 
-// Once a session: small.
+// Runs once a session, so the compiler optimises for size.
 [[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
   states.contacts = arena.take<HeldContact>(config.max_contacts);
   states.tools = arena.take<ToolState>(config.max_tools);

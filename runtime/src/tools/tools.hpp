@@ -1,13 +1,13 @@
-// Tools: where they are, what they hold there (tool_holds.hpp takes hold and lets go), and the force that each feels.
+// Tools: their poses, their contacts (tool_holds.hpp) and the force on each.
 //
-// A contact is welded to its tool. With the tool at the pose (p0, R0) where the contact is unstrained and the
-// contact's place x at rest, its arm is a = R0^T (x - p0) in the tool's frame, and at the pose (p, R) it has
-// moved by
+// A contact is welded to its tool. Let (p0, R0) be the tool's pose where the contact is unstrained, x the
+// contact's place at rest, and a = R0^T (x - p0) its arm in the tool's frame. At the pose (p, R) the contact
+// has moved by
 //
-//   d = (p - p0) + (R a - R0 a)
+//    d = (p - p0) + (R a - R0 a).
 //
-// and exerts the force f on the tissue, of torque (R a) x f about the tool's position. Where patches turn
-// (patch_turns.hpp), its own turns by R R0^T, and what that takes is a torque of its own.
+// The contact exerts the force f on the tissue, and the torque (R a) x f about the tool's position. If
+// patches rotate (patch_rotation.hpp), the patch rotates by R R0^T and adds its own torque.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -24,79 +24,80 @@ namespace palpate {
 inline constexpr uint32_t kMostTools = 16;
 inline constexpr uint32_t kNotAnswered = UINT32_MAX;
 
-// Whether a contact was displaced when it was taken hold of. `brought` becomes `none` once the account has
-// its energy.
+// Whether a contact was displaced when its hold began. `brought` becomes `none` once the account has its
+// energy.
 enum class Strain : uint8_t { unknown, none, brought };
 
 struct HeldContact {
-  uint64_t id;  // no two contacts of a session have the same
+  uint64_t id;  // unique in the session
   uint32_t tool;
   pal_contact_law law;
-  pal_contact place;  // where it acts, without a displacement; `site` weighs most
+  pal_contact place;  // place of the contact, without a displacement; `site` has the largest weight
   Strain strain;
   double unstrained[3];              // p0
-  double unstrained_orientation[4];  // R0, and where it has slipped to (patch_turns.hpp)
+  double unstrained_orientation[4];  // R0, after any slip (patch_rotation.hpp)
   double unstrained_arm[3];          // R0 a, world
   double arm[3];                     // a, in the tool's frame
-  double normal[3];                  // out of the tissue at rest, world; only of PAL_LAW_TOUCH
+  double normal[3];                  // outward normal of the tissue at rest, world; only for PAL_LAW_TOUCH
 };
 
 struct ToolState {
-  pal_pose pose;    // the last that made sense
-  pal_pose before;  // of the frame before
+  pal_pose pose;    // the last valid pose
+  pal_pose before;  // pose in the last frame
   bool has_pose;
   bool touches;
-  bool must_leave;  // let go: it takes hold again only when it has been off the surface
+  bool must_leave;  // after a release, the tool must leave the surface before its next hold
   double age;       // s, of `pose`
   pal_touch touch;
-  uint32_t near;  // where the last search for something to touch ended
+  uint32_t near;  // where the last search for a surface point ended
   ForceOutput output;
 };
 
 struct ToolStates {
-  Rotation organ;  // of pal_session_config::organ
+  Rotation organ;  // rotation of pal_session_config::organ
   uint32_t num_contacts;
-  HeldContact* contacts;        // [max_contacts] in the order in which they were taken hold of
-  ToolState* tools;             // [max_tools]
-  uint32_t num_used;            // of them: those behind were never seen, and cost a frame nothing
-  pal_contact* inputs;          // [max_contacts] of the frame at hand
-  double* turns;                // [max_contacts][3] of these, where patches turn (patch_turns.hpp)
-  pal_contact_result* results;  // [max_contacts] of pal_contact_frame for who wants none
+  HeldContact* contacts;  // [max_contacts] in order of id
+  ToolState* tools;       // [max_tools]
+  uint32_t num_used;      // tools seen so far: tools at and beyond this index cost a frame nothing
+  pal_contact* inputs;    // [max_contacts] contacts of this frame
+  double* turns;          // [max_contacts][3] rotations of `inputs`, if patches rotate (patch_rotation.hpp)
+  pal_contact_result* results;  // [max_contacts] results of pal_contact_frame when the caller wants none
   uint64_t next_id;
-  // The contacts that the last frame answered, by what, and of which contact held each is
+  // The contacts that the last frame answered, their model, and their match with the held contacts:
   ResponseKind answered;
   uint32_t num_answered;
-  uint64_t* answered_ids;                // [max_contacts]
-  pal_contact* answered_inputs;          // [max_contacts]
-  double* answered_turns;                // [max_contacts][3]
-  uint32_t* answered_sites;              // [max_contacts] that the answers are about, where they jump with it
+  uint64_t* answered_ids;        // [max_contacts]
+  pal_contact* answered_inputs;  // [max_contacts]
+  double* answered_turns;        // [max_contacts][3]
+  uint32_t* answered_sites;      // [max_contacts] sites of the zone: a change of site makes the answer jump
   pal_contact_result* answered_results;  // [max_contacts]
-  uint32_t answered_fixed;               // pal_session::fixed_version then
-  uint32_t* answered_of;  // [max_contacts] which of these each contact held is, or kNotAnswered
-  // The contacts for which linear_dd or a zone is being made ready
+  uint32_t answered_fixed;               // TissueState::fixed_version at that time
+  uint32_t*
+      answered_of;  // [max_contacts] index of each held contact among the answered contacts, or kNotAnswered
+  // The contacts for which linear_dd or a zone is in preparation:
   ResponseKind begun;
   uint32_t num_begun;
   uint64_t* begun_ids;        // [max_contacts]
   pal_contact* begun_inputs;  // [max_contacts]
   double* begun_turns;        // [max_contacts][3]
   uint32_t begun_fixed;
-  bool held_changed;  // since the last frame: a contact was taken hold of or let go
-  bool preparing;     // not all contacts held are answered, or not with the nodes that are fixed now
-  bool changed;       // what answers, in this frame
-  bool catches_up;    // a zone that was made anew has not got to where the tools are
-  double dt;          // of the last frame in which it made sense
+  bool held_changed;  // a hold began or ended since the last frame
+  bool preparing;     // some held contact or fixed node is not part of the answer yet
+  bool changed;       // the response has changed in this frame
+  bool catches_up;    // a new zone has not reached the tools yet
+  double dt;          // last valid time step, s
   Passivity passivity;
 };
 
-// A tool is about to be used.
+// Counts a tool as used.
 inline void use_tool(ToolStates& states, uint32_t tool) {
   if (states.num_used <= tool) states.num_used = tool + 1;
 }
 
-// A tool that was never seen and holds nothing.
+// Resets a tool to one that has no pose and holds nothing.
 void reset_tool(ToolState& state);
 
-// Takes the arrays of a session with this config.
+// Takes the arrays for this config from the arena.
 void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states);
 
 // One frame of all tools. `input` is complete and its pointers are valid. `results`: [max_tools].

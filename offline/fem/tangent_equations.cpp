@@ -1,0 +1,189 @@
+// The linear equations of StaticSolver: tangents, factors and solves, in single and double precision.
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "offline/fem/equilibrium.hpp"
+#include "offline/fem/static_solver.hpp"
+#include "offline/fem/stopwatch.hpp"
+
+namespace palpate {
+
+void StaticSolver::assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  const Stopwatch watch(seconds_.assembly);
+  assembly_->tangent(displacement, project, stiffness_);
+  // The pressures' tangent has eigenvalues of either sign and would undo the projection.
+  if (!project) subtract_pressure_tangent(*assembly_, load.pressures, displacement, stiffness_);
+}
+
+bool StaticSolver::factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project) {
+  return factorize_in(Precision::double_precision, load, displacement, project);
+}
+
+bool StaticSolver::factorize_in(Precision precision, const LoadCase& load,
+                                const Eigen::VectorXd& displacement, bool project) {
+  factor_valid_ = false;  // invalid also if an allocation below throws
+  ++num_factorizations_;
+  factor_precision_ = precision;
+  factor_projected_ = project;
+  assemble_tangent(load, displacement, project);
+  factored_held_ = held_equations(*assembly_, load);
+  hold_equations(factored_held_, stiffness_);
+  const Stopwatch watch(seconds_.factor);
+  if (cholesky_) {
+    factor_valid_ = cholesky_->factorize(stiffness_, precision);
+  } else {
+    conjugate_gradient_->prepare(stiffness_);
+    factor_valid_ = true;
+  }
+  return factor_valid_;
+}
+
+bool StaticSolver::factor_fits(const LoadCase& load) const {
+  // Conjugate gradients gain nothing from an old matrix.
+  if (!factor_valid_ || factor_projected_ || conjugate_gradient_) return false;
+  return factored_held_ == held_equations(*assembly_, load);
+}
+
+bool StaticSolver::solve_equations(Eigen::MatrixXd& columns) {
+  const Stopwatch watch(seconds_.back_solve);
+  if (cholesky_) {
+    cholesky_->solve(columns);
+    return true;
+  }
+  for (Eigen::Index column = 0; column < columns.cols(); ++column) {
+    if (!conjugate_gradient_->solve(columns.col(column))) return false;
+  }
+  return true;
+}
+
+bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                    Eigen::MatrixXd& columns, bool& projected, SolveReport& report) {
+  for (const bool project : {false, true}) {
+    projected = project;
+    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+      const bool single = precision == Precision::single_precision;
+      if (single && (project || !single_serves_)) continue;
+      // A failure in single precision indicates an ill-conditioned tangent or an unstable equilibrium. The
+      // rest of the increment uses double precision.
+      single_serves_ = single;
+      ++report.factorizations;
+      if (!factorize_in(precision, load, displacement, project)) continue;
+      if (!load.pressures.empty()) {
+        const auto precondition = [&](Eigen::VectorXd& v) {
+          Eigen::MatrixXd column = v;
+          if (!back_solve(column)) return false;
+          v = column.col(0);
+          return true;
+        };
+        Eigen::VectorXd column = columns.col(0);
+        if (solve_with_pressures(*assembly_, load, displacement, precondition, column)) {
+          single_served_ = single_served_ || single;
+          columns = column;
+          projected = false;
+          return true;
+        }
+      }
+      Eigen::MatrixXd solution = columns;
+      if (solve_accurately(solution)) {
+        single_served_ = single_served_ || single;
+        columns = std::move(solution);
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
+  if (factor_precision_ == Precision::double_precision) return back_solve(columns);
+  // Accepted relative residual of a solve with a single-precision factor; Newton's next residual is seldom
+  // smaller. One correction usually reaches the bound; a worse factor is not worth its speed.
+  constexpr double kAccuracy = 1e-4;
+  constexpr int kCorrections = 2;
+  const Eigen::MatrixXd right = free_equations(columns);
+  Eigen::MatrixXd rest = right;
+  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(right.rows(), right.cols());
+  for (int correction = 0; correction <= kCorrections; ++correction) {
+    if (!solve_equations(rest)) return false;
+    solution += rest;
+    rest = right - stiffness_.selfadjointView<Eigen::Lower>() * solution;
+    if (rest.norm() <= kAccuracy * right.norm()) {
+      set_equations(solution, columns);
+      return true;
+    }
+  }
+  return false;
+}
+
+Eigen::MatrixXd StaticSolver::free_equations(const Eigen::MatrixXd& columns) const {
+  Eigen::MatrixXd packed = columns(assembly_->equation_dofs(), Eigen::all);
+  for (Eigen::Index equation = 0; equation < packed.rows(); ++equation) {
+    if (factored_held_[static_cast<size_t>(equation)]) packed.row(equation).setZero();
+  }
+  return packed;
+}
+
+void StaticSolver::set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const {
+  columns.setZero();
+  columns(assembly_->equation_dofs(), Eigen::all) = packed;
+}
+
+bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd packed = free_equations(columns);
+  if (!solve_equations(packed)) return false;
+  set_equations(packed, columns);
+  return true;
+}
+
+bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
+                                    const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
+                                    const Eigen::MatrixXd& forces) {
+  constexpr double kTolerance = 1e-10;
+  constexpr double kContraction = 0.3;  // a slower contraction costs more than a fresh factor
+  // With the exact factor the second correction is rounding, eps times the condition of K. Above this bound
+  // the solution has too few digits for a fit.
+  constexpr double kRounding = 1e-6;
+  constexpr int kMaxSweeps = 40;
+  if (!load.pressures.empty()) return false;
+  // Iterative refinement: the factor belongs to a nearby state, so 1 - K_0^-1 K is small.
+  bool exact = false;
+  if (!factor_fits(load)) {
+    if (!factorize_at(load, displacement, false)) return false;
+    exact = true;
+  }
+  const std::vector<int>& dofs = assembly_->equation_dofs();
+  assemble_tangent(load, displacement, false);
+  Eigen::MatrixXd packed = directions(dofs, Eigen::all);
+  double first = 0;
+  double before = std::numeric_limits<double>::infinity();
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    Eigen::MatrixXd correction = -(stiffness_.selfadjointView<Eigen::Lower>() * packed);
+    if (forces.size() > 0) correction += forces(dofs, Eigen::all);
+    for (size_t equation = 0; equation < dofs.size(); ++equation) {
+      if (factored_held_[equation]) correction.row(static_cast<Eigen::Index>(equation)).setZero();
+    }
+    if (!solve_equations(correction)) return false;
+    const double norm = correction.norm();
+    if (!std::isfinite(norm)) return false;
+    if (sweep == 0) first = std::max(norm, directions.norm());
+    if (!exact && norm > kContraction * before) {
+      if (!factorize_at(load, displacement, false)) return false;
+      assemble_tangent(load, displacement, false);
+      exact = true;
+      before = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    packed += correction;
+    const bool only_rounding = exact && norm > kContraction * before && norm <= kRounding * first;
+    if (norm <= kTolerance * first || only_rounding) {
+      response = directions;
+      response(dofs, Eigen::all) = packed;
+      return true;
+    }
+    before = norm;
+  }
+  return false;
+}
+
+}  // namespace palpate
