@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "offline/cli/allow_outside_option.hpp"
 #include "offline/cli/build_report.hpp"
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
@@ -22,6 +23,7 @@ namespace palpate {
 namespace {
 
 struct BuildArguments {
+  std::filesystem::path include_root;  // of read_inp()
   std::filesystem::path scene;
   std::filesystem::path pack;
   std::filesystem::path samples;
@@ -52,7 +54,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const auto start = std::chrono::steady_clock::now();
-  const auto [scene, model] = read_scene(arguments.scene);
+  const auto [scene, model] = read_scene(arguments.scene, arguments.include_root);
   std::vector<std::filesystem::path> inputs = {scene.file};
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
@@ -145,6 +147,7 @@ void add_build_command(CLI::App& app, int& exit_code) {
                    "one with another target or precision; default: PACK.samples")
       ->type_name("DIR");
   const CLI::Option* jobs = add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
+  add_allow_outside_option(*command, arguments->include_root);
   command->add_flag("--json", arguments->json, "Print the result as JSON");
   command->callback([arguments, jobs, &exit_code] {
     arguments->jobs_given = jobs->count() > 0;

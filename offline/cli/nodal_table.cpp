@@ -6,10 +6,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <string_view>
 
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/text_file.hpp"
 #include "offline/output/finished_file.hpp"
 
 namespace palpate {
@@ -69,8 +70,10 @@ void write_nodal_table(const std::filesystem::path& file, const std::vector<Noda
 }
 
 std::vector<NodalRow> read_nodal_table(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError({file.string(), 0}, "cannot be read");
+  std::string text;
+  const std::string unreadable = read_text_file(file, text);
+  if (!unreadable.empty()) throw InputError({file.string(), 0}, unreadable);
+  std::istringstream stream(text);
   std::string line;
   std::getline(stream, line);
   if (line != kHeader) throw InputError({file.string(), 1}, fmt::format("the header is not '{}'", kHeader));

@@ -4,8 +4,6 @@
 #include <CLI/App.hpp>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -14,6 +12,7 @@
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
+#include "offline/mesh/text_file.hpp"
 #include "offline/pipeline/opened_pack.hpp"
 
 namespace palpate {
@@ -25,13 +24,11 @@ struct ReplayArguments {
   bool json = false;
 };
 
-std::vector<char> bytes_of(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file))
-    throw std::runtime_error(fmt::format("{}: is not a file", file.string()));
-  std::ifstream stream(file, std::ios::binary);
-  std::vector<char> bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (stream.bad() || bytes.empty())
-    throw std::runtime_error(fmt::format("{}: is empty or cannot be read", file.string()));
+std::string bytes_of(const std::filesystem::path& file) {
+  std::string bytes;
+  const std::string unreadable = read_text_file(file, bytes);
+  if (!unreadable.empty()) throw std::runtime_error(fmt::format("{}: {}", file.string(), unreadable));
+  if (bytes.empty()) throw std::runtime_error(fmt::format("{}: is empty", file.string()));
   return bytes;
 }
 
@@ -81,7 +78,7 @@ void print_replayed(const OpenedPack& opened, const Replayed& replayed) {
 
 int run_replay(const ReplayArguments& arguments) {
   const OpenedPack opened(arguments.pack);
-  const std::vector<char> recording = bytes_of(arguments.recording);
+  const std::string recording = bytes_of(arguments.recording);
   const Replayed replayed = replay(opened, recording, arguments.recording.string());
   const pal_replay& at = replayed.at;
   if (arguments.json) {

@@ -14,6 +14,7 @@
 #include <set>
 #include <thread>
 
+#include "offline/cli/allow_outside_option.hpp"
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
@@ -34,6 +35,7 @@ namespace palpate {
 namespace {
 
 struct ReportArguments {
+  std::filesystem::path include_root;  // of read_inp()
   std::vector<std::filesystem::path> organs;
   std::vector<std::string> tables;   // TITLE=FILE.csv
   std::vector<std::string> methods;  // ORGAN=FILE.csv
@@ -124,7 +126,7 @@ OrganReport report_on_pack(const std::filesystem::path& file, const ReportArgume
 OrganReport report_on_scene(const std::filesystem::path& file, const ReportArguments& arguments,
                             const ReportEffort& effort, const std::filesystem::path& map,
                             const std::string& name) {
-  LoadedScene scene = read_scene(file);
+  LoadedScene scene = read_scene(file, arguments.include_root);
   const auto all_sites = scene.scene.sites.size();
   const Organ organ(with_at_most_sites(std::move(scene), effort.scene_sites));
   std::vector<std::filesystem::path> files = {organ.scene.file};
@@ -279,6 +281,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
       ->type_name("S")
       ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max() - 2));
   add_jobs_option(*command, arguments->jobs, ". Errors do not depend on it");
+  add_allow_outside_option(*command, arguments->include_root);
   command->add_flag("--json", arguments->json, "Print the verdict as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_report(*arguments); });
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "offline/cli/allow_outside_option.hpp"
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
@@ -31,6 +32,7 @@ constexpr const char* kByArcLength = "arc-length";
 constexpr const char* kByStiffness = "current-stiffness";
 
 struct SolveArguments {
+  std::filesystem::path include_root;  // of read_inp()
   std::filesystem::path model;
   std::filesystem::path folder;
   std::string solver = "cholmod";
@@ -265,7 +267,7 @@ void print_step(size_t number, const Step& step, const StepResult& result, doubl
 }
 
 int run_solve(const SolveArguments& arguments) {
-  const Model model = read_inp(arguments.model);
+  const Model model = read_inp(arguments.model, arguments.include_root);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   if (model.steps.empty())
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
@@ -377,6 +379,7 @@ void add_solve_command(CLI::App& app, int& exit_code) {
           "the path; current-stiffness: Bergan's parameter, for loads without snap-back")
       ->type_name(std::string(kByArcLength) + "|" + kByStiffness)
       ->check(CLI::IsMember({kByArcLength, kByStiffness}));
+  add_allow_outside_option(*command, arguments->include_root);
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });
 }

@@ -34,6 +34,11 @@ void split_fields(std::string_view line, std::vector<std::string_view>& fields) 
   }
 }
 
+// Whether a canonical path lies in a canonical folder, or in a folder of it.
+bool is_below(const std::filesystem::path& folder, const std::filesystem::path& path) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
+}
+
 // "Solid  section" -> "SOLID SECTION", behind `mark`.
 std::string shown_words(std::string_view text, std::string_view mark = {}) {
   std::string shown(mark);
@@ -72,7 +77,10 @@ const Parameter* KeywordLine::find(std::string_view parameter) const {
   return nullptr;
 }
 
-InpLexer::InpLexer(const std::filesystem::path& file) {
+InpLexer::InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root) {
+  std::error_code error;
+  include_root_ = std::filesystem::weakly_canonical(
+      include_root.empty() ? std::filesystem::absolute(file, error).parent_path() : include_root, error);
   open(file, {});
 }
 
@@ -95,6 +103,10 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   if (error) opened->canonical = file;
   for (const auto& outer : open_) {
     if (outer->canonical == opened->canonical) refuse("the file includes itself; break the circle");
+  }
+  if (included && !is_below(include_root_, opened->canonical)) {
+    refuse("the file is outside of " + printable(include_root_.string()) +
+           "; move it there, or trust the model with --allow-outside");
   }
   if (open_.size() >= kDeepestInclude) {
     refuse("files are nested more than " + std::to_string(kDeepestInclude) + " deep; flatten them");

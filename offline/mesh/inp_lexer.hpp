@@ -44,8 +44,9 @@ struct DataLine {
 
 class InpLexer {
  public:
-  // Opens the model file. Throws InputError when it cannot be read.
-  explicit InpLexer(const std::filesystem::path& file);
+  // Opens the model file. *INCLUDE opens only files below `include_root`; empty: the folder of the model file.
+  // Throws InputError when a file cannot be read.
+  explicit InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
   ~InpLexer();
 
   // Skips remaining data lines and returns the next keyword line; null at the end of the model.
@@ -80,6 +81,7 @@ class InpLexer {
   void read_keyword(std::string_view line, Place place);
   void read_data(std::string_view line, Place place);
 
+  std::filesystem::path include_root_;  // canonical: *INCLUDE opens no file outside of this folder
   SourceFiles files_;
   std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE is last
   int num_opened_ = 0;

@@ -136,8 +136,8 @@ void check_where(const InpLexer& lexer, const KeywordLine& keyword, const Keywor
 
 }  // namespace
 
-Model read_inp(const std::filesystem::path& file) {
-  InpLexer lexer(file);
+Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root) {
+  InpLexer lexer(file, include_root);
   Draft draft;
   if (const DataLine* line = lexer.next_data()) {
     lexer.fail(line->place, "data before the first keyword: '" + printable(line->text) +

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 
+#include "offline/mesh/text_file.hpp"
 #include "schemas/pack_checksum.hpp"
 
 namespace palpate {
@@ -45,13 +45,9 @@ std::vector<InputFile> read_inputs(const std::vector<std::filesystem::path>& fil
   const std::filesystem::path folder = nearest_common_folder(absolute);
   std::vector<InputFile> inputs;
   for (size_t i = 0; i < files.size(); ++i) {
-    // A pipe cannot be read a second time.
-    if (!std::filesystem::is_regular_file(files[i]) && std::filesystem::exists(files[i]))
-      throw std::runtime_error(files[i].string() + ": is not a file that a pack could carry; save it as one");
-    std::ifstream stream(files[i], std::ios::binary);
     InputFile input;
-    input.contents.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-    if (!stream) throw std::runtime_error(files[i].string() + ": cannot be read");
+    const std::string unreadable = read_text_file(files[i], input.contents);
+    if (!unreadable.empty()) throw std::runtime_error(files[i].string() + ": " + unreadable);
     input.path = absolute[i].lexically_relative(folder).generic_string();
     input.hash = hash_of(input.contents);
     inputs.push_back(std::move(input));
@@ -66,7 +62,8 @@ std::filesystem::path write_inputs(const pack::Pack& tables, std::span<const uns
     const std::filesystem::path path = input->path() == nullptr ? "" : input->path()->str();
     const pack::Segment* contents = input->contents();
     if (!stays_below(path) || contents == nullptr) {
-      throw std::runtime_error("the pack does not carry the files it was made from; build it again");
+      throw std::runtime_error(
+          "the pack does not carry the files it was made from; build it again without embed_inputs = false");
     }
     const std::string_view bytes(reinterpret_cast<const char*>(pack.data()) + contents->offset(),
                                  contents->bytes());

@@ -562,7 +562,9 @@ AlignedBytes write_pack(const PackContent& content) {
   const SurfaceSegments surface = {store.add(bvh.primitives), store.add(bvh.nodes),
                                    store.add(bvh.primitive_normals), store.add(bvh.site_normals)};
   std::vector<pack::Segment> input_contents;
-  for (const InputFile& input : content.inputs) input_contents.push_back(store.add(input.contents));
+  for (const InputFile& input : content.inputs) {
+    if (content.scene.embed_inputs) input_contents.push_back(store.add(input.contents));
+  }
 
   // The tables' size does not depend on their offsets. The first pass measures the size, the second writes
   // true offsets.
@@ -574,9 +576,11 @@ AlignedBytes write_pack(const PackContent& content) {
     for (size_t i = 0; i < content.inputs.size(); ++i) {
       const InputFile& input = content.inputs[i];
       const std::string name = std::filesystem::path(input.path).filename().string();
-      const pack::Segment contents = at(input_contents[i]);
+      pack::Segment contents;
+      if (content.scene.embed_inputs) contents = at(input_contents[i]);
       inputs.push_back(pack::CreateInputFileDirect(builder, name.c_str(), input.hash.c_str(),
-                                                   input.path.c_str(), &contents));
+                                                   input.path.c_str(),
+                                                   content.scene.embed_inputs ? &contents : nullptr));
     }
     flatbuffers::Offset<pack::Units> units;
     if (!content.scene.length_unit.empty()) {

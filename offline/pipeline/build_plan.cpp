@@ -201,6 +201,14 @@ double sample_store_bytes(const Model& model, const Scene& scene, const ContactS
           plan.survey_sets * rows);
 }
 
+// The files whose bytes go into the pack, for a person who is going to hand the pack on.
+std::string embedded_names(const Scene& scene, const std::vector<InputFile>& inputs) {
+  if (!scene.embed_inputs) return "no input file (embed_inputs = false)";
+  std::string names;
+  for (const InputFile& input : inputs) names += (names.empty() ? "" : ", ") + input.path;
+  return names;
+}
+
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
                 const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
                 bool keeps_samples) {
@@ -225,9 +233,11 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
   double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? usual : PolynomialSize(),
                                      plan.rounded, compressed);
-  for (const InputFile& input : inputs) bytes += static_cast<double>(input.contents.size());
+  for (const InputFile& input : inputs)
+    bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  fmt::print("embeds     {}\n", embedded_names(scene, inputs));
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);

@@ -36,7 +36,7 @@ LoadedScene read_from_folder(const OpenedPack& opened) {
   const ScratchFolder folder;
   std::vector<std::filesystem::path> files = {write_inputs(opened.tables(), opened.bytes(), folder.path())};
   try {
-    LoadedScene loaded = read_scene(files.front());
+    LoadedScene loaded = read_scene(files.front(), folder.path());
     files.insert(files.end(), loaded.model.files.begin(), loaded.model.files.end());
     const auto& carried = *opened.tables().inputs();
     const std::vector<InputFile> inputs = read_inputs(files);

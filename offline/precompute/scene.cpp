@@ -228,7 +228,7 @@ std::vector<int> read_output_nodes(const SceneTable& output, const Scene& scene,
   return {nodes.begin(), nodes.end()};
 }
 
-Model read_model(const SceneTable& top, Scene& scene) {
+Model read_model(const SceneTable& top, const std::filesystem::path& include_root, Scene& scene) {
   const std::optional<std::string> name = top.string("model");
   if (!name || name->empty()) top.fail("model", "model is missing; add model = \"organ.inp\"");
   scene.model_file = *name;
@@ -240,7 +240,7 @@ Model read_model(const SceneTable& top, Scene& scene) {
   if (normalised_name(scene.model_file.extension().string()) != ".INP") {
     top.fail("model", "model " + printable(*name) + " is not an .inp file; convert it");
   }
-  Model model = read_inp(scene.model_file);
+  Model model = read_inp(scene.model_file, include_root);
   if (!model.steps.empty()) {
     const SourceLine& step = model.steps.front().source;
     check_held(model, model.fixed, {model.file, 0});
@@ -268,7 +268,7 @@ bool rounds_fields(const Scene& scene) {
           scene.accuracy_target >= kFrom);
 }
 
-LoadedScene read_scene(const std::filesystem::path& file) {
+LoadedScene read_scene(const std::filesystem::path& file, const std::filesystem::path& include_root) {
   const toml::table parsed = parse_toml(file.string());
   const SceneTable top(parsed, "", file.string());
   LoadedScene loaded;
@@ -283,7 +283,8 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   const SceneTable contact = top.table("contact");
   read_contact(contact, scene);
   const SceneTable output = top.table("output");
-  output.allow({"nodes", "precision"});
+  output.allow({"nodes", "precision", "embed_inputs"});
+  scene.embed_inputs = output.boolean("embed_inputs").value_or(true);
   read_precision(output, scene);
   const SceneTable accuracy = top.table("accuracy");
   accuracy.allow({"target"});
@@ -295,7 +296,7 @@ LoadedScene read_scene(const std::filesystem::path& file) {
   if (top.has("gravity")) read_gravity(gravity, scene);
   read_models(top.table("models"), scene);
 
-  loaded.model = read_model(top, scene);
+  loaded.model = read_model(top, include_root, scene);
   if (scene.zone.value_or(false) && shares_linear_volumes(loaded.model)) {
     top.table("models").fail(
         "zone",

@@ -40,6 +40,7 @@ struct Scene {
   double tip_radius = 0;  // length unit
   int max_contacts = 1;
 
+  bool embed_inputs = true;       // the pack carries the bytes of the scene and of the model
   std::vector<int> output_nodes;  // node indices of shown nodes, sorted; includes every node of a patch
   double accuracy_target = 0.01;  // for the survey's p95 displacement error
   double frame_budget_us = 100;
@@ -67,6 +68,7 @@ struct LoadedScene {
 
 // Reads SCENE.toml (docs/scene_file.md) and its model. Throws InputError with file and line for unknown keys,
 // wrong types, missing sets, and sites on fixed nodes or off the surface.
-LoadedScene read_scene(const std::filesystem::path& file);
+// `include_root`: as in read_inp().
+LoadedScene read_scene(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
 
 }  // namespace palpate

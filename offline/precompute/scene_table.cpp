@@ -40,12 +40,50 @@ std::optional<double> as_finite(const toml::node& node) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
+// Line and depth where a file nests tables, arrays or dotted keys deeper than any scene does; line 0: nowhere. The parser
+// and its tables are recursive: they must not see a file that nests without bound.
+int too_deep_line(const std::string& text) {
+  constexpr int kDeepest = 16;
+  int line = 1;
+  int brackets = 0;
+  int dots = 0;  // since the last separator: the depth of a dotted key
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+    } else if (c == '"' || c == '\'') {
+      const bool is_long = text.compare(i, 3, std::string(3, c)) == 0;
+      const std::size_t begin = i + (is_long ? 3 : 1);
+      for (i = begin; i < text.size(); ++i) {
+        if (c == '"' && text[i] == '\\') {
+          ++i;
+        } else if (is_long ? text.compare(i, 3, std::string(3, c)) == 0 : text[i] == c || text[i] == '\n') {
+          break;
+        }
+        if (i < text.size() && text[i] == '\n') ++line;
+      }
+      i += is_long ? 2 : 0;
+      if (!is_long && i < text.size() && text[i] == '\n') --i;
+    } else if (c == '.') {
+      ++dots;
+    } else if (c == '\n' || c == ',' || c == '=' || c == '[' || c == ']' || c == '{' || c == '}') {
+      dots = 0;
+      brackets += c == '[' || c == '{' ? 1 : c == ']' || c == '}' ? -1 : 0;
+    }
+    if (brackets > kDeepest || dots > kDeepest) return line;
+    if (c == '\n') ++line;
+  }
+  return 0;
+}
+
 }  // namespace
 
 toml::table parse_toml(const std::string& file) {
   std::string text;
   const std::string unreadable = read_text_file(file, text, kMaxSceneBytes);
   if (!unreadable.empty()) throw InputError({file, 0}, unreadable);
+  if (const int line = too_deep_line(text); line > 0)
+    throw InputError({file, line}, "tables, arrays or keys are nested more than 16 deep; a scene needs 3");
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
+
+#include "offline/mesh/text_file.hpp"
 
 namespace palpate {
 namespace {
@@ -55,9 +55,9 @@ std::vector<CsvLine> read_csv(const std::filesystem::path& file) {
 }
 
 std::string read_whole_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream.is_open() || stream.bad()) throw std::runtime_error(file.string() + ": cannot be read");
+  std::string text;
+  const std::string unreadable = read_text_file(file, text);
+  if (!unreadable.empty()) throw std::runtime_error(file.string() + ": " + unreadable);
   return text;
 }
 
