@@ -14,9 +14,9 @@
 namespace palpate::hard {
 namespace {
 
-Model read_text(const std::string& text) {
+Model read_text(const std::string& text, const std::filesystem::path& include_root = {}) {
   const test::TempDir dir;
-  return read_inp(dir.write("organ.inp", text));
+  return read_inp(dir.write("organ.inp", text), include_root);
 }
 
 // Four sites about the middle of the top of a unit block.
@@ -136,10 +136,11 @@ std::vector<Answer> organ_of(const std::string& file, double edges, const Bar& b
   }
   const Organ& organ = shared_organ(fmt::format("{} {}", file, edges), [&] {
     OrganSpec spec;
-    spec.model =
-        read_text("*INCLUDE, INPUT=" + std::filesystem::absolute(mesh).string() +
-                  "\n*MATERIAL, NAME=TISSUE\n*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n1, 4\n*SOLID SECTION, "
-                  "ELSET=ORGAN, MATERIAL=TISSUE\n*BOUNDARY\nFIXED, 1, 3\n");
+    spec.model = read_text(
+        "*INCLUDE, INPUT=" + std::filesystem::absolute(mesh).string() +
+            "\n*MATERIAL, NAME=TISSUE\n*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n1, 4\n*SOLID SECTION, "
+            "ELSET=ORGAN, MATERIAL=TISSUE\n*BOUNDARY\nFIXED, 1, 3\n",
+        std::filesystem::absolute(mesh).parent_path());
     spec.sites = spec.model.node_sets.at("CONTACT");
     const double edge = extract_surface(spec.model).mean_edge;
     spec.max_displacement = edges * edge;

@@ -50,8 +50,8 @@ TEST(SolveCylinder, BothSolversAgree) {
 class Solve : public ::testing::Test {
  protected:
   ProgramRun solve(const std::string& text, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments = {"solve", dir_.write("model.inp", text).string(), "-o",
-                                          folder().string()};
+    std::vector<std::string> arguments = {"solve", "--allow-outside", dir_.write("model.inp", text).string(),
+                                          "-o", folder().string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments);
   }
@@ -186,7 +186,7 @@ TEST_F(Solve, SupportsCarryTheWeight) {
     if (row.node <= 9) carried += row.f[2];
   }
   double hanging = 0;
-  const Model model = read_inp(dir_.path() / "model.inp");
+  const Model model = read_inp(dir_.path() / "model.inp", "/");
   for (const Tetrahedron& element : model.elements) {
     for (const int node : element.corners()) {
       if (model.labels[static_cast<size_t>(node)] > 9) hanging += 3 * 0.5 * signed_volume(model, element) / 4;

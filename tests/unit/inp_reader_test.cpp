@@ -87,6 +87,23 @@ TEST_F(InpReader, TakesAbaqusSpelling) {
   EXPECT_EQ(model.fixed.size(), 15U);
 }
 
+// A model of a stranger names /etc/passwd, a file beside its folder, or a link in its folder.
+TEST_F(InpFile, IncludesStayBelowTheModelsFolder) {
+  const TempDir outside;
+  const std::filesystem::path secret = outside.write("secret.inc", "3, 0, 1, 0\n");
+  std::filesystem::create_symlink(secret, dir_.path() / "link.inc");
+  for (const std::string& name :
+       {std::string("/etc/passwd"), secret.string(),
+        "../" + outside.path().filename().string() + "/secret.inc", std::string("link.inc")}) {
+    EXPECT_NE(refusal("*NODE\n*INCLUDE, INPUT=" + name + "\n").find("--allow-outside"), std::string::npos)
+        << name;
+  }
+  const std::string model = with_line(4, "*INCLUDE, INPUT=link.inc");
+  const std::filesystem::path file = dir_.write("organ.inp", model);
+  EXPECT_THROW(read_inp(file), InputError);
+  EXPECT_NO_THROW(read_inp(file, "/"));
+}
+
 TEST_F(InpReader, FollowsIncludes) {
   dir_.write("parts/nodes.inc", "3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=last.inc\n");
   dir_.write("parts/last.inc", "5, 1, 1, 1");

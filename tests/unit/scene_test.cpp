@@ -137,6 +137,32 @@ TEST_F(SceneFile, WarnsOfSteps) {
             "organ.inp: the part with node 10 can still move along x; hold more of it with *BOUNDARY");
 }
 
+// Deeper than a recursive parser's stack, in each way in which TOML nests.
+TEST_F(SceneFile, RefusesNestingWithoutBound) {
+  constexpr int kDepth = 31250;
+  std::string dotted = "a";
+  for (int i = 0; i < kDepth; ++i) dotted += ".a";
+  std::string tables;
+  for (int i = 0; i < kDepth; ++i) tables += "{a = ";
+  const std::string arrays(kDepth, '[');
+  for (const std::string& text :
+       {dotted + " = 1\n", "[" + dotted + "]\n", "b = " + arrays + "\n", "b = " + tables})
+    EXPECT_NE(refusal(kScene + text).find("scene.toml:5: tables, arrays or keys are nested"),
+              std::string::npos);
+}
+
+TEST_F(SceneFile, DotsInNumbersTextsAndCommentsDoNotNest) {
+  std::string dots(100, '.');
+  EXPECT_EQ(refusal(kScene + "# " + dots + "\n[gravity]\nacceleration = [1.5, 2.5, 3.5]\n").find("nested"),
+            std::string::npos);
+  EXPECT_EQ(refusal("model = \"" + dots + "\"\n").find("nested"), std::string::npos);
+}
+
+TEST_F(SceneFile, MayLeaveItsFilesOutOfThePack) {
+  EXPECT_TRUE(read(kScene).scene.embed_inputs);
+  EXPECT_FALSE(read(kScene + "[output]\nembed_inputs = false\n").scene.embed_inputs);
+}
+
 TEST_F(SceneFile, PassesOnWhatIsWrongWithTheModel) {
   EXPECT_EQ(refusal(kScene, "*DENSITY\n1\n"),
             "organ.inp:1: *DENSITY belongs to no material; move it below *MATERIAL");
