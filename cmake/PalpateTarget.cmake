@@ -1,13 +1,14 @@
 # Sets the compile options of a target. Third-party headers come in as SYSTEM (imported targets).
-# TEST: the target is built to be compiled quickly, not to run quickly. The libraries under test keep their options.
-# HEADERS: the precompiled headers that the target uses; a target of the same options made them.
+# TEST: the target is compiled quickly rather than for speed. The libraries that it tests keep their options.
+# UNITY: the compiler reads eight files at once, for Eigen's templates take most of the time. Each file still includes
+# the headers that it uses: the preset `tidy` compiles them one by one.
 function(palpate_target name)
-  cmake_parse_arguments(arg TEST HEADERS "" ${ARGN})
+  cmake_parse_arguments(arg "TEST;UNITY" "" "" ${ARGN})
   if(arg_TEST)
     target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O1;-g0>")
   endif()
-  if(arg_HEADERS)
-    target_precompile_headers(${name} REUSE_FROM ${arg_HEADERS})
+  if(arg_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   endif()
   target_compile_options(${name} PRIVATE
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Werror

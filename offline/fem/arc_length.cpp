@@ -18,9 +18,6 @@ constexpr double kSharpestTurn = 0.5;
 constexpr double kUsualIterations = 5;
 constexpr double kMostGrowth = 1.5;  // ratio of successive increments
 constexpr int kMaxHalvings = 4;      // of a step that inverts an element
-// Once Newton stagnates, a residual below this multiple of the rounding of P counts as rounding.
-constexpr double kRoundings = 4;
-constexpr double kStall = 0.3;
 // Accepted residual of a refined solve, relative to |K| |x| + |b|. A larger residual shows an accidentally small pivot.
 constexpr double kSolveAccuracy = 1e-12;
 constexpr int kCorrections = 4;

@@ -25,6 +25,11 @@
 
 namespace palpate {
 
+// Once a Newton iteration leaves more than kStall of the residual before it, a residual below kRoundings times
+// Assembly::rounding_force counts as rounding.
+inline constexpr double kRoundings = 4;
+inline constexpr double kStall = 0.3;
+
 // The result of one pass over the elements. `min_jacobian`: smallest det F (1 at small strain). At
 // min_jacobian <= 0 an element is inverted and the forces are undefined.
 struct ElementState {

@@ -17,9 +17,6 @@ constexpr double kSufficientDecrease = 1e-4;
 // A residual reduced to this fraction is progress, whatever the rounding of the energy.
 constexpr double kResidualDecrease = 0.9;
 constexpr int kMaxBacktracks = 12;
-// Once Newton stagnates, a residual below this multiple of the rounding of P counts as rounding.
-constexpr double kRoundings = 4;
-constexpr double kStall = 0.3;
 // An increment that needs at most this number of factors, the predictor's included, is followed by an
 // increment 1.5 times as long.
 constexpr int kEasyFactors = 7;

@@ -33,6 +33,11 @@ Colour viridis(double t) {
 }
 
 // The transfer function of sRGB, IEC 61966-2-1.
+Colour shaded_colour(double share) {
+  constexpr double kFirst = 0.25;
+  return viridis(kFirst + (1.0 - kFirst) * share);
+}
+
 Colour to_linear(const Colour& encoded) {
   Colour linear;
   for (std::size_t i = 0; i < 3; ++i)

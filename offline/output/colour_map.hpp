@@ -13,6 +13,11 @@ using Colour = std::array<double, 3>;
 // in grey and to colour-blind eyes. Samples by van der Walt and Smith (matplotlib, CC0).
 Colour viridis(double t);
 
+// The colour of a share in [0, 1] on a shaded surface. The map's darkest quarter is left out: it would hide the shading.
+Colour shaded_colour(double share);
+
+inline constexpr Colour kPage = {1, 1, 1};
+
 Colour to_linear(const Colour& encoded);
 Colour to_encoded(const Colour& linear);  // clamps values to 0 .. 1 first
 

@@ -17,18 +17,10 @@
 namespace palpate {
 namespace {
 
-constexpr Colour kPage = {1, 1, 1};
 constexpr Colour kTissue = {0.86, 0.66, 0.64};  // encoded, grey-pink
 constexpr Colour kTool = {0.84, 0.24, 0.16};    // encoded; the colour map has no similar hue
 constexpr double kLargestNumber = 1e100;        // lengths beyond it overflow in products
 constexpr double kGhost = 0.16;                 // opacity of a tool behind tissue
-
-// The lowest quarter of the map is too dark to show shading and shape.
-constexpr double kFirstColour = 0.25;
-
-Colour displacement_colour(double share_of_largest) {
-  return viridis(kFirstColour + (1.0 - kFirstColour) * share_of_largest);
-}
 
 void check_finite(const Eigen::Vector3d& value, const char* what, std::size_t number) {
   if (!value.allFinite()) throw std::invalid_argument(fmt::format("the {} {} is not finite", what, number));
@@ -153,7 +145,7 @@ std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions&
   const LitSurface rest{
       organ.rest, organ.triangles, organ.distance, [](double) { return to_linear(kTissue); }, 0.16, 0.13};
   const auto colour = [largest](double distance) {
-    return to_linear(displacement_colour(largest > 0 ? distance / largest : 0.0));
+    return to_linear(shaded_colour(largest > 0 ? distance / largest : 0.0));
   };
   LitSurface pushed{organ.pushed, organ.triangles, organ.distance, colour, 0.03, 0.20};
   std::vector<LitSurface> pushed_scene = tools;
@@ -168,8 +160,7 @@ std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions&
   const double bar_height = 0.62 * panel_height;
   const double bar_left = middle + panel_width + 2.0 * text;
   const double bar_top = top + 0.5 * (panel_height - bar_height);
-  canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text,
-                         displacement_colour);
+  canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text, shaded_colour);
   const TextStyle label{text, false, Align::kCentre, {0.30, 0.31, 0.34}};
   const double label_x = middle_on_screen(organ.rest, camera, panel_width);
   canvas.draw_text(options.rest_label, left + label_x, bottom + 1.3 * text, panel_width, label);

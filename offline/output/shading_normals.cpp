@@ -13,7 +13,7 @@ constexpr double kSmooth = 0.906;
 constexpr double kFolded = 0.423;
 constexpr double kFaceShare = 0.2;  // weight of the flat normal in every corner; keeps facets readable
 
-std::size_t index(int i) {
+std::size_t slot(int i) {
   return static_cast<std::size_t>(i);
 }
 
@@ -24,8 +24,8 @@ std::vector<Eigen::Vector3d> face_normals(std::span<const Eigen::Vector3d> point
   std::vector<Eigen::Vector3d> normals;
   normals.reserve(triangles.size());
   for (const auto& [a, b, c] : triangles) {
-    const Eigen::Vector3d ab = points[index(b)] - points[index(a)];
-    const Eigen::Vector3d ac = points[index(c)] - points[index(a)];
+    const Eigen::Vector3d ab = points[slot(b)] - points[slot(a)];
+    const Eigen::Vector3d ac = points[slot(c)] - points[slot(a)];
     normals.push_back(ab.cross(ac).stableNormalized());
   }
   return normals;
@@ -42,10 +42,10 @@ std::vector<std::array<Eigen::Vector3d, 3>> corner_normals(std::span<const Eigen
   std::vector<std::vector<Corner>> corners_at(points.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d& here = points[index(triangles[t][k])];
-      const Eigen::Vector3d next = (points[index(triangles[t][(k + 1) % 3])] - here).stableNormalized();
-      const Eigen::Vector3d last = (points[index(triangles[t][(k + 2) % 3])] - here).stableNormalized();
-      corners_at[index(triangles[t][k])].push_back({t, std::acos(std::clamp(next.dot(last), -1.0, 1.0))});
+      const Eigen::Vector3d& here = points[slot(triangles[t][k])];
+      const Eigen::Vector3d next = (points[slot(triangles[t][(k + 1) % 3])] - here).stableNormalized();
+      const Eigen::Vector3d last = (points[slot(triangles[t][(k + 2) % 3])] - here).stableNormalized();
+      corners_at[slot(triangles[t][k])].push_back({t, std::acos(std::clamp(next.dot(last), -1.0, 1.0))});
     }
   }
 
@@ -53,7 +53,7 @@ std::vector<std::array<Eigen::Vector3d, 3>> corner_normals(std::span<const Eigen
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (const Corner& corner : corners_at[index(triangles[t][k])]) {
+      for (const Corner& corner : corners_at[slot(triangles[t][k])]) {
         const double ramp =
             std::clamp((faces[t].dot(faces[corner.triangle]) - kFolded) / (kSmooth - kFolded), 0.0, 1.0);
         sum += ramp * ramp * (3.0 - 2.0 * ramp) * corner.angle * faces[corner.triangle];

@@ -13,13 +13,6 @@
 namespace palpate {
 namespace {
 
-constexpr Colour kPage = {1, 1, 1};
-constexpr double kFirstColour = 0.25;  // the darkest part of the map would hide shading
-
-Colour colour_of(double share) {
-  return viridis(kFirstColour + (1.0 - kFirstColour) * share);
-}
-
 void check(const ValueMapPicture& picture) {
   for (const Eigen::Vector3d& point : picture.points) {
     if (!point.allFinite()) throw std::invalid_argument("a point of a value map is not finite");
@@ -58,17 +51,18 @@ void write_value_maps(const ValueMapPicture& picture, const std::filesystem::pat
   int left = 0;
   for (const ValueMap& map : picture.maps) {
     const double largest = *std::max_element(map.values.begin(), map.values.end());
-    const LitSurface surface{picture.points,
-                             picture.triangles,
-                             map.values,
-                             [largest](double value) { return to_linear(colour_of(largest > 0 ? value / largest : 0)); },
-                             0.03,
-                             0.2};
+    const LitSurface surface{
+        picture.points,
+        picture.triangles,
+        map.values,
+        [largest](double value) { return to_linear(shaded_colour(largest > 0 ? value / largest : 0)); },
+        0.03,
+        0.2};
     canvas.draw_image(render(std::span(&surface, 1), camera, width, height), left + margin, margin);
     const double bar_height = 0.6 * height;
     const double bar_left = left + margin + width + text;
     const double bar_top = margin + 0.5 * (height - bar_height);
-    canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text, colour_of);
+    canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text, shaded_colour);
     const Colour grey = {0.30, 0.31, 0.34};
     canvas.draw_text(picture.bar_label, bar_left, bar_top - text, bar_width,
                      {0.85 * text, false, Align::kLeft, grey});
