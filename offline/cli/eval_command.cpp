@@ -29,7 +29,7 @@ struct EvalArguments {
 
 // The full solution of the same push.
 struct Reference {
-  std::vector<Eigen::Vector3d> forces;  // of each contact, summed over its patch
+  std::vector<Eigen::Vector3d> forces;  // one for each contact: sum over its patch
   double largest_displacement = 0;
   double displacement_error = 0;  // error of the runtime, defined as in the survey
 };

@@ -17,7 +17,7 @@ constexpr double kSharpestTurn = 0.5;
 // The next increment keeps its length after this number of iterations.
 constexpr double kUsualIterations = 5;
 constexpr double kMostGrowth = 1.5;  // ratio of successive increments
-constexpr int kMaxHalvings = 4;      // of a step that inverts an element
+constexpr int kMaxHalvings = 4;      // limit for a step that inverts an element
 // Once Newton stagnates, a residual below this multiple of the rounding of P counts as rounding.
 constexpr double kRoundings = 4;
 constexpr double kStall = 0.3;

@@ -130,7 +130,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
     plan.most_samples = kSolvesForFineTargets;
   plan.rounded = rounds_fields(scene);
   // Below this reach rounding of energies and forces spoils the fit.
-  constexpr double kLeastReach = 1e-6;  // of h
+  constexpr double kLeastReach = 1e-6;  // fraction of h
   if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
     throw std::runtime_error(fmt::format(
         "{}: max_displacement = {:g} is below a millionth of the mean surface edge {:.4g}, too little for a "

@@ -11,7 +11,7 @@ namespace {
 // An edge replaces a missing surface normal.
 Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
                          const Eigen::Vector3d& inward) {
-  constexpr double kLeastAside = 0.1;  // of an edge
+  constexpr double kLeastAside = 0.1;  // fraction of an edge
   Eigen::Vector3d axis = inward;
   const auto begin = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node)]);
   const auto end = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node) + 1]);

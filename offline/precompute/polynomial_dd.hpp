@@ -35,7 +35,7 @@ struct SitePolynomial {
   Eigen::MatrixXd
       coefficients;        // C: monomials of degree 2 .. degree x rank; u = L x + B C^T m(x), length unit
   Eigen::VectorXd energy;  // monomials of degree 2 .. degree + 1; force unit x length unit
-  double basis_error = 0;  // of reduce_basis: max |u - u before reduction| / |d|
+  double basis_error = 0;  // error of reduce_basis: max |u - u before reduction| / |d|
 };
 
 // Whether |A d| <= 1, to rounding.

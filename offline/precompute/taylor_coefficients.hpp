@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-inline constexpr int kSeriesDegree = 5;  // of the field; the energy has one degree more
+inline constexpr int kSeriesDegree = 5;  // degree of the field; the energy has one degree more
 
 // In y, d = axes y. Monomials in the order of a pack.
 struct TaylorCoefficients {

@@ -88,7 +88,7 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
       continue;  // this tolerance gives a rank that is already present
     methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
-  for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {
+  for (auto& pack : make_transferred_packs(organ, study, jobs, store, notes)) {
     methods_.push_back({{MethodKind::moved, "moved polynomial, " + pack->setting, false},
                         &pack->opened,
                         PAL_MODEL_POLYNOMIAL});
