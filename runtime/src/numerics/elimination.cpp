@@ -9,7 +9,7 @@ constexpr uint32_t kRows = kEliminationRows;
 constexpr uint32_t kColumns = kEliminationColumns;
 
 // Updates a block of columns from its diagonal down, by tiles of kRows rows: subtracts the products of all
-// earlier columns, then solves with the block's own triangle.
+// earlier columns. A solve with the block's own triangle follows.
 struct ScalarTile {
   double entries[kColumns][kRows];
 

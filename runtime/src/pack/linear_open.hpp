@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-// Sets the views of the compliance and of the sites' nodal forces. Needs the contact sites. `trusted`: PAL_VERIFY_NEVER.
+// Sets the views of the compliance and of the sites' nodal forces. Needs the contact sites. `trusted`:
+// PAL_VERIFY_NEVER.
 bool read_linear(const pack::LinearDd& linear, uint64_t first_offset, bool trusted, pal_pack& pack);
 
 // Sets the views of gravity. Needs the contact sites. `trusted`: PAL_VERIFY_NEVER.

@@ -103,8 +103,10 @@ Fade fade_behind_surface(double c) {
           -60.0 * t * rest * (rest - t) / (kWidth * kWidth)};
 }
 
-// Adds g(s) E_n with t = x / s:  grad = g grad E + E g' t,
-// Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+// Adds g(s) E_n with t = x / s:
+//
+//   grad = g grad E + E g' t
+//   Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
 void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
   if (s <= 1.0) {
     sum.value += part.value;
