@@ -244,7 +244,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
                patches.most_elements,
                scene.max_contacts > 1 && shares_linear_volumes(model)
-                   ? "; nonlinear zones cannot hold those of *ELASTIC at small strain and are left out"
+                   ? "; nonlinear zones do not support small-strain *ELASTIC and are left out"
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
