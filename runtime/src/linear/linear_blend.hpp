@@ -65,10 +65,10 @@ struct LinearState {
   double* nodal_force;  // f of the last frame at the blend's held nodes, [max_shown][3]
   double* set_force;    // f of one set: [stride]
   // Contacts with given forces:
-  double* given_factor;    // [3 max_contacts][3 max_contacts]
-  uint32_t* given_axes;    // [3 max_contacts] axes of given force, ascending
-  double* given_solution;  // [3 max_contacts]
-  uint32_t* held_of;       // [num_contact_nodes] scratch: place in LinearBlend::held + 1
+  double* semidefinite_factor;  // [3 max_contacts][3 max_contacts]
+  uint32_t* given_axes;         // [3 max_contacts] axes of given force, ascending
+  double* given_solution;       // [3 max_contacts]
+  uint32_t* held_of;            // [num_contact_nodes] scratch: place in LinearBlend::held + 1
 };
 
 // Takes the arrays for these capacities from the arena.

@@ -167,10 +167,11 @@ void continue_beyond(const double* A, const double d[3], const double x[3], doub
     u[i] = r * d[i] / kLargestExtrapolation;
     g[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
   }
-  double pull[3];
-  for (int i = 0; i < 3; ++i) pull[i] = dot(answer.stiffness + 3 * i, u);
-  const double along = dot(u, pull);
-  for (int i = 0; i < 3; ++i) answer.force[i] += kLargestExtrapolation * (1.0 - r) * (pull[i] - along * g[i]);
+  double stiffness_u[3];
+  for (int i = 0; i < 3; ++i) stiffness_u[i] = dot(answer.stiffness + 3 * i, u);
+  const double along = dot(u, stiffness_u);
+  for (int i = 0; i < 3; ++i)
+    answer.force[i] += kLargestExtrapolation * (1.0 - r) * (stiffness_u[i] - along * g[i]);
 }
 
 }  // namespace

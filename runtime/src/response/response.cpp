@@ -210,7 +210,7 @@ bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool f
 // Whether the zone's transfer to these contacts' places needs a blend that is not ready.
 bool lacks_blend(TissueState& tissue, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
                  uint32_t fixed_version) {
-  return is_moved_together(contacts, count, num_fixed) &&
+  return needs_joint_transfer(contacts, count, num_fixed) &&
          !find_ready_blend(tissue.linear, contacts, count, fixed_version);
 }
 
@@ -346,7 +346,7 @@ void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_co
   if (row != column && answered == ResponseKind::zone) {
     for (uint32_t i = 0; i < 9; ++i)
       block[i] = tissue.zone.active.stiffness[3 * row + i / 3][3 * column + i % 3];
-    if (tissue.moved_together) {
+    if (tissue.has_joint_transfer) {
       double of_move[9];
       stiffness_between(pack, tissue.linear, row, column, of_move);
       for (uint32_t i = 0; i < 9; ++i) block[i] += of_move[i];

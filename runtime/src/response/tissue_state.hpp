@@ -36,8 +36,8 @@ struct TissueState {
   double
       energy_brought;  // part of stored_energy that gravity or an inclusion has brought since the last frame
   LinearState linear;
-  bool linear_begun;    // linear.next is being prepared
-  bool moved_together;  // linear.active has moved the zone that answered last
+  bool linear_begun;        // linear.next is being prepared
+  bool has_joint_transfer;  // linear.active has transferred the last answer of a zone
   ZoneState zone;
   bool zone_begun;      // zone.next is being prepared
   uint64_t operations;  // multiply-adds that a haptic frame may spend on preparation

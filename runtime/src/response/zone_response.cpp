@@ -23,8 +23,8 @@ constexpr double kRounding = 1e-9;
 // Adds linear_dd of all contacts to the transfer of each contact and to the field. Call place_difference()
 // first. `couplings`: [3 count][3 count] stiffness above the diagonal, filled in if forces are given. Returns
 // the energy.
-double move_together(TissueState& tissue, const pal_contact* contacts, uint32_t count, PointResponse* moved,
-                     double* couplings, FieldState& field) {
+double add_joint_transfer(TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                          PointResponse* transfer, double* couplings, FieldState& field) {
   const pal_pack& pack = *tissue.pack;
   const ZoneSet& set = tissue.zone.active;
   LinearState& linear = tissue.linear;
@@ -35,9 +35,9 @@ double move_together(TissueState& tissue, const pal_contact* contacts, uint32_t 
   const bool are_forces_given = std::any_of(
       contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
   for (uint32_t c = 0; c < count; ++c) {
-    moved[c].flags |= frame.flags;
-    for (uint32_t i = 0; i < 3; ++i) moved[c].force[i] += frame.forces[3 * c + i];
-    for (uint32_t i = 0; i < 9; ++i) moved[c].stiffness[i] += linear.active.own_stiffness[9 * c + i];
+    transfer[c].flags |= frame.flags;
+    for (uint32_t i = 0; i < 3; ++i) transfer[c].force[i] += frame.forces[3 * c + i];
+    for (uint32_t i = 0; i < 9; ++i) transfer[c].stiffness[i] += linear.active.own_stiffness[9 * c + i];
     for (uint32_t other = c + 1; other < count && are_forces_given; ++other) {
       double block[9];
       stiffness_between(pack, linear, c, other, block);
@@ -63,7 +63,7 @@ bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t
   return true;
 }
 
-bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
+bool needs_joint_transfer(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
   if (count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
   return std::any_of(contacts, contacts + count,
                      [](const pal_contact& contact) { return place_of(contact).count > 1; });
@@ -74,10 +74,10 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   const pal_pack& pack = *tissue.pack;
   FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
   const ZoneSet& set = tissue.zone.active;
-  const bool is_together = is_moved_together(contacts, count, set.num_fixed) &&
-                           find_ready_blend(tissue.linear, contacts, count, set.fixed_version);
-  tissue.moved_together = is_together;
-  if (is_together) place_difference(contacts, set.sites, tissue.linear);
+  const bool is_joint = needs_joint_transfer(contacts, count, set.num_fixed) &&
+                        find_ready_blend(tissue.linear, contacts, count, set.fixed_version);
+  tissue.has_joint_transfer = is_joint;
+  if (is_joint) place_difference(contacts, set.sites, tissue.linear);
   for (uint32_t at = 0; at < 3 * count; ++at) {
     if (is_force_given(contacts[at / 3], at % 3))
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
@@ -85,7 +85,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   const bool is_turned = take_turns(tissue, contacts, count, turns);
   ZoneAnswer answer;
   ForceControl control;
-  PointResponse moved[pack::kMostZoneContacts];
+  PointResponse transfer[pack::kMostZoneContacts];
   double couplings[9 * kMostBetween * kMostBetween] = {};
   // The steps of force control share the frame's iterations.
   for (uint32_t left = tissue.config->zone_iterations;;) {
@@ -93,17 +93,17 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     left -= answer.iterations;
     fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
-      moved[c] = {};
+      transfer[c] = {};
       // Contacts in one zone share nodes: a transfer of one contact alone would move the patches of the
       // others. Fixed nodes would move too.
       if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
-      moved[c] = (is_together ? move_beyond_linear : move_to_place)(pack, set.sites[c], place_of(contacts[c]),
-                                                                    set.followed + size_t{3} * c, field);
-      answer.energy += moved[c].energy;
+      transfer[c] = (is_joint ? transfer_beyond_linear : transfer_to_place)(
+          pack, set.sites[c], place_of(contacts[c]), set.followed + size_t{3} * c, field);
+      answer.energy += transfer[c].energy;
     }
-    if (is_together) answer.energy += move_together(tissue, contacts, count, moved, couplings, field);
+    if (is_joint) answer.energy += add_joint_transfer(tissue, contacts, count, transfer, couplings, field);
     control =
-        control_forces(pack, set, contacts, moved, is_together ? couplings : nullptr, tissue.displacements);
+        control_forces(pack, set, contacts, transfer, is_joint ? couplings : nullptr, tissue.displacements);
     if (control.has_ended || answer.went_back || left == 0) break;
   }
   for (uint32_t at = 0; at < 3 * count; ++at) {
@@ -138,24 +138,24 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     pal_contact_result& result = results[c];
     result = {};
     result.model = PAL_MODEL_ZONE;
-    result.flags = answer.flags | moved[c].flags | tissue.input_flags[c];
+    result.flags = answer.flags | transfer[c].flags | tissue.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
       result.flags |= PAL_FLAG_EXTRAPOLATED;
     // The survey covers converged contacts at sites with all rings.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    if (difference.count > 0 && !is_together && (count > 1 || set.num_fixed > 0))
+    if (difference.count > 0 && !is_joint && (count > 1 || set.num_fixed > 0))
       result.flags |= PAL_FLAG_NEAREST_SITE;
     is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
     double force[3];
-    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
+    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + transfer[c].force[i];
     estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
     worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
     for (uint32_t i = 0; i < 3; ++i) {
       result.force[i] = force[i] * pack.newtons;
       result.displacement[i] = set.followed[3 * c + i] * pack.metres;
       for (uint32_t j = 0; j < 3; ++j)
-        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + moved[c].stiffness[3 * i + j]) *
+        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + transfer[c].stiffness[3 * i + j]) *
                                  (pack.newtons / pack.metres);
     }
   }

@@ -12,7 +12,7 @@ bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t
                       uint32_t fixed_version);
 
 // Whether a zone needs linear_dd of all contacts for its transfer to their places (response_at_point.hpp).
-bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed);
+bool needs_joint_transfer(const pal_contact* contacts, uint32_t count, uint32_t num_fixed);
 
 // Answers zone contacts, with the input in TissueState::displacements. `turns`: [count][3], or null.
 // `results`: [count], or null.
