@@ -1,6 +1,5 @@
-// Microbenchmarks of the dense kernels: of linear_dd's held inverse, of a zone's elimination and products, and of a
-// batch of its elements. Those that are bound by memory stand beside a memcpy of the bytes that they read; the others
-// say how many multiply-adds they do.
+// Microbenchmarks of dense kernels: linear_dd's contact stiffness, a zone's elimination and products, a batch
+// of elements. Memory-bound kernels stand beside a memcpy of the same bytes; the others count multiply-adds.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -14,7 +13,7 @@
 
 namespace {
 
-// Numbers on cache lines.
+// Numbers aligned to cache lines.
 struct Numbers {
   explicit Numbers(size_t size)
       : count(size),
@@ -49,7 +48,7 @@ void copy(benchmark::State& state, size_t bytes) {
   count_work(state, bytes, 0);
 }
 
-// Matrix of so many nodes, padded rows.
+// Stride of a padded row, for a matrix of `nodes` nodes.
 size_t inverse_stride(size_t nodes) {
   return up_to(3 * nodes, palpate::kInverseLanes);
 }
@@ -78,7 +77,7 @@ void held_nodes(benchmark::internal::Benchmark* bench) {
   for (const int nodes : {3, 8, 32, 96}) bench->Arg(nodes);
 }
 
-// A symmetric matrix of a zone's boundary: what an iteration of a zone reads, half of it.
+// Product with the symmetric boundary matrix of a zone: an iteration reads half of the matrix.
 void zone_product(benchmark::State& state, palpate::EliminationKernel kernel) {
   const auto size = static_cast<uint32_t>(state.range(0));
   const uint32_t stride = palpate::elimination_stride(size);
@@ -100,7 +99,8 @@ void copy_of_zone_product(benchmark::State& state) {
   copy(state, stride * stride * sizeof(double) / 2);
 }
 
-// All of a zone's unknowns, as for its stiffness; the matrix is copied anew each time, which is a small part.
+// Elimination of all unknowns of a zone, as for the zone's stiffness. The time includes a copy of the matrix,
+// a small part.
 void zone_elimination(benchmark::State& state, palpate::EliminationKernel kernel) {
   const auto size = static_cast<uint32_t>(state.range(0));
   const uint32_t stride = palpate::elimination_stride(size);

@@ -1,4 +1,4 @@
-// Microbenchmarks of the runtime's kernels, each beside a memcpy of the bytes that it reads.
+// Microbenchmarks of the runtime's kernels, each beside a memcpy of the same bytes.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -12,7 +12,7 @@ namespace {
 
 using palpate::pack::kPanelRows;
 
-// Coefficients of `panels` panels of `terms` columns, on cache lines.
+// `panels` panels of `terms` columns, aligned to cache lines.
 struct Coefficients {
   Coefficients(size_t panels, size_t terms)
       : count(panels * terms * kPanelRows),
@@ -55,7 +55,8 @@ void copy_of_same_bytes(benchmark::State& state) {
                           static_cast<int64_t>(from.count * sizeof(pal_real)));
 }
 
-// Rows shown (3 a node) and columns: one held node of linear_dd, a patch of 7, polynomials of rank 8, 16 and 32.
+// (rows, columns), 3 rows a node. Columns: a held node of linear_dd, a patch of 7, polynomials of rank 8, 16
+// and 32.
 void shapes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"rows", "columns"});
   for (const int rows : {960, 4800, 9600}) {
@@ -155,7 +156,7 @@ void rounded_shapes(benchmark::internal::Benchmark* bench) {
 
 }  // namespace
 
-// What the two threads do to hand a field over, without its weights.
+// Both threads' state transfer of a field, without its weights.
 void snapshot_hand_over(benchmark::State& state) {
   palpate::FieldSnapshots snapshots = {};
   palpate::reset_snapshots(snapshots);
@@ -171,7 +172,7 @@ const bool field_kernels_are_registered = [] {
   palpate::FieldKernel kernels[palpate::kMostFieldKernels];
   const uint32_t count = palpate::list_field_kernels(kernels);
   for (uint32_t k = 0; k < count; ++k) {
-    // A name may be another's but for one of the two loops.
+    // Two kernels may share one of their two loops, and so its name.
     if (k == 0 || kernels[k].add_columns != kernels[k - 1].add_columns) {
       shapes(benchmark::RegisterBenchmark((std::string("field_") + kernels[k].name).c_str(), field,
                                           kernels[k].add_columns));

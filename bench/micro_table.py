@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""What palpate_bench_kernels measured, as the table of a report: each kernel with the bytes that it reads and the memcpy of as
-many that was timed beside it, the bound that memory sets.
+"""The table of a report from palpate_bench_kernels: each kernel beside a memcpy of the bytes that it reads.
+
+The memcpy is the bound that memory sets.
 
     build/release/bin/palpate_bench_kernels --benchmark_format=json > KERNELS.json
-    bench/micro_table.py KERNELS.json OUT.csv     writes OUT.csv, and OUT.txt, what it shows
+    bench/micro_table.py KERNELS.json OUT.csv     writes OUT.csv, and OUT.txt for reading
 """
 import csv
 import json
@@ -11,7 +12,7 @@ import pathlib
 import statistics
 import sys
 
-# What a kernel's bytes are copied by, from the start of its name.
+# The copy of a kernel's bytes, by the start of the kernel's name.
 COPIES = {"field": "copy_of_same_bytes", "rounded_field": "copy_of_same_rounded_bytes",
           "held_inverse": "copy_of_held_inverse", "zone_product": "copy_of_zone_product"}
 

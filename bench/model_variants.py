@@ -22,12 +22,12 @@ def with_settings(scene, settings):
 
 
 def edge_of(scene):
-    """h: its largest displacement, in the scenes that are shipped."""
+    """h, the largest displacement of the shipped scenes."""
     return float(re.search(r"^max_displacement = ([\d.eE+-]+)", scene, flags=re.M)[1])
 
 
 def quadratic(model):
-    """C3D4 made C3D10: a node amid every edge, fixed where both of its ends are."""
+    """C3D10 from C3D4: a node in the middle of every edge, fixed if both ends are."""
     blocks = re.findall(r"(\*[^\n]*)\n((?:[^*][^\n]*\n?)*)", model)
     numbers = [[line.split(",") for line in body.splitlines()] for _, body in blocks]
     kinds = ["".join(head.upper().split()) for head, _ in blocks]

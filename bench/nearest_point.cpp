@@ -1,4 +1,4 @@
-// The search of surface_bvh on the whole surface of the shipped brain: time, and what is looked at.
+// surface_bvh on the whole surface of the shipped brain: time, and visited boxes and triangles.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ const TouchableSurface& brain() {
   return surface;
 }
 
-// A tip that goes around the brain at 0.3 m/s, 0.3 mm a frame, up to 10 mm outside and inside its surface.
+// A tip around the brain at 0.3 m/s (0.3 mm a frame), up to 10 mm outside and inside its surface.
 std::vector<Vector3d> path() {
   std::vector<Vector3d> positions;
   Vector3d centre = Vector3d::Zero();
@@ -44,7 +44,7 @@ std::vector<Vector3d> path() {
   return positions;
 }
 
-// Anywhere in and around it.
+// Random positions in and around the brain.
 std::vector<Vector3d> anywhere() {
   palpate::test::TestRandom random(1);
   std::vector<Vector3d> positions(kPositions);
@@ -61,7 +61,7 @@ void nearest_point(benchmark::State& state, const std::vector<Vector3d>& positio
     benchmark::DoNotOptimize(hit);
     at = (at + 1) % kPositions;
   }
-  // One by one, with the clock's own time; and what they looked at.
+  // Times each search singly, including the clock, and counts visits.
   std::vector<double> nanoseconds;
   double nodes = 0;
   double primitives = 0;

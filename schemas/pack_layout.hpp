@@ -20,8 +20,8 @@ inline constexpr uint32_t kFormatVersion = 17;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients are adjacent in a field panel
-inline constexpr uint32_t kMaxDegree = 14;     // of displacement polynomials
-inline constexpr uint32_t kMostRank = 96;      // of a site's basis
+inline constexpr uint32_t kMaxDegree = 14;     // degree of displacement polynomials
+inline constexpr uint32_t kMostRank = 96;      // rank of a site's basis
 inline constexpr int kBasisUnit = 32767;       // 1 in columns of int16
 inline constexpr uint32_t kSurveyBins = 4;     // largest number of bins, by |d| / max_displacement
 inline constexpr uint32_t kMostContacts = 64;  // limit of a session and of a scene

@@ -10,7 +10,7 @@ namespace {
 
 using Sites = std::vector<std::uint32_t>;
 
-constexpr size_t kSpareSites = 8;  // of a pool that contacts move in, beyond those held at once
+constexpr size_t kSpareSites = 8;  // sites of the pool beyond the contacts held at once
 constexpr int kColdFrames = 150;
 
 class Bed {
@@ -18,7 +18,7 @@ class Bed {
   explicit Bed(const LinearOrgan& organ, std::uint32_t max_contacts)
       : organ_(&organ), session_(organ, max_contacts) {}
 
-  // The next frame's contacts; nothing is answered yet.
+  // Sets the next frame's contacts without a frame.
   void set(const Sites& sites) {
     if (contacts_.size() != sites.size()) contacts_.resize(sites.size());
     d_ = circling(frame_++, sites.size(), Motion::each_its_own, 1.0);
@@ -28,7 +28,7 @@ class Bed {
   void force_frame() { session_.contact_frame(contacts_); }
   void field_frame() { session_.visual_frame(); }
 
-  // Of the frame that was answered last.
+  // Checks the last frame.
   void check(Errors& errors) {
     session_.visual_frame();
     std::vector<int> nodes;
@@ -65,7 +65,7 @@ std::string bar_cell(double bar) {
 
 struct Bars {
   size_t contacts;
-  double force;  // us; 0: none
+  double force;  // us; 0 for none
   double comes;
 };
 constexpr Bars kBars[] = {{1, 0.2, 0}, {3, 0.5, 0}, {8, 2.5, 2}, {32, 0, 12}};
@@ -118,8 +118,8 @@ void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
     asm volatile("" : : "r"(to.data()) : "memory");
   };
   const auto field = [&] { bed.field_frame(); };
-  // By turns, so that both see the same machine; each block begins with frames that are not counted, as the
-  // other has used the caches.
+  // The methods alternate in blocks, so both see the same machine. Uncounted frames begin each block, because
+  // the other method has used the caches.
   constexpr int kBlocks = 40;
   const int frames = (study.patient ? 100000 : 20000) / kBlocks;
   FrameTimes warm, warm_copy, cold, cold_copy;
@@ -144,8 +144,8 @@ void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
 
 // --------------------------------------------------------------- changes
 
-// Contacts that move through a pool of sites: one more comes at the front, then the one behind goes, so that
-// no set is one that the session still knows.
+// Contacts move through a pool of sites: a contact joins at the front, then the last leaves. No set repeats
+// while the session still knows it.
 struct Change {
   FrameTimes comes, goes;
   Errors after_coming, after_going;
@@ -169,14 +169,14 @@ Change time_changes(const LinearOrgan& brain, size_t held, const Sites& pool, in
   };
   frame(nullptr);
   const int warm_up = evictor != nullptr ? 1 : 200;
-  constexpr int kChecked = 3;  // after all the others, whose rounding they inherit
+  constexpr int kChecked = 3;  // last, so these inherit the rounding of all others
   for (int cycle = -warm_up; cycle < cycles + kChecked; ++cycle) {
     const bool timed = cycle >= 0 && cycle < cycles;
     come();
     frame(timed ? &change.comes : nullptr);
     if (cycle >= cycles) bed.check(change.after_coming);
-    // Every fourth change sets rounding right, which would always be a coming one, or never, without a pair
-    // of changes between now and then.
+    // Every fourth change repairs rounding. An extra pair of changes now and then avoids that only joins, or
+    // no joins, meet the repair.
     if (cycle % 7 == 0) {
       sites.erase(sites.begin());
       come();

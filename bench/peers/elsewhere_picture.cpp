@@ -14,11 +14,11 @@ namespace {
 constexpr int kWidth = 1740;
 constexpr int kHeight = 560;
 constexpr double kText = 15;  // pixels
-// As in organ_picture.cpp: the darkest part of the map would show no shading.
+// As in organ_picture.cpp: the map's darkest part would hide the shading.
 constexpr double kFirstColour = 0.25;
 constexpr Colour kProbe = {0.84, 0.24, 0.16};     // encoded
 constexpr Colour kPrepared = {0.95, 0.95, 0.97};  // encoded
-constexpr double kGhost = 0.35;                   // how far balls behind tissue shine through
+constexpr double kGhost = 0.35;                   // opacity of a ball behind tissue
 
 Colour displacement_colour(double share) {
   return viridis(kFirstColour + (1.0 - kFirstColour) * share);
@@ -57,7 +57,7 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
   const int left = static_cast<int>(kText);
   const int panel_width =
       static_cast<int>((kWidth - 2.0 * kText - 7.0 * kText) / static_cast<double>(picture.panels.size()));
-  std::vector<double> distance;  // in the second panel, which is the one to look at
+  std::vector<double> distance;  // in the middle panel, the subject of the figure
   for (const Eigen::Vector3d& u : picture.panels[1].displacement) distance.push_back(u.norm());
   std::vector<Eigen::Vector3d> shown = moved(picture.rest, picture.panels[1].displacement);
   const Eigen::Vector3d view =
@@ -74,7 +74,7 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
   for (size_t p = 0; p < picture.panels.size(); ++p) {
     const ElsewherePicture::Panel& panel = picture.panels[p];
     const int at = left + static_cast<int>(p) * panel_width;
-    // S as a ball alone, lying on the tissue where that is now.
+    // S as a ball without a tool, on the deformed surface.
     PlacedTool prepared = place_tool(picture.rest[node(picture.prepared)], {0, 0, 0}, 0, picture.rest,
                                      picture.triangles, scale);
     prepared.ball_centre += panel.displacement[node(picture.prepared)];

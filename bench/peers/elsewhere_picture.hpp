@@ -20,18 +20,18 @@ struct ElsewherePicture {
   std::vector<Eigen::Vector3d> rest;          // positions of the nodes, length unit
   std::vector<std::array<int, 3>> triangles;  // indices in `rest`, counter-clockwise from outside
   struct Panel {
-    std::vector<Eigen::Vector3d> displacement;  // of the nodes, length unit
+    std::vector<Eigen::Vector3d> displacement;  // of each node, length unit
     std::string label;
   };
   std::array<Panel, 3> panels;
   int prepared = 0;            // S: a node
   int touched = 0;             // T: a node
-  Eigen::Vector3d probe = {};  // its displacement at T, length unit
+  Eigen::Vector3d probe = {};  // displacement of the probe at T, length unit
   std::string title;
   std::string length_unit;
 };
 
-// The file appears whole or not at all. Throws std::runtime_error "PATH: REASON".
+// Writes the file whole or not at all. Throws std::runtime_error "PATH: REASON".
 void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesystem::path& png);
 
 }  // namespace palpate::peers

@@ -1,4 +1,4 @@
-// How long single frames take, with caches as the frame before left them, or cold.
+// Times of single frames, with warm or cold caches.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ inline double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Seconds of single frames, the reading of the clock among them.
+// Seconds of single frames, including the reading of the clock.
 class FrameTimes {
  public:
   template <typename Frame>
@@ -27,7 +27,7 @@ class FrameTimes {
     seconds_.push_back(now() - start);
     sorted_ = false;
   }
-  // Microseconds: `part` of the frames took no longer.
+  // Quantile in microseconds: `part` of the frames took no longer.
   double at(double part) const {
     if (!sorted_) std::sort(seconds_.begin(), seconds_.end());
     sorted_ = true;
@@ -47,7 +47,7 @@ inline std::string in_us(double microseconds) {
                                 : fmt::format("{:.0f}", microseconds);
 }
 
-// Walks through memory of its own, so much that no cache keeps what was in it before.
+// Walks through memory larger than the caches, which evicts all other data.
 class CacheEvictor {
  public:
   void evict() {
@@ -59,7 +59,7 @@ class CacheEvictor {
   std::vector<char> lines_ = std::vector<char>(std::size_t{64} << 20);
 };
 
-// What reading the clock adds to every frame, microseconds.
+// Microseconds that reading the clock adds to a frame.
 inline double clock_microseconds() {
   FrameTimes times;
   for (int i = 0; i < 10000; ++i) times.time([] {});

@@ -1,4 +1,4 @@
-// Blocks of 512 to 19,683 nodes with contacts of one node each, spread over their top, by every method.
+// Blocks of 512 to 19,683 nodes with single-node contacts spread over the top, for every method.
 #include <cmath>
 
 #include "bench/peers/method_frames.hpp"
@@ -8,7 +8,7 @@
 namespace palpate::peers {
 namespace {
 
-constexpr double kAmplitude = 0.01;  // of the block's edge
+constexpr double kAmplitude = 0.01;  // over the block's edge
 
 // A block held at its base; contacts evenly over its top.
 LoadedScene block_scene(int cells, int num_contacts) {

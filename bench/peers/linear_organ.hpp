@@ -1,4 +1,4 @@
-// An organ with the linear pack of its scene, a session on it, and the answer that both are measured against.
+// An organ with the linear pack of its scene, a session on the pack, and an exact reference.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,7 @@ struct LinearOrgan {
   Model model;
   Scene scene;
   Assembly assembly;
-  double pack_seconds = 0;  // to make the pack
+  double pack_seconds = 0;  // build time of the pack
   ContactSites sites;
   AlignedBytes pack{0};
 
@@ -55,7 +55,7 @@ inline void displace(const Eigen::VectorXd& d, std::vector<pal_contact>& contact
     contacts[i / 3].displacement[i % 3] = d[static_cast<Eigen::Index>(i)];
 }
 
-// linear_dd as a scene would use it.
+// A session of linear_dd with a scene's settings.
 class LinearSession {
  public:
   LinearSession(const LinearOrgan& organ, std::uint32_t max_contacts)
@@ -74,7 +74,7 @@ class LinearSession {
   }
   void visual_frame() { require(session_.visual_frame(field_.data())); }
 
-  // Of the last frames.
+  // Forces of the last frame.
   Eigen::VectorXd force(size_t num_contacts) const {
     Eigen::VectorXd force(static_cast<Eigen::Index>(3 * num_contacts));
     for (size_t c = 0; c < num_contacts; ++c)
@@ -87,12 +87,12 @@ class LinearSession {
   Pack pack_;
   std::optional<AlignedBytes> arena_;
   Session session_;
-  RealVector field_;  // 3 shown nodes
+  RealVector field_;  // 3 packed nodes
   std::vector<pal_contact_result> results_;
 };
 
-// By a finite element solve with exactly these nodes held: float64, nothing of the pack in it but the
-// stiffness at rest.
+// Reference: a float64 finite element solve with exactly these nodes held. It shares only the stiffness at
+// rest with the pack.
 struct ExactAnswer {
   Eigen::VectorXd displacement;  // 3 nodes of the model
   Eigen::VectorXd force;         // 3 contacts
@@ -121,8 +121,8 @@ inline double longest(const Eigen::VectorXd& vectors) {
 }
 
 struct Errors {
-  double displacement = 0;  // of any node, as part of what a contact moves
-  double force = 0;         // of all contacts together, as part of theirs
+  double displacement = 0;  // largest over all nodes, over the contacts' displacement
+  double force = 0;         // over all contacts together, relative to their force
 
   void add(const Eigen::VectorXd& displacement_error, const Eigen::VectorXd& d,
            const Eigen::VectorXd& force_error, const Eigen::VectorXd& exact_force) {

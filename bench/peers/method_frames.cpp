@@ -41,7 +41,7 @@ class Measurement {
   }
   Eigen::VectorXd at(int frame) const { return circling(frame, sites_.size(), motion_, amplitude_); }
 
-  // `frame(d)` is timed; `displacement()` is u_f and `force()` the contacts' after it.
+  // Times `frame(d)`; then `displacement()` returns u_f and `force()` the contacts' forces.
   template <typename Frame, typename Displacement, typename Force>
   MethodFrames& measure(const std::string& method, double ready_seconds, Frame&& frame,
                         Displacement&& displacement, Force&& force) {
@@ -54,7 +54,7 @@ class Measurement {
       const Eigen::VectorXd d = at(index++);
       result.times.time([&] { frame(d); });
     }
-    // Apart, as solves would leave other frames cold.
+    // Checks come after the timing, because solves would leave cold caches.
     for (int checked = 0; checked < 3; ++checked) {
       const Eigen::VectorXd d = at(index++);
       frame(d);
@@ -71,7 +71,7 @@ class Measurement {
   void linear_dd() {
     LinearSession session(organ_, static_cast<std::uint32_t>(sites_.size()));
     std::vector<pal_contact> contacts = contacts_at(sites_);
-    std::vector<Eigen::Index> shown;  // rows of the field, of the free dofs
+    std::vector<Eigen::Index> shown;  // packed rows of the field, of the free dofs
     std::vector<int> packed(static_cast<size_t>(organ_.model.num_nodes()), -1);
     for (size_t i = 0; i < organ_.sites.packed_nodes.size(); ++i)
       packed[static_cast<size_t>(organ_.sites.packed_nodes[i])] = static_cast<int>(i);
@@ -131,7 +131,7 @@ class Measurement {
     result.iterations = median(iterations);
   }
 
-  // As LCG, but that each frame begins from the body at rest.
+  // LCG, but each frame starts from the body at rest.
   void cg_from_rest() {
     std::optional<LocalizedCg> cg;
     std::vector<int> iterations;

@@ -1,4 +1,4 @@
-// Frames of one set of contacts by every method: each gives the displacement of every node and the contacts'
+// Frames of a contact set by every method. Each method gives all nodal displacements and the contacts'
 // forces.
 #pragma once
 
@@ -9,29 +9,29 @@
 
 namespace palpate::peers {
 
-constexpr double kLcgTolerance = 1e-3;  // of LCG: about what the eye sees
+constexpr double kLcgTolerance = 1e-3;  // tolerance of LCG, about the visible limit
 
 struct MethodFrames {
   std::string method;
-  double ready_seconds = 0;  // what is made beforehand
+  double ready_seconds = 0;  // time of the precomputation
   FrameTimes times;
   Errors errors;
-  int iterations = 0;  // median; 0: it does not iterate
+  int iterations = 0;  // median; 0 for direct methods
 };
 
-// What the contacts do: each goes round a circle, by 2 % of its radius a frame, about a point below.
+// Motion of the contacts: each circles about a point below, by 2 % of its radius a frame.
 enum class Motion { each_its_own, as_one };
 
 struct Effort {
-  double seconds = 0.25;    // for the frames of one method,
-  int least_frames = 5;     // but no fewer than this
-  int most_frames = 10000;  // and no more than that
-  bool from_rest = false;   // CG from rest too
+  double seconds = 0.25;    // time for a method's frames
+  int least_frames = 5;     // but at least so many frames
+  int most_frames = 10000;  // and at most so many frames
+  bool from_rest = false;   // also time CG from rest
 };
 
-// By linear_dd (forces and field; forces alone), PFE, a back-solve, LCG, LCG with block-Jacobi and CG from
-// rest. Errors are those of three more frames after all that are timed; the back-solve's are taken as 0. The
-// organ shows all its free nodes.
+// Methods: linear_dd (forces and field; forces alone), PFE, back-solve, LCG, LCG with block-Jacobi, CG from
+// rest. Errors come from three more frames after the timing; the back-solve counts as exact. The organ packs
+// all free nodes.
 std::vector<MethodFrames> measure_methods(const LinearOrgan& organ, const std::vector<std::uint32_t>& sites,
                                           Motion motion, double amplitude, const Effort& effort);
 
@@ -39,7 +39,7 @@ inline std::string error_cell(double error) {
   return error > 0 ? fmt::format("{:.1e}", error) : "the reference";
 }
 
-// Displacements of the contacts in a frame, three numbers each.
+// Displacements of the contacts in a frame, three numbers a contact.
 Eigen::VectorXd circling(int frame, size_t num_contacts, Motion motion, double amplitude);
 
 }  // namespace palpate::peers

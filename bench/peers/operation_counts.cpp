@@ -1,10 +1,10 @@
-// Zhong et al. 2005 counts the multiplications of each method (sections 3.1 and 3.4) and states frames per
-// second on an organ of 2,886 free nodes (table 1). Here both are measured, on the brain, which has as many.
+// Operation counts and frame rates of Zhong et al. 2005 (sections 3.1 and 3.4, table 1: 2,886 free nodes),
+// measured on the brain, which has as many free nodes.
 //
-// What linear_dd makes is counted from palpate.h, with n = 3 k:
+// linear_dd's counts come from palpate.h, with n = 3 k:
 //   a new set of contacts   2 n^3 / 3 + 10 n^2 at most
 //   a frame of forces       3 k (3 k + n)
-//   a field                 9 m k, for u = C f takes one product where the paper forms C A^-1 and applies it
+//   a field                 9 m k; u = C f takes one product, the paper forms C A^-1 and applies it
 #include "bench/peers/method_frames.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
@@ -15,9 +15,9 @@ namespace {
 using Sites = std::vector<std::uint32_t>;
 
 constexpr size_t kMostContacts = 32;
-constexpr size_t kNumSets = 3;  // a session still knows the set before the last
+constexpr size_t kNumSets = 3;  // the session keeps the set before the last
 
-// The patch of nodes around one, all free nodes shown.
+// The patch of nodes around a node, all free nodes packed.
 LoadedScene patch_scene(const Model& model, const std::vector<int>& nodes) {
   LoadedScene loaded;
   loaded.model = model;
@@ -35,7 +35,7 @@ LoadedScene patch_scene(const Model& model, const std::vector<int>& nodes) {
   return loaded;
 }
 
-// A frame of forces for a set of contacts none of which was held before.
+// Times force frames for contact sets without any contact of the sets before.
 FrameTimes time_new_sets(const LinearOrgan& organ, const Sites& sites, size_t k) {
   LinearSession session(organ, static_cast<std::uint32_t>(k));
   std::vector<pal_contact> sets[kNumSets];
@@ -50,7 +50,7 @@ FrameTimes time_new_sets(const LinearOrgan& organ, const Sites& sites, size_t k)
   return times;
 }
 
-// The formula in its own words, and its value.
+// A formula as text, and its value.
 struct Count {
   const char* formula;
   double value;
@@ -134,7 +134,7 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
                 9 * m * x + 2 * n * n, rest, counts);
       if (frames.method == "PFE")
         add_row(k, frames.method, {"3 m 3 k", 9 * m * x}, frames.times, 9 * m * x + n * n, rest, counts);
-      // LCG leaves out the rows where nothing happens: that is what it makes at most.
+      // An upper bound: LCG skips rows without displacement.
       if (nu > 0 && frames.method != "LCG block-Jacobi")
         add_row(k, frames.method, {"60 m nu", 60 * m * nu}, frames.times, (nonzeros + 15 * m) * nu, rest,
                 counts);
@@ -150,7 +150,7 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
     return *std::find_if(by_k[index].begin(), by_k[index].end(),
                          [&](const MethodFrames& frames) { return frames.method == method; });
   };
-  constexpr size_t kThree = 1;  // in all_k
+  constexpr size_t kThree = 1;  // index of k = 3 in all_k
   for (const PaperRow& row : rows) {
     std::vector<std::string> cells = {row.name, row.frames_per_second};
     for (size_t index = 0; index < by_k.size(); ++index)

@@ -1,6 +1,6 @@
-// palpate_study_peers DIR PICTURES [--patient]: what a frame of a linear organ costs and how wrong it is, by
-// linear_dd (EPFE) and by every other method that we know of. Writes tables into DIR, as Markdown that
-// PEERS.md embeds and as CSV, and pictures into PICTURES. `./dev peers` runs it.
+// palpate_study_peers DIR PICTURES [--patient]: time and error of a frame of a linear organ, for linear_dd
+// (EPFE) and its peers. Writes tables into DIR, as Markdown for PEERS.md and as CSV, and pictures into
+// PICTURES. `./dev peers` runs it.
 #include <stdlib.h>  // getloadavg
 
 #include <cstdio>
@@ -18,7 +18,7 @@ void write_study(const std::filesystem::path& directory, const std::filesystem::
   using namespace palpate;
   std::filesystem::create_directories(directory);
   std::filesystem::create_directories(pictures);
-  double load = 0;  // processes that ran or waited, over a minute
+  double load = 0;  // mean number of running or waiting processes in a minute
   if (getloadavg(&load, 1) != 1) load = 0;
   const double start = peers::now();
   const peers::LinearOrgan brain(read_scene(PALPATE_SOURCE_DIR "/bench/peers/brain_surface.toml"));

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws what palpate_study_peers measured over sizes of the mesh.
+"""Plots frame times of palpate_study_peers over the number of nodes.
 
     /usr/bin/python3 plot_peers.py DIR OUT     reads DIR/linear_frames.csv, writes OUT/linear_frames.png
 

@@ -1,4 +1,4 @@
-// Which sites of an organ are touched together.
+// Sets of sites that are touched together.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace palpate::peers {
 
-// The sites around one, ring by ring of triangles: as far from it as the edges between them. Site by site,
-// `edges` from `centre`; those that cannot be reached are not in it.
+// The sites around a centre, ring by ring along triangle edges. `edges` is the distance from `centre`;
+// unreachable sites are left out.
 struct SiteRings {
   std::vector<std::uint32_t> sites;
   std::vector<int> edges;
@@ -53,7 +53,7 @@ inline std::uint32_t site_at(const LinearOrgan& organ, int label) {
   throw std::runtime_error(fmt::format("node {} of {} is no site", label, organ.model.file));
 }
 
-// So many different sites, spread over the surface at random.
+// `count` different sites, at random over the surface.
 inline std::vector<std::uint32_t> random_sites(std::uint32_t num_sites, size_t count, unsigned seed) {
   if (count > num_sites) throw std::runtime_error(fmt::format("{} of {} sites", count, num_sites));
   std::mt19937 engine(seed);

@@ -1,6 +1,7 @@
-// Zhong et al. 2005 figure 6: a probe that was prepared for S touches at T instead. (a) PFE has one tensor, that of
-// S, and bends S; (b) EPFE takes the blocks of T from the inverse stiffness; (c) eq. (25) moves the tensor of S to T,
-// in the sense that its construction asks for.
+// Zhong et al. 2005 figure 6: a probe prepared for S touches at T.
+// - (a) PFE has only the tensor of S, and bends S;
+// - (b) EPFE takes the blocks of T from the inverse stiffness;
+// - (c) eq. (25) moves the tensor of S to T, in the direction of its construction.
 #include "bench/peers/elsewhere_picture.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
@@ -12,10 +13,10 @@ namespace {
 
 constexpr std::array kDistances = {0, 1, 2, 3, 4, 6};  // edges from S to T
 constexpr int kPicturedDistance = 4;
-constexpr double kPicturedPush = 2;  // times that of the table, so that the dent is seen; all is linear
-constexpr size_t kNumPrepared = 8;   // sites S; the first is the one that is drawn
+constexpr double kPicturedPush = 2;  // over the table's push, to make the dent visible; the model is linear
+constexpr size_t kNumPrepared = 8;   // number of sites S; the figure shows the first
 
-// All that is made beforehand for a contact at S.
+// The precomputed data for a contact at S.
 struct PreparedSite {
   Eigen::MatrixXd field;  // 3 nodes of the model x 3
   Eigen::Matrix3d force;
@@ -43,7 +44,7 @@ Eigen::VectorXd shown(const LinearOrgan& organ, const Eigen::VectorXd& displacem
   return values;
 }
 
-// The field of S, 3 shown nodes x 3, moved to T by eq. (25); where the map is singular it stays at S.
+// The field of S, 3 packed nodes x 3, moved to T by eq. (25). A singular map leaves the field at S.
 Eigen::MatrixXd moved_field(const LinearOrgan& organ, const PreparedSite& prepared, std::uint32_t from,
                             std::uint32_t to) {
   SitePolynomial at_site;
@@ -58,7 +59,7 @@ Eigen::MatrixXd moved_field(const LinearOrgan& organ, const PreparedSite& prepar
   return moved(at_site, *placement, local_table(organ.model, organ.sites, *placement)).linear;
 }
 
-// Packed node that moves most.
+// The packed node with the largest displacement.
 Eigen::Index centre_of(const Eigen::VectorXd& field) {
   Eigen::Index node = 0;
   field.reshaped(3, field.size() / 3).colwise().squaredNorm().maxCoeff(&node);
@@ -81,9 +82,10 @@ struct Mean {
   }
 };
 
-// Of one method at one distance, over all S.
+// A method at a distance, over all S.
 struct Outcome {
-  Mean displacement, force, off_centre;  // off: from T to the node that moves most, length unit
+  Mean displacement, force,
+      off_centre;  // off_centre: from T to the node with the largest displacement, length unit
 
   void add(const LinearOrgan& organ, int touched, const Eigen::VectorXd& field, const Eigen::Vector3d& f,
            const Eigen::VectorXd& exact, const Eigen::Vector3d& exact_force, double d) {
@@ -96,8 +98,8 @@ struct Outcome {
   }
 };
 
-// Of the sites so many edges away, the one whose surface faces most as that of the centre: not the other wall
-// of a fissure.
+// Among the sites `edges` away, the site whose normal is nearest to the centre's, so not on a fissure's
+// opposite wall.
 std::uint32_t most_parallel(const LinearOrgan& organ, const SiteRings& rings, int edges) {
   std::uint32_t best = rings.sites.front();
   double largest = -2;
@@ -154,7 +156,7 @@ std::vector<study::StudyTable> touched_elsewhere_page(const LinearOrgan& brain,
   prepared_sites.insert(prepared_sites.begin(), site_at(brain, kPushedLabel));
   LinearSession session(brain, 1);
   std::array<Outcome, kDistances.size()> pfe, epfe, by_maps;
-  std::array<Mean, kDistances.size()> apart;  // S and T, length unit
+  std::array<Mean, kDistances.size()> apart;  // distance between S and T, length unit
   for (size_t s = 0; s < prepared_sites.size(); ++s) {
     std::fprintf(stderr, "figure 6, site %zu of %zu\n", s + 1, prepared_sites.size());
     const std::uint32_t site = prepared_sites[s];

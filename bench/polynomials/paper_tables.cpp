@@ -1,7 +1,7 @@
-// Tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's way to sample and fit and with ours, and how
-// far each is off its ray.
+// Tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's sampling and fit and with ours, and
+// the error of each off its ray.
 //
-//   palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
+// palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -24,7 +24,7 @@ namespace {
 
 using study::StudyTable;
 
-// The paper's errors in percent: of each row of its table 2, and at both ends of the path of its table 3.
+// The paper's errors in percent: each row of table 2, and both ends of the path of table 3.
 constexpr std::array<double, 9> kPaperErrors = {-1.075,  1.6656, 5.2912,  9.6448, 14.6772,
                                                 20.5463, 27.274, 34.8015, 42.9465};
 constexpr double kPaperAtOnce = 56.1622;
@@ -43,7 +43,7 @@ class Cylinder {
   Cylinder(const Cylinder&) = delete;
   Cylinder& operator=(const Cylinder&) = delete;
 
-  // The tip's displacement under each of these forces along z, each reached from the one before.
+  // The tip's displacement under each force along z, each from the one before.
   std::vector<Eigen::Vector3d> tips_under(const std::vector<double>& forces) const {
     LoadedCylinder body(loaded_.model);
     std::vector<Eigen::Vector3d> tips;
@@ -62,7 +62,7 @@ class Cylinder {
     return sample;
   }
 
-  // The paper's quadratic through solves at these displacements of the tip.
+  // The paper's quadratic, fitted to solves at these displacements of the tip.
   SitePolynomial paper_fit(const std::vector<Eigen::Vector3d>& tips) {
     SiteSamples samples;
     samples.linear = linear_response(linear_, site());
@@ -75,7 +75,7 @@ class Cylinder {
     return fit_paper_quadratic(samples);
   }
 
-  // The product's own, or with its named settings.
+  // The product's fit, or with the given settings.
   SiteResult fit(double reach, PolynomialMethod method, double target) {
     Scene scene = loaded_.scene;
     scene.max_displacement = reach;
@@ -86,7 +86,7 @@ class Cylinder {
     return sample_sites(assembly_, scene, sites_, linear_, plan).front();
   }
 
-  // Eq. (4) on the elements around the contact: what the outside does to their nodes, displaced as `field` says.
+  // Eq. (4) on the elements around the contact: the tool's force for this field.
   Eigen::Vector3d element_force(const Eigen::VectorXd& field) const {
     Eigen::VectorXd u = Eigen::VectorXd::Zero(assembly_.num_dofs());
     for (size_t node = 0; node < sites_.packed_nodes.size(); ++node)
@@ -124,7 +124,7 @@ std::string percent(double part) {
   return fmt::format("{:.3g}", 100 * part);
 }
 
-// In the paper's measure, one component of one node; and over all nodes and |d|.
+// The error in the paper's measure (one component of one node), and over all nodes relative to |d|.
 std::vector<std::string> both(const Cylinder& cylinder, const SitePolynomial& polynomial,
                               const Sample& truth) {
   const double z = cylinder.pm_z(truth.field);
@@ -132,7 +132,7 @@ std::vector<std::string> both(const Cylinder& cylinder, const SitePolynomial& po
           percent(Cylinder::error(polynomial, truth))};
 }
 
-// Of the energy, in model units.
+// Gradient of the energy, in model units.
 Eigen::Vector3d gradient_at(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
   const Eigen::Vector3d x = polynomial.to_unit * d;
   return polynomial.to_unit.transpose() *
@@ -148,7 +148,7 @@ void write(const StudyTable& table, const std::filesystem::path& folder, const s
   study::write_text(folder / (name + ".csv"), table.csv());
 }
 
-// The force as the gradient of the energy, and by eq. (4) from displacements, the paper's way.
+// The force as the gradient of the energy, and by eq. (4) from displacements, as in the paper.
 StudyTable force_table(Cylinder& cylinder) {
   StudyTable table(
       "force",
@@ -188,7 +188,7 @@ void study(const std::filesystem::path& folder) {
   const std::vector<Eigen::Vector3d> test_tips = cylinder.tips_under(tested);
   constexpr double kHeight = kPaperHeight;
   constexpr double kFine = 1e-3;
-  constexpr double kCoarse = 5e-3;  // where the finer one would end the domain sooner
+  constexpr double kCoarse = 5e-3;  // a finer target would shrink the domain
   const SitePolynomial ray = cylinder.paper_fit(tips);
   const SiteResult grid = cylinder.fit(test_tips.back().norm(), PolynomialMethod::paper_grid, kFine);
   const SiteResult ours =
@@ -214,7 +214,7 @@ void study(const std::filesystem::path& folder) {
   }
   write(table2, folder, "table2");
 
-  // The last row of a path of ten steps of -8, and -80 at once.
+  // The last row of a path in ten steps of -8, and the row of -80 at once.
   StudyTable table3(
       "table3",
       "The same at the last of the ray's own ten samples: -80, at once and in ten steps of -8. Ours is "

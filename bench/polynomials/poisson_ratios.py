@@ -1,6 +1,8 @@
 #!/usr/bin/python3
-"""What polynomials are worth on the brain at other Poisson's ratios: builds its scene anew with other lambdas and a tip of one
-mean surface edge h, to one and to two of them, and writes the tables of the packs' surveys to DIR/ratios.md.
+"""Errors of polynomials on the brain at other Poisson's ratios.
+
+Builds the scene with other lambdas and a tip radius of one mean surface edge h, for pushes to one and two h. Writes the
+tables of the packs' surveys to DIR/ratios.md.
 
     bench/polynomials/poisson_ratios.py PALPATE SCENE DIR [--quadratic]
 
@@ -16,9 +18,9 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 from model_variants import edge_of, quadratic, with_ratio, with_settings  # noqa: E402
 
-# Survey targets that make the builder spend what the bars ask for.
+# Survey targets that make the builder spend the solves of the bars.
 TARGETS = {1: 0.001, 2: 0.005}
-# Elements of ten nodes: at node 711 0.1 % is kept with 60 solves, and one push in sixty is wrong by 0.5.
+# Ten-node elements: a target of 0.1 % takes too few solves at node 711 and leaves rare large errors.
 QUADRATIC_TARGET = 0.0005
 QUADRATIC_SITES = [711, 774, 777]
 

@@ -1,10 +1,9 @@
-// How frames, packs and builds grow with the organ and what is asked of it: blocks of tetrahedra made here, held at
-// their base and touched at nodes of their top.
+// Growth of frames, packs and builds with the organ and the request, on blocks held at the base and touched
+// on top.
 //
-//   palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
+// palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
 //
-// What polynomials cost does not depend on what is in them: theirs are random numbers, so that no sample need be
-// solved.
+// A polynomial's cost does not depend on its coefficients, so they are random and no sample needs a solve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,12 +29,12 @@
 namespace palpate::scaling {
 namespace {
 
-constexpr double kPush = 0.3;  // of an edge: what |d| is at most
+constexpr double kPush = 0.3;  // largest |d|, over an edge
 
 struct Effort {
   std::vector<int> cells = {5, 8, 12, 16, 19, 22, 26};  // along each edge of a block: 216 to 19,683 nodes
-  int cells_of_others = 12;                             // of the block that all else is measured on
-  int cells_of_samples = 8;                             // and of the one whose sites are sampled
+  int cells_of_others = 12;                             // the block of all other series
+  int cells_of_samples = 8;                             // the block of the sampled sites
   std::vector<int> contacts = {1, 2, 4, 8, 16, 32};
   std::vector<int> zone_contacts = {1, 2, 4, 8};
   int rings = 4;
@@ -63,7 +62,7 @@ LoadedScene block_scene(int cells, int num_sites, int max_contacts) {
   loaded.model = test::with_fixed_base(test::tetrahedral_block(shape));
   Scene& scene = loaded.scene;
   scene.file = scene.model_file = "block";
-  // On a square grid, so that their zones are apart as far as that goes.
+  // On a square grid, which separates the zones as far as possible.
   const std::vector<int> top = test::nodes_on_plane(loaded.model, 2, 1.0);
   const int side = static_cast<int>(std::ceil(std::sqrt(num_sites)));
   for (int i = 0; i < num_sites; ++i) {
@@ -100,7 +99,7 @@ AlignedBytes pack_of(const Block& block, const LinearDd* linear, const std::vect
   return write_pack(content);
 }
 
-// A polynomial of the right size.
+// A polynomial of the right size, with random coefficients.
 std::vector<SiteResult> some_polynomials(const Block& block, int degree, int rank) {
   const auto choose_three = [](int n) { return n * (n - 1) * (n - 2) / 6; };
   test::TestRandom random(7);
@@ -134,7 +133,7 @@ struct FrameTimes {
   double visual;
 };
 
-// Of the first sites, so many at once.
+// Contacts at the first `count` sites.
 FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contacts, int rings,
                           double seconds) {
   std::vector<std::uint32_t> sites;
@@ -146,7 +145,7 @@ FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contact
   return {row.haptic.median, row.visual.median};
 }
 
-// The best of three where it is short.
+// The best of three runs of short work.
 double seconds_of(const std::function<void()>& work) {
   constexpr double kShort = 0.2;
   double best = std::numeric_limits<double>::infinity();

@@ -14,14 +14,14 @@
 namespace palpate::scaling {
 namespace {
 
-// Of Okabe and Ito's set, with a marker each.
+// A colour of Okabe and Ito's set, with a marker.
 struct Look {
   const char* colour;
   int marker;
 };
 constexpr Look kLooks[] = {{"#e69f00", 5}, {"#0072b2", 7}, {"#009e73", 9}, {"#cc79a7", 13}, {"#333333", 11}};
 
-// At 1, 2 and 5 times powers of ten.
+// Tics at 1, 2 and 5 times powers of ten.
 std::string tics_between(double low, double high) {
   std::string tics;
   for (double decade = decade_below(low); decade <= high; decade *= 10) {
@@ -33,7 +33,7 @@ std::string tics_between(double low, double high) {
   return tics;
 }
 
-// A panel for each name: points, and the line of the fit over what it was fitted to.
+// A panel for each name: points, and the fitted line over its range.
 std::string plot_of(const std::vector<Series>& all) {
   std::vector<std::string> panels;
   for (const Series& series : all) {

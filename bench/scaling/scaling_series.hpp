@@ -1,4 +1,4 @@
-// How something grows: points over a size, the exponent that they follow, and plots of them.
+// Series of a quantity over a size, with fitted exponents and plots.
 #pragma once
 
 #include <filesystem>
@@ -9,15 +9,15 @@
 namespace palpate::scaling {
 
 struct Series {
-  std::string panel;                              // of the plot, that it is drawn in
+  std::string panel;                              // panel of the plot
   std::string name;                               // "linear_dd, force"
-  std::string size;                               // what x counts: "nodes"
-  std::string unit;                               // of y: "µs"
-  double expected = 1;                            // exponent of its largest part, from the operations
+  std::string size;                               // quantity on the x axis: "nodes"
+  std::string unit;                               // unit of y: "µs"
+  double expected = 1;                            // exponent of the largest part, from operation counts
   std::vector<std::pair<double, double>> points;  // by rising x
 };
 
-// scaling.csv, scaling_points.csv, scaling.svg and scaling.txt, what they show, in `folder`.
+// Writes scaling.csv, scaling_points.csv, scaling.svg and scaling.txt into `folder`.
 void write_scaling(const std::vector<Series>& all, const std::string& caption,
                    const std::filesystem::path& folder);
 

@@ -1,7 +1,7 @@
-// How far a sampled site's answer can be moved, by the paper's map and by ours: on the brain, against full solves.
+// Error of a sampled site's response transferred to other sites, by the paper's map and by ours: on the
+// brain, against full solves.
 //
-//   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs; keeps
-//                                     solves in DIR/samples
+// palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs; keeps solves in DIR/samples
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -29,7 +29,7 @@ struct Errors {
   std::vector<double> force;
 };
 
-// Its terms of orders first .. last of the field, and of the force.
+// The terms of orders first .. last, for field and force.
 SitePolynomial orders_of(SitePolynomial polynomial, int first, int last) {
   const auto below = [](int lowest, int order) {
     return Eigen::Index{pack::num_monomials(static_cast<uint32_t>(lowest), static_cast<uint32_t>(order))};
@@ -92,7 +92,7 @@ class Organ {
   std::optional<Placement> placement(SiteMap map, size_t from, size_t to) const {
     return place_contact(loaded_.model, sites_, map, site(from), site(to));
   }
-  // The organ somewhere else; nothing but maps and tables is to be asked of it.
+  // The organ at another place, for maps and tables only.
   Model moved_by(const Eigen::Vector3d& away) const {
     Model model = loaded_.model;
     for (Eigen::Vector3d& position : model.positions) position += away;
@@ -102,7 +102,7 @@ class Organ {
   LocalTable table(const Placement& placement) const { return local_table(loaded_.model, sites_, placement); }
   std::vector<size_t> spread(size_t count) const { return spread_sites(loaded_.model, sites_, count); }
 
-  // Over the nodes that a tool at the site holds: mean |u - d|.
+  // Mean |u - d| over the nodes that a tool at the site holds.
   double mean_contacted_error(size_t index, const Eigen::VectorXd& field, const Eigen::Vector3d& d) const {
     double sum = 0;
     for (const int member : site(index).patch)
@@ -148,7 +148,7 @@ std::vector<std::string> row_of(const std::string& name, const std::string& wher
 const std::vector<std::string> kColumns = {"way", "edges away", "pushes",    "median",
                                            "p95", "max",        "force p95", "force max"};
 
-// One site's answer at each other one, the nearest to each distance.
+// A site's response at other sites, the nearest site for each distance.
 StudyTable moved_table(const Organ& organ) {
   StudyTable table(
       "moved",
@@ -223,7 +223,7 @@ StudyTable moved_table(const Organ& organ) {
   return table;
 }
 
-// Some of the sites answer for all others: linear part there, and the remainder of those nearby.
+// Some sites answer for all others: each site's own linear part, and the remainder from sites nearby.
 StudyTable blended_table(const Organ& organ) {
   StudyTable table(
       "blended",
@@ -242,7 +242,8 @@ StudyTable blended_table(const Organ& organ) {
           return organ.edges_between(t, one) < organ.edges_between(t, other);
         });
         farthest = std::max(farthest, organ.edges_between(t, near.front()));
-        near.resize(std::min(near.size(), blended + (blended > 1 ? 1 : 0)));  // the last one ends the support
+        near.resize(
+            std::min(near.size(), blended + (blended > 1 ? 1 : 0)));  // the last site ends the support
         std::vector<Eigen::Vector3d> places;
         for (const size_t s : near) places.push_back(organ.place(s));
         const std::vector<double> weights = blended == 1
@@ -274,7 +275,7 @@ StudyTable blended_table(const Organ& organ) {
   return table;
 }
 
-// The paper's measure, section 3.4: how far the nodes that a tool at t holds come out from where it has moved them.
+// The paper's measure, section 3.4: deviation of the nodes held by a tool at t from the tool's displacement.
 StudyTable contacted_table(const Organ& organ) {
   StudyTable table("contacted",
                    "Mean error of the contacted nodes, in mm, of the answer of a site so many edges away; "
@@ -319,8 +320,7 @@ StudyTable contacted_table(const Organ& organ) {
   return table;
 }
 
-// The same organ in other places: what eq. (25) makes of it, which is linear through the origin, and what a map about
-// the site does.
+// The same organ at other places: eq. (25), which is linear through the origin, against a map about the site.
 StudyTable origin_table(const Organ& organ) {
   StudyTable table(
       "origin",

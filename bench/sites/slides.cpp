@@ -1,13 +1,10 @@
-// How much the force on a tool jumps as its contact slides over an organ's surface: a pack's own answers, between
-// sites and across them.
+// Jumps of the force on a tool while its contact slides over an organ's surface, with a pack's own responses.
 //
-//   palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
+// palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
 //
-// Paths are straight lines in space between random sites, brought onto the surface point by point, so that they cross
-// fissures and edges, sites and what lies under them. Where the surface itself jumps along a path, as over a fissure,
-// no frame follows the other. The push is the same all along a path. Several contacts slide at once, each along a
-// path of its own: as long as none comes nearer to another than two edges, where their patches share nodes, and
-// wherever they go.
+// Paths are straight lines between random sites, projected onto the surface, so they cross fissures, edges
+// and sites. A jump of the surface itself, as over a fissure, ends the path's frames. The push is constant
+// along a path. Several contacts slide at once in two series: at least two edges apart, and without a limit.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -26,17 +23,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kStep = 0.01;    // of the mean edge of the surface
-constexpr double kLongest = 1.5;  // steps; a longer one is one of the surface
+constexpr double kStep = 0.01;    // over the surface's mean edge
+constexpr double kLongest = 1.5;  // steps; a longer step is a jump of the surface
 constexpr int kPaths = 200;
-constexpr double kPush = 0.6;  // of the scene's largest displacement
+constexpr double kPush = 0.6;  // over the scene's largest displacement
 
 void require(pal_status status) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(pal_status_text(status));
 }
 
 struct Slides {
-  std::vector<double> jumps;  // the largest of each path, as part of its peak force
+  std::vector<double> jumps;  // the largest of each path, over its peak force
   long frames = 0;
   long triangles = 0;  // entered on the way
 };
@@ -66,7 +63,7 @@ class Slider {
     require(session_.init(pack, config, {arena_.get(), bytes}));
   }
 
-  // In steps of so much of an edge, until two contacts are nearer to each other than so many edges.
+  // Steps of `step` edges, until two contacts are nearer than `nearest` edges.
   void slide(const std::vector<Path>& paths, double step, double nearest, Slides& slides) {
     const double edge = pack_.info().mean_surface_edge;
     double longest = 0;

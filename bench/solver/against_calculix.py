@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """One nonlinear solve of the brain by `palpate solve` and by CalculiX, side by side on the same file.
 
-A patch of the brain's upper surface is pushed in along the direction of models/brain/brain_push.inp, in the law that
-both know (NEO HOOKE, with the small-strain moduli of the shipped material). Each program runs as users run it, with
-its default settings: ours converges to 1e-10 of the force, CalculiX to half a percent. Times are the median of whole
-processes, and of the solution alone: ours as summary.json has it, CalculiX's less what it takes with *NO ANALYSIS.
-Prints Markdown.
+The push of models/brain/brain_push.inp, with a law of both programs (NEO HOOKE, the shipped small-strain moduli). Each
+program runs with its default settings: ours converges to 1e-10 of the force, CalculiX to half a percent.
+
+Times are medians of whole processes, and of the solution: from summary.json for ours, minus a run with *NO ANALYSIS for
+CalculiX. Prints Markdown.
 
 Example: bench/solver/against_calculix.py build/release/bin/palpate build/validation
 """
@@ -30,7 +30,7 @@ def neo_hooke(match):
 
 
 def brain_model(depth):
-    """(bulk, step): the mesh with its material, and the push of so many mean edges."""
+    """(bulk, step): the mesh with its material, and the push by `depth` mean edges."""
     mesh = (ROOT / "models/brain/brain.inp").read_text()
     mesh = re.sub(r"\*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n(.*)\n", neo_hooke, mesh)
     push = (ROOT / "models/brain/brain_push.inp").read_text()
@@ -87,7 +87,7 @@ def write_inputs(folder, model, solvers):
 
 
 def run_palpate(program, folder):
-    """One run: (seconds of the process, of the solution, peak bytes, whether it solved, what it says of itself)."""
+    """One run: (seconds of the process, of the solution, peak bytes, whether it solved, its own message)."""
     seconds, memory, code, _ = timed([program, "solve", "ours.inp", "-o", "ours", "--json"], folder)
     summary = json.loads((folder / "ours/summary.json").read_text())
     last = summary["steps"][-1]
@@ -107,7 +107,7 @@ def run_calculix(number, reading, folder):
 
 
 def table(title, model, folder, program, rounds, solvers):
-    """Each round runs every program once, so that a neighbour's load on a shared machine falls on all of them alike."""
+    """Each round runs every program once, so that other load on the machine falls on all alike."""
     print(f"{title}\n\n| program | whole process, s | against ours | solution, s | against ours | peak memory, MB | |\n"
           "|:--|--:|--:|--:|--:|--:|:--|")
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Puts what the studies printed into a page: what stands between the lines
+"""Puts the studies' tables into a page. The text between the lines
 
     <!-- NAME.md -->
     <!-- end -->
 
-is replaced by the file NAME.md of a folder, where there is one.
+becomes the file DIR/NAME.md, if it exists.
 
     bench/solver/embed_tables.py PAGE DIR
 """

@@ -1,5 +1,5 @@
-// palpate_bench_solver: what one Newton iteration on the shipped brain is made of, each part on one thread and on
-// all. A dense product on one thread is the bound of the factor in double precision.
+// palpate_bench_solver: the parts of a Newton iteration on the shipped brain, on one thread and on all. A
+// dense product on one thread bounds the double precision factor.
 #include <benchmark/benchmark.h>
 #include <cblas.h>
 
@@ -19,7 +19,7 @@ const Model& brain() {
   return model;
 }
 
-// A state away from rest, as small as leaves K positive definite.
+// A state away from rest, small enough for a positive definite K.
 Eigen::VectorXd displacement() {
   const int num_dofs = brain().num_dofs();
   return 1e-3 * Eigen::VectorXd::LinSpaced(num_dofs, 0.0, num_dofs).array().sin().matrix();
@@ -53,7 +53,7 @@ void tangent(benchmark::State& state) {
   for (auto _ : state) assembly.tangent(u, false, stiffness);
 }
 
-// |b - K x| / |b| of one solve.
+// |b - K x| / |b| of a solve.
 double residual_of(Cholesky& cholesky, const SparseLower& stiffness) {
   const Eigen::VectorXd right = Eigen::VectorXd::Ones(stiffness.cols());
   Eigen::VectorXd solution = right;
@@ -101,7 +101,7 @@ void dense_product(benchmark::State& state) {
   count_operations(state, 2.0 * kSize * kSize * kSize);
 }
 
-// Of several repetitions.
+// Median and maximum over repetitions.
 void median_and_max(benchmark::internal::Benchmark* one) {
   one->Repetitions(9)->ReportAggregatesOnly()->MinTime(0.1);
   one->ComputeStatistics(

@@ -1,7 +1,7 @@
-// What section 2.4 of Zhong et al. 2005 says of its cylinder, solved again: figures 3, 4 and 5, the difference between
-// its eq. (1) and Abaqus' eq. (11), and its experiment with 0.998 x 2 ln J.
+// Figures 3, 4 and 5 of Zhong et al. 2005 section 2.4 on its cylinder, the difference between its eq. (1) and
+// Abaqus' eq. (11), and its experiment with 0.998 x 2 ln J.
 //
-//   palpate_study_paper DIR     writes DIR/paper_*.csv, which plot_paper.py draws, and the tables DIR/paper.md
+// palpate_study_paper DIR     writes DIR/paper_*.csv, which plot_paper.py draws, and the tables DIR/paper.md
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "bench/solver/paper_laws.hpp"
+#include "bench/solver/paper_paths.hpp"
 #include "bench/solver/small_newton.hpp"
 #include "offline/fem/blas_kernels.hpp"
 #include "tests/support/paper_cylinder.hpp"
@@ -29,65 +30,14 @@
 namespace palpate::test {
 namespace {
 
-constexpr double kTiny = 0.01;                                  // a force whose response is linear to 1e-4
-constexpr int kLargest = 80;                                    // the largest force of the paper's tables
 constexpr int kTableForces[] = {0, 5, 10, 20, 40, 52, 60, 80};  // 0 stands for kTiny
-constexpr double kRatios[] = {1, 100, 1000};                    // of lambda to the paper's
+constexpr double kRatios[] = {1, 100, 1000};                    // lambda over the paper's
 constexpr double kPenalty = 0.998;                              // the paper's factor on 2 ln J
 
 // -uz of P1 in the paper's tables 2 and 3, on its own mesh.
 constexpr std::pair<double, double> kPaperPush[] = {
     {4, 0.327541}, {12, 0.955437}, {20, 1.55091}, {28, 2.11458}, {36, 2.64742},
     {44, 3.14994}, {52, 3.62138},  {60, 4.05941}, {68, 4.46167}, {80, 4.99196}};
-
-// Displacements under the forces sign * (kTiny, 1, 2, ..., kLargest), each reached from the one before.
-using Path = std::vector<Eigen::VectorXd>;
-using Paths = std::map<int, Path>;  // by sign: -1 pushes, 1 pulls
-
-double force_at(int sign, size_t index) {
-  return sign * (index == 0 ? kTiny : static_cast<double>(index));
-}
-
-template <typename Body>
-Path follow(Body& body, int sign) {
-  Path path;
-  for (size_t index = 0; index <= kLargest; ++index) {
-    const auto displacement = body.under(force_at(sign, index));
-    if (!displacement) throw std::runtime_error(fmt::format("no equilibrium at {}", force_at(sign, index)));
-    path.push_back(*displacement);
-  }
-  return path;
-}
-
-Paths solved(const Law& law) {
-  Paths paths;
-  for (const int sign : {-1, 1}) {
-    LoadedCylinder body(paper_cylinder(PALPATE_SOURCE_DIR, law));
-    paths[sign] = follow(body, sign);
-  }
-  return paths;
-}
-
-Paths solved_by_hand(const SmallNewton::Response& response) {
-  const Model model = paper_cylinder(PALPATE_SOURCE_DIR, CompressibleNeoHookean{kPaperMu, kPaperLambda});
-  Paths paths;
-  for (const int sign : {-1, 1}) {
-    SmallNewton body(model, response);
-    paths[sign] = follow(body, sign);
-  }
-  return paths;
-}
-
-// Answers with lambda `ratio` times the paper's; kappa of eq. (11) is lambda, or matches eq. (1) at rest.
-struct Answers {
-  Paths equation_1, equation_11, matched, without_coupling;
-};
-Answers solve_all(double ratio) {
-  const double lambda = ratio * kPaperLambda;
-  return {solved(CompressibleNeoHookean{kPaperMu, lambda}), solved(equation_11(kPaperMu, lambda)),
-          solved(equation_11(kPaperMu, lambda + 2 * kPaperMu / 3)),
-          solved_by_hand([=](const Eigen::Matrix3d& F) { return with_volume_term(lambda, F); })};
-}
 
 class Study {
  public:
@@ -114,7 +64,7 @@ class Study {
   double tip(const Paths& paths, int sign, size_t index) const {
     return component(paths.at(sign)[index], "P1", 2);
   }
-  // Volume of the elements at P1 over that at rest: the mean det F under the tip.
+  // Current volume over reference volume of the elements at P1: the mean det F under the tip.
   double volume_at_tip(const Paths& paths, int sign, size_t index) const {
     const int tip_node = marked_node(model_, "P1");
     double rest = 0;
@@ -134,7 +84,7 @@ class Study {
     }
     return now / rest;
   }
-  // Part by which the tip moves further in `other` than in eq. (1).
+  // Relative excess of the tip's displacement in `other` over eq. (1).
   double excess(const Paths& other, double ratio, int sign, size_t index) const {
     return tip(other, sign, index) / tip(answers_.at(ratio).equation_1, sign, index) - 1;
   }
@@ -207,8 +157,8 @@ class Study {
     });
   }
 
-  // Where a curve of (force, depth) leaves the line through rest and its first point by `part`, by interpolation:
-  // the depth there. Negative where it does not.
+  // Depth, by interpolation, where a curve of (force, depth) deviates by `part` from the line through rest
+  // and its first point. Negative if the curve never does.
   static double departure(const std::vector<std::pair<double, double>>& curve, double part) {
     const auto deviation = [&](size_t i) {
       return std::abs(curve[i].second / curve[i].first * curve[0].first / curve[0].second - 1);
@@ -220,7 +170,7 @@ class Study {
     }
     return -1;
   }
-  // The deviation of the secant from the first point's where the depth is `depth`, by interpolation.
+  // Deviation of the secant at `depth` from the first point's secant, by interpolation.
   static double deviation_at(const std::vector<std::pair<double, double>>& curve, double depth) {
     size_t i = 1;
     while (i + 1 < curve.size() && curve[i].second < depth) ++i;
@@ -264,7 +214,8 @@ class Study {
   }
 
   void differences() {
-    // In parts of eq. (1): what C does, eq. (11) + V -> (1), and what V does, (11) -> (11) + V. Their sum is the whole.
+    // Relative to eq. (1): the effect of C is eq. (11) + V -> (1), the effect of V is (11) -> (11) + V. The
+    // sum is the whole.
     const auto coupling = [&](double ratio, int sign, size_t i) {
       return excess(answers_.at(ratio).without_coupling, ratio, sign, i);
     };
@@ -302,7 +253,7 @@ class Study {
         coupling);
   }
 
-  // Compliance of the tip at rest, C = uz / force.
+  // Compliance of the tip at small strain, C = uz / force.
   static double compliance(const Law& law, bool ten_nodes) {
     Model model = paper_cylinder(PALPATE_SOURCE_DIR, law);
     if (ten_nodes) {
@@ -315,9 +266,9 @@ class Study {
     return (*displacement)[3 * marked_node(body.model(), "P1") + 2] / kTiny;
   }
 
-  // At rest, - d ln C / d ln kappa is the part of the energy that is volumetric (the compliance is twice the energy
-  // of a unit force): between 0 and 1 in any body and on any mesh, so that two bulk moduli can make the tip differ
-  // by no more than they differ themselves.
+  // At small strain, - d ln C / d ln kappa is the volumetric part of the energy, because the compliance is
+  // twice the energy of a unit force. The part is between 0 and 1 on any body and mesh, so the tip differs by
+  // at most the difference of the bulk moduli.
   void small_loads() {
     table(
         "At rest, on four-node / ten-node tetrahedra: the tip's compliance, the volumetric part of "
@@ -329,7 +280,7 @@ class Study {
       std::array<double, 2> volumetric{};
       std::array<double, 2> difference{};
       for (const bool ten_nodes : {false, true}) {
-        // The bulk modulus is `part` of that of eq. (1).
+        // Linear elasticity with `part` times the bulk modulus of eq. (1).
         const auto linear = [&](double part) {
           const double kappa = part * (lambda + 2 * kPaperMu / 3);
           return compliance(LinearElastic{kPaperMu, kappa - 2 * kPaperMu / 3}, ten_nodes);
@@ -348,7 +299,7 @@ class Study {
   }
 
   void penalty() {
-    constexpr double kAgreement = 1e-8;  // of the hand-written Newton with StaticSolver, length unit
+    constexpr double kAgreement = 1e-8;  // between SmallNewton and StaticSolver, length unit
     const Paths check = solved_by_hand([](const Eigen::Matrix3d& F) { return with_penalty(1.0, F); });
     double distance = 0;
     for (const int sign : {-1, 1})

@@ -1,10 +1,10 @@
-// Laws that stand between or beside eqs. (1) and (11) of Zhong et al. 2005: for the study of their difference, not laws
-// of the product.
+// Laws between eqs. (1) and (11) of Zhong et al. 2005, for the study of their difference only.
 //
-// The two laws differ by an exact sum. With A = J^(-2/3) I,
+// With A = J^(-2/3) I, exactly:
 //   eq. (1) = eq. (11) + V + C,   V = mu/2 (3 J^(2/3) - 3 - 2 ln J),   C = mu/2 (J^(2/3) - 1)(A - 3)
-// V depends on the volume alone: V = mu/3 e^2 + 2 mu/27 e^3 + ... in e = ln J, a bulk modulus of 2 mu/3 at rest. C
-// couples volume and shear and is of third order: it is the shear modulus mu J^(2/3) of eq. (1) less the mu of (11).
+// V depends only on the volume: V = mu/3 e^2 + 2 mu/27 e^3 + ... in e = ln J, a bulk modulus of 2 mu/3 at
+// rest. C couples volume and shear and is of third order: the shear modulus mu J^(2/3) of eq. (1) minus mu of
+// eq. (11).
 #pragma once
 
 #include <cmath>
@@ -14,8 +14,8 @@
 
 namespace palpate::test {
 
-// Zhong et al. 2005 eq. (1) with 2 ln J scaled by `penalty`: P = (1) + (1 - penalty) mu H, H = F^-T, so that
-// P(1) = (1 - penalty) mu 1. Not a law of the product: rest is not its equilibrium.
+// Eq. (1) with 2 ln J scaled by `penalty`: P = (1) + (1 - penalty) mu H, H = F^-T. P(1) = (1 - penalty) mu 1,
+// so rest is not an equilibrium.
 inline StressAndTangent with_penalty(double penalty, const Eigen::Matrix3d& F) {
   const Eigen::Matrix3d H = F.inverse().transpose();
   const double excess = (1 - penalty) * kPaperMu;

@@ -1,8 +1,9 @@
-// Newton for laws that the product does not have, written apart from it: its own loop over four-node tetrahedra, its
-// own factor (Eigen's LDL^T), no load steps but the caller's. Slow; for a few hundred nodes.
+// Newton for laws outside the product, written independently: its own loop over four-node tetrahedra and
+// Eigen's LDL^T. The caller chooses the load steps. For a few hundred nodes.
 //
-// With the shape gradients g_a of an element of volume V and F = 1 + sum_a u_a g_a^T, written dF = B du in columns of
-// nine:  P_e = V B^T P(F),  K_e = V B^T dP/dF B.
+// With the shape gradients g_a of an element of volume V and F = 1 + sum_a u_a g_a^T, dF = B du in columns of
+// nine:
+//   P_e = V B^T P(F),  K_e = V B^T dP/dF B.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +22,7 @@
 
 namespace palpate::test {
 
-// As LoadedCylinder, for any response to F. Keeps a reference to the model, whose own law plays no part.
+// Like LoadedCylinder, for any response to F. Keeps a reference to the model, and ignores the model's law.
 class SmallNewton {
  public:
   using Response = std::function<StressAndTangent(const Eigen::Matrix3d&)>;
@@ -32,7 +33,7 @@ class SmallNewton {
         fixed_(model.fixed_dofs()),
         displacement_(Eigen::VectorXd::Zero(model.num_dofs())) {}
 
-  // The displacement of every dof under (0, 0, force) at P1, from where the last call left it.
+  // The displacement of every dof under (0, 0, force) at P1, starting from the last call's result.
   std::optional<Eigen::VectorXd> under(double force) {
     constexpr double kConverged = 1e-10;  // the last step, length unit; Newton's error is its square
     Eigen::VectorXd load = Eigen::VectorXd::Zero(model_.num_dofs());
@@ -43,7 +44,7 @@ class SmallNewton {
       const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(stiffness_);
       const Eigen::VectorXd direction = factor.solve(residual);
       if (direction.cwiseAbs().maxCoeff() <= kConverged) return displacement_ += direction;
-      // Half a step as long as an element is inverted or the residual grows.
+      // Halves the step while an element has det F <= 0 or the residual grows.
       double step = 1;
       while (step > 1e-3 && (!assemble(displacement_ + step * direction) ||
                              free_part(load - internal_).norm() > residual.norm()))
@@ -60,7 +61,7 @@ class SmallNewton {
     return values;
   }
 
-  // P and K of the free dofs (1 on the diagonal of the others). False where an element is inverted.
+  // P and K of the free dofs, with 1 on the diagonal of the others. False if an element is inverted.
   bool assemble(const Eigen::VectorXd& displacement) {
     std::vector<Eigen::Triplet<double>> entries;
     internal_.setZero(model_.num_dofs());

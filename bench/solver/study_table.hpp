@@ -1,4 +1,4 @@
-// A table that a page quotes: Markdown under a caption of one line, and the same cells as CSV.
+// A table for a page: Markdown under a caption of one line, and the same cells as CSV.
 #pragma once
 
 #include <filesystem>
@@ -49,7 +49,7 @@ class StudyTable {
   const std::string& name() const { return name_; }
 
  private:
-  std::string name_;  // of the CSV, without its ending
+  std::string name_;  // file name of the CSV, without its ending
   std::string caption_;
   std::vector<std::vector<std::string>> rows_;  // the header first
 };
@@ -61,7 +61,7 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   if (!stream) throw std::runtime_error("cannot write " + file.string());
 }
 
-// DIR/PAGE.md with one table after the other, and DIR/NAME.csv for each.
+// Writes DIR/PAGE.md with all tables, and DIR/NAME.csv for each.
 inline void write_page(const std::filesystem::path& directory, const std::string& page,
                        const std::vector<StudyTable>& tables) {
   std::string text;

@@ -1,6 +1,6 @@
-// palpate_study_validation DIR [PAGE ...]: writes the numbers of the nonlinear solver's validation as Markdown, which
-// a page embeds, and as CSV; with names of pages those alone. The scenes are those that
-// tests/reference/solver_scenes_test.cpp holds to bounds.
+// palpate_study_validation DIR [PAGE ...]: writes the figures of the nonlinear solver's validation as
+// Markdown for docs and as CSV. PAGE selects pages. tests/reference/solver_scenes_test.cpp bounds the same
+// scenes.
 #include "bench/solver/validation.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The validation study's pages, and what runs their scenes.
+// The pages of the validation study, and the runner of their scenes.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace palpate::study {
 
-// Runs scenes and counts them on a bar.
+// Runs scenes and advances a progress bar.
 class SceneRunner {
  public:
   test::SceneRun operator()(const test::SolverScene& scene, const SolverSettings& settings = {}) {
@@ -19,7 +19,7 @@ class SceneRunner {
   }
 
  private:
-  static constexpr int kScenes = 366;  // of all pages
+  static constexpr int kScenes = 366;  // on all pages
   ProgressBar bar_{"validation", kScenes};
   int done_ = 0;
 };
@@ -28,9 +28,9 @@ class SceneRunner {
 std::vector<StudyTable> convergence_page(SceneRunner& run);
 // Large rotations, stiff inclusions, slivers, deep pushes.
 std::vector<StudyTable> hard_cases_page(SceneRunner& run);
-// Snap-through and buckling, followed by the arc length of their paths.
+// Snap-through and buckling, by arc length.
 std::vector<StudyTable> limit_points_page();
-// Linear against quadratic tetrahedra, nearly incompressible.
+// Linear against quadratic tetrahedra in nearly incompressible tissue.
 std::vector<StudyTable> locking_page(SceneRunner& run);
 
 }  // namespace palpate::study

@@ -1,4 +1,4 @@
-// What the solver converges to, how fast, and that neither depends on units, origin or frame.
+// The solver's limit and order of convergence, and their independence of units, origin and frame.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct BentBeam {
   int iterations;
 };
 
-// Under the dead force `force` EI / L^2 across its tip.
+// A beam under the dead force `force` EI / L^2 across its tip.
 BentBeam bent(SceneRunner& runner, const Beam& beam, double force) {
   const SolverScene scene =
       loaded_beam(beam, {0, 0, force * test::kSecondMoment / (beam.length * beam.length)});
@@ -113,7 +113,7 @@ StudyTable residual_table(SceneRunner& runner) {
   return table;
 }
 
-// The block's push in another unit of length and modulus, turned, moved.
+// The block's push in other units of length and modulus, rotated and translated.
 struct Observer {
   std::string name;
   double length = 1;
@@ -144,7 +144,7 @@ StudyTable invariance_table(SceneRunner& runner) {
       {"observer", "displacement", "force", "iterations"});
   const SolverScene own_scene = as_seen_by({"own"});
   const SceneRun own = runner(own_scene);
-  // Coordinates of the block are multiples of 2^-20: what is to be rounded must first leave that grid.
+  // The block's coordinates are multiples of 2^-20; only other coordinates show rounding.
   const Observer observers[] = {
       {"micrometres (1e6; modulus 1e-12)", 1e6, 1e-12},
       {"kilometres (1e-3; modulus 1e6)", 1e-3, 1e6},

@@ -1,4 +1,4 @@
-// Paths past limit points: what they cost, and how near they come to what is known.
+// Paths past limit points: their cost, and their distance from references.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace {
 using test::PathRun;
 using test::PathScene;
 
-// The load factors of `force` over `unit` where it is largest, and smallest behind that, over deflections from
-// 0 to `furthest`.
+// Load factors `force` / `unit` at the maximum and at the following minimum, for deflections from 0 to
+// `furthest`.
 template <typename Force>
 std::pair<double, double> limits_of(Force&& force, double furthest, double unit) {
   constexpr int kSteps = 2000;
@@ -31,7 +31,7 @@ std::pair<double, double> limits_of(Force&& force, double furthest, double unit)
 
 class Paths {
  public:
-  // Follows a path with two limit points by either stepping, beside what is known of them.
+  // Follows a path with two limit points by either stepping, and compares with the reference.
   void add(const std::string& name, const PathScene& scene, ArcLengthSettings settings, double upper,
            double lower) {
     for (const Stepping stepping : {Stepping::arc_length, Stepping::current_stiffness}) {
@@ -52,7 +52,7 @@ class Paths {
   StudyTable& table() { return table_; }
 
  private:
-  // Increments between whose ends Bergan's sign is not the direction of the load.
+  // Number of increments where Bergan's sign differs from the load's direction.
   static int num_misled(const PathRun& run) {
     int misled = 0;
     for (size_t i = 1; i < run.points.size(); ++i) {

@@ -1,5 +1,5 @@
-// How far linear tetrahedra lock as the tissue becomes incompressible, and that those which share their volumes, and
-// quadratic ones, do not; and what each costs.
+// Locking of linear tetrahedra in nearly incompressible tissue, its absence with shared volumes and quadratic
+// elements, and the cost of each.
 #include <fmt/core.h>
 
 #include <array>
@@ -46,8 +46,8 @@ struct Answer {
 
 using Case = std::function<Answer(int cells, Elements elements, double poisson)>;
 
-// `value` on three meshes of each element, each mesh of ten nodes with the nodes of that of four; a row a Poisson's
-// ratio and element. The converged value is Aitken's limit of C3D10H's three meshes.
+// `value` on three meshes of each element; a ten-node mesh has the nodes of the four-node mesh. A row for
+// each Poisson's ratio and element. The converged value is Aitken's limit of C3D10H's three meshes.
 std::pair<StudyTable, StudyTable> locking_tables(const std::string& name, const std::string& caption,
                                                  int coarsest, const Case& answer) {
   StudyTable errors(name, caption + " Error of each mesh in percent of the converged value.",
@@ -99,7 +99,7 @@ StudyTable small_strain_table(SceneRunner& run) {
   return table;
 }
 
-// How many elements a patch should have: the middle meshes at nu = 0.499 over C3D10H's converged values.
+// The best number of elements in a patch: middle meshes at nu = 0.499 over C3D10H's converged values.
 StudyTable patch_size_table(SceneRunner& run) {
   StudyTable table(
       "patch_sizes",

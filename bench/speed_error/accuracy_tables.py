@@ -1,16 +1,16 @@
 #!/usr/bin/python3
-"""The tables that docs/accuracy.md quotes of a report of the shipped organs, from its CSVs.
+"""Makes the tables of docs/accuracy.md from the CSVs of a report on the shipped organs.
 
     bench/speed_error/accuracy_tables.py DIR LINKED     writes DIR/speed_error.md
 
-DIR: what `palpate report -o DIR` wrote; LINKED: the kept copy of it, as seen from docs/.
+DIR: the output of `palpate report -o DIR`; LINKED: the path of its stored copy, from docs/.
 """
 import csv
 import pathlib
 import re
 import sys
 
-# Whose rows are other settings where the pack does not carry them.
+# Methods whose rows vary a setting if the pack lacks them.
 SETTINGS = {"polynomial_dd", "nonlinear_zone"}
 MOVING_PARTS = (0.5, 1.0)
 MOVING = re.compile(r"nonlinear_zone, (\d) rings?, (\d) iterations? a frame")
@@ -39,7 +39,7 @@ def time(row, stage):
 
 
 def methods_of(rows, contacts):
-    """In their order, the pack's own and what they are compared with; settings are left out."""
+    """The pack's own methods and their peers, in order, without varied settings."""
     names = []
     for row in rows:
         is_setting = row["carried"] == "0" and row["method"].split(",")[0] in SETTINGS

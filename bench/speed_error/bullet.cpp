@@ -1,12 +1,11 @@
-// How fast and how wrong Bullet's deformable body is at the pushes of `palpate report`: a peer that Debian carries,
-// on the same mesh, with the same moduli at small strain.
+// Speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of `palpate
+// report`: the same mesh, and the same moduli at small strain.
 //
-//   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
+// palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
 //
-// Pushes are the first ones of each |d| that the report of this scene and seed asks its methods. The tool comes
-// straight from rest in as many frames as a zone's that moves, each timed alone, which is the first row of each |d|;
-// then it waits until the body has settled, the second. A push that Bullet has no finite answer to, or that does not
-// settle, is counted as diverged, with the error of an answer of nothing.
+// Pushes are the first pushes of each |d| in the report of this scene and seed. The tool comes straight from
+// rest in as many frames as a moving zone's, each timed alone: the first row. Then the body settles: the
+// second row. A push without a finite, settled answer counts as diverged, with the error of a zero answer.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,12 +35,12 @@ namespace {
 
 constexpr int kFramesOfAnApproach = 50;
 constexpr int kMostFramesToSettle = 150;
-constexpr double kSettled = 1e-4;   // of |d|: no node moves further in a frame,
-constexpr double kBalanced = 0.05;  //   and no more of the forces is left on nodes that nothing holds
-// A push takes some 0.3 ms an element: of each |d| less than half a minute of them, and no more than these.
+constexpr double kSettled = 1e-4;   // over |d|: largest motion of a node in a frame,
+constexpr double kBalanced = 0.05;  // and largest force on free nodes, over the force on held nodes
+// Limits the pushes of each |d|, whose time grows with the number of elements.
 constexpr int kElementPushes = 60000;
 constexpr int kMostPushes = 24;
-constexpr int kPushesOfSeveral = 2;  // at one |d|:
+constexpr int kPushesOfSeveral = 2;  // at each |d|
 constexpr double kPartOfSeveral = 0.5;
 
 struct Answers {
@@ -55,7 +54,7 @@ struct Answers {
   std::vector<double> nanoseconds;  // of the frames of the approach
 };
 
-// What Bullet answers, as a report has it.
+// Bullet's answer in a report's form.
 MethodAnswer answer_of(const BulletBody& body, const Organ& organ,
                        const std::vector<LinearContact>& contacts) {
   MethodAnswer answer;
@@ -114,17 +113,17 @@ Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, dou
   return answers;
 }
 
-// All that is said of how it went.
+// The record of a run, for OUT.txt.
 struct Course {
   int pushes = 0;
   int diverged = 0;
-  // Of those that settled:
+  // Of the settled pushes:
   std::vector<int> frames_to_settle;
   double imbalance = 0;  // the largest
-  int inverted = 0;      // with elements turned inside out
+  int inverted = 0;      // with inverted elements
 };
 
-// Two rows: as it arrives, and when it has settled.
+// Two rows: at arrival, and after settling.
 std::vector<MethodRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, Course& course,
                                const std::function<void()>& progress) {
   std::vector<MeasuredPush> arrived;
@@ -208,7 +207,7 @@ std::int64_t seed_of(std::string_view text) {
 
 void study(const std::filesystem::path& scene, const std::filesystem::path& out, std::int64_t seed) {
   check_can_finish(out);
-  // As the whole report has them.
+  // The effort of the whole report.
   const ReportEffort effort;
   const Organ organ(with_at_most_sites(read_scene(scene), effort.scene_sites));
   if (!organ.rest.is_mesh())

@@ -18,7 +18,7 @@
 namespace palpate::study {
 namespace {
 
-constexpr btScalar kFrame = 1;  // dt: the unit of time
+constexpr btScalar kFrame = 1;  // dt, the unit of time
 
 btVector3 to_bullet(const Eigen::Vector3d& vector) {
   return {static_cast<btScalar>(vector.x()), static_cast<btScalar>(vector.y()),
@@ -79,8 +79,8 @@ struct BulletBody::World {
   std::unique_ptr<btDeformableNeoHookeanForce> law;
   std::unique_ptr<btSoftBody> body;
   std::vector<int> held;
-  std::vector<Eigen::Vector3d> rest;  // as Bullet has it, to its precision
-  double force_unit = 1;              // Bullet's, in the model's
+  std::vector<Eigen::Vector3d> rest;  // in Bullet's single precision
+  double force_unit = 1;              // Bullet's unit of force, in the model's
 
   ~World() {
     if (body) world.removeSoftBody(body.get());
@@ -95,7 +95,7 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   const SmallStrainModuli first = small_strain_moduli(model.materials.front().law);
   const double lambda = first.bulk - 2 * first.shear / 3;
 
-  // A shear wave goes sqrt(mu / rho) a frame.
+  // A shear wave travels sqrt(mu / rho) a frame.
   const double extent = largest_extent(model);
   const double density = first.shear * std::pow(frames_of_a_wave / extent, 2);
   std::vector<double> mass(model.positions.size(), 0.0);
@@ -105,14 +105,13 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
       mass[static_cast<size_t>(node)] += density * volume_of(model, element) / 4;
     volume += volume_of(model, element);
   }
-  // Bullet's conjugate gradients end where r . M^-1 r < 1.2e-7 min(1, b . M^-1 b), which is relative only where b .
-  // M^-1 b, an energy, is below 1. With so many nodes next to the tool that are pushed by the distance h of nodes in
-  // a frame, each by mu h^2, that is N (mu h^2)^2 / (rho h^3) = N mu h (extent / frames_of_a_wave)^2: 1 in this unit
-  // of force.
+  // Bullet's conjugate gradients stop at r . M^-1 r < 1.2e-7 min(1, b . M^-1 b), a relative tolerance only
+  // for b . M^-1 b < 1. N nodes beside the tool, pushed by the node distance h, give N (mu h^2)^2 / (rho h^3)
+  // = N mu h (extent / frames_of_a_wave)^2. The unit of force makes this 1.
   const double h = std::cbrt(volume / static_cast<double>(mass.size()));
   constexpr double kNodesPushed = 100;
   w.force_unit = kNodesPushed * first.shear * h * std::pow(extent / frames_of_a_wave, 2);
-  for (const int node : w.held) mass[static_cast<size_t>(node)] = 0;  // Bullet's word for held
+  for (const int node : w.held) mass[static_cast<size_t>(node)] = 0;  // zero mass holds a node in Bullet
 
   std::vector<btVector3> positions;
   std::vector<btScalar> masses;
@@ -136,8 +135,8 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   at_rest.m_J = 1;
   w.body->m_tetraScratches.resize(w.body->m_tetras.size(), at_rest);
   w.body->m_tetraScratchesTn.resize(w.body->m_tetras.size(), at_rest);
-  // A body of Bullet's has one law. Its forces are linear in the moduli and in an element's measure: of a stiffer
-  // material the measure is as many times larger.
+  // A Bullet body has a single law, linear in the moduli and in an element's measure. A stiffer material gets
+  // a larger measure instead.
   for (size_t i = 0; i < model.elements.size(); ++i) {
     const Material& material = model.materials[static_cast<size_t>(model.elements[i].material)];
     const SmallStrainModuli moduli = small_strain_moduli(material.law);
@@ -164,7 +163,7 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   w.world.addForce(w.body.get(), w.law.get());
   w.world.setImplicit(true);
   w.world.setLineSearch(false);
-  w.world.setUseProjection(true);  // of held nodes: Bullet's implicit step knows no other way
+  w.world.setUseProjection(true);  // of held nodes; Bullet's implicit step needs it
 }
 
 BulletBody::~BulletBody() = default;

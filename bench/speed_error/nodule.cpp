@@ -1,11 +1,11 @@
-// Can a nodule be felt? The force on a tool that swipes over the brain's stiff inclusion at a constant depth, by the
-// full model and by each response model, with the inclusion and with tissue in its place.
+// Can a tool feel a nodule? Force on a tool that swipes over the brain's stiff inclusion at constant depth,
+// by the full model and each response model, with the inclusion and with tissue in its place.
 //
-//   palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
+// palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
 //
-// Between sites the truth is the blend of the full solves at the corners of the triangle. Contrast: by how much the
-// force with the inclusion exceeds that without it, at the most along the path, as part of the latter; each model by
-// itself.
+// Between sites the reference is the blend of the full solves at the triangle's corners. Contrast is the
+// largest relative excess along the path of the force with the inclusion over the force without it, each
+// within a model.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ namespace {
 
 constexpr double kStep = 0.1;    // mm
 constexpr double kReach = 20;    // mm to each side of the middle
-constexpr double kBeside = 1.6;  // h: sites so near to the path are packed
+constexpr double kBeside = 1.6;  // h; sites nearer to the path are packed
 constexpr double kDepth = 0.6;   // h
 constexpr int kRings = 2;
 
@@ -45,7 +45,7 @@ struct Swipe {
   Eigen::Vector3d push;  // mm
 };
 
-// Over the place of PROBE that the inclusion lies under.
+// Over the PROBE node above the inclusion.
 Swipe swipe_over(const Model& model, const ContactSites& sites) {
   Eigen::Vector3d inclusion = Eigen::Vector3d::Zero();
   const std::vector<int>& stiff = model.element_sets.at("INCLUSION");
@@ -86,7 +86,7 @@ class Body {
 
   const ContactSites& sites() const { return sites_; }
 
-  // With all models, and without polynomials.
+  // Packs with all models, and without polynomials.
   std::array<AlignedBytes, 2> packs() const {
     const LinearDd linear = compute_linear_dd(*assembly_, sites_);
     SamplingPlan plan;
@@ -104,7 +104,7 @@ class Body {
     return {write_pack(content), write_pack(without)};
   }
 
-  // Along the push, of each site: force unit.
+  // Along the push, for each site: force unit.
   std::vector<double> true_forces(const Eigen::Vector3d& push) const {
     std::vector<std::vector<LinearContact>> sets;
     for (size_t site = 0; site < sites_.sites.size(); ++site) sets.push_back({{site, push}});
@@ -128,7 +128,7 @@ struct Curve {
   std::vector<double> forces;  // mN, along the push, at each step of the path
 };
 
-// What each model answers along the path, after the truth; `places`: mm along it.
+// The reference and each model along the path; `places` is in mm along the path.
 std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<double>& places) {
   const std::array<AlignedBytes, 2> bytes = body.packs();
   std::array<Pack, 2> packs;
@@ -170,7 +170,7 @@ std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<
     Curve& curve = curves.emplace_back(Curve{name, {}});
     const Eigen::Vector3d d = metres * swipe.push;
     for (const pal_surface_point& point : points) {
-      constexpr int kFramesToRest = 8;  // of a zone that is new
+      constexpr int kFramesToRest = 8;  // for a new zone to converge
       pal_contact_result result = {};
       const pal_contact contact = pal_contact_at(&point, d.data());
       for (int frame = 0; frame < kFramesToRest; ++frame)
@@ -181,7 +181,7 @@ std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<
   return curves;
 }
 
-// The largest part by which one exceeds the other, and where.
+// The largest relative excess of a curve over another, and its place.
 std::pair<double, size_t> contrast(const Curve& with, const Curve& without) {
   std::pair<double, size_t> most = {-1, 0};
   for (size_t i = 0; i < with.forces.size(); ++i)

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""What zones are worth on the brain at several Poisson's ratios, to one and to two mean surface edges h, of one contact and of
-several: builds the scene of zones anew with other lambdas, reaches and rings, and writes tables of the packs' surveys to
-DIR/one.md and DIR/several.md.
+"""Errors of nonlinear zones on the brain at several Poisson's ratios, for one and several contacts.
+
+Builds the scene with other lambdas, reaches (one and two mean surface edges h) and rings. Writes the tables of the packs'
+surveys to DIR/one.md and DIR/several.md.
 
     bench/zones/zone_ratios.py PALPATE SCENE DIR [--quadratic]
 
@@ -25,7 +26,7 @@ FIGURES = "median | p95 | max | force, median | p95 | max |"
 
 
 def surveyed(program, scene, folder, name, model, rings, reach):
-    """The errors of a pack of zones, as `palpate info` has them."""
+    """The errors of a pack with zones, from `palpate info`."""
     (folder / f"{name}.inp").write_text(model)
     scene = with_settings(scene, {"model": f'"{name}.inp"', "zone_rings": rings,
                                   "max_displacement": f"{reach * edge_of(scene):.6g}"})

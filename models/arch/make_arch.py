@@ -2,11 +2,11 @@
 """Makes arch.inp and arch_snap.inp: a shallow clamped arch that snaps through under a load at its crown.
 
     /usr/bin/python3 make_arch.py            writes both files beside this script
-    /usr/bin/python3 make_arch.py --check    checks that the files that are there are those that it would write
+    /usr/bin/python3 make_arch.py --check    checks that the files match what this script would write
 
-Half of a circular arch, from its clamp to its plane of symmetry x = 0, of ten-node tetrahedra: cells along the arch cut
-into six around their diagonal, middle nodes on the arc. y is held everywhere, so the arch stays in its plane. Units: mm,
-mN, so kPa. Needs nothing but Python.
+Half of a circular arch, from the clamp to the plane of symmetry x = 0: cells along the arch, each cut into six ten-node
+tetrahedra, with middle nodes on the arc. y is held everywhere, so the arch stays in its plane. Units: mm, mN, so kPa.
+Needs nothing but Python.
 """
 
 import math

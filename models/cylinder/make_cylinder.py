@@ -4,10 +4,11 @@
     /usr/bin/python3 make_cylinder.py            writes both files beside this script, then checks them
     /usr/bin/python3 make_cylinder.py --check    checks the files that are there
 
-The paper gives the size (radius 30, height 20), the points P1, P2, P3 and P_m that its tables speak of, and the counts
-(195 nodes, 586 tetrahedra), but not the mesh. This one has the same points and the same counts; the four sizes below
-were found by a search for them, the mesh with the largest smallest angle was kept, and single nodes were then moved
-where an angle was small. One thread, no clock, fixed seed: two runs on one machine write the same bytes.
+The paper gives the size (radius 30, height 20), the points P1, P2, P3 and P_m of its tables, and the counts (195 nodes,
+586 tetrahedra), but no mesh. This mesh has the same points and counts. A search over the sizes below found the counts
+with the largest smallest angle; then single nodes moved where an angle was small.
+
+One thread, no clock, fixed seed: two runs on one machine write the same bytes.
 
 Needs Debian's python3-gmsh (4.8.4) and python3-numpy. Axis z, base at z = 0, no units (the paper names none).
 """
@@ -91,7 +92,7 @@ def min_dihedral(x, tets):
 
 
 def improve(x, tets, wanted=25.0, rounds=20):
-    """Hill climbing: a node of a poor tetrahedron moves to where the worst angle around it is largest.
+    """Hill climbing: a node of a poor tetrahedron moves to the trial with the largest smallest angle around the node.
 
     Nodes of the rims and of `POINTS` stay, other nodes of the base, the top and the wall move within them.
     """

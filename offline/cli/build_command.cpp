@@ -37,8 +37,9 @@ struct BuildArguments {
 std::filesystem::path sample_folder(const BuildArguments& arguments) {
   if (!arguments.samples.empty()) {
     if (arguments.samples.lexically_normal() == arguments.pack.lexically_normal())
-      throw std::runtime_error(arguments.samples.string() +
-                               ": --samples is a folder, and the pack a file; name two places");
+      throw std::runtime_error(
+          arguments.samples.string() +
+          ": --samples names the folder of samples and -o the pack; give two different paths");
     return arguments.samples;
   }
   std::error_code error;

@@ -169,7 +169,7 @@ void print_text(const BuildResult& result) {
     const auto wider = std::count_if(zone->more_rings.begin(), zone->more_rings.end(),
                                      [](std::uint8_t rings) { return rings > 0; });
     if (wider > 0)
-      fmt::print("zones      of {} rings, a ring more at {} of {} sites\n", zone->rings, wider,
+      fmt::print("zones      {} rings, one more ring at {} of {} sites\n", zone->rings, wider,
                  zone->more_rings.size());
   }
   fmt::print("solved     {} equilibria in {} iterations with {} factors{}\n", result.counts.solves,
@@ -271,13 +271,14 @@ void print_warnings(const BuildResult& result) {
                "target of {:.3g} %; reduce max_displacement or raise [accuracy] target\n",
                file, 100 * overall.displacement.p95, 100 * overall.force.p95, 100 * scene.accuracy_target);
   } else if (totals.off_target > 0) {
-    fmt::print(
-        stderr,
-        "{}: {} of {} sites do not keep the target with {} solves (held out: displacement up to {:.3g} %, "
-        "force up to {:.3g} %, the worst at node {}, target {:.3g} %), though the survey as a whole does\n",
-        file, totals.off_target, num_sites, result.plan.most_samples, 100 * totals.worst_held_out,
-        100 * totals.worst_held_out_force, result.opened.label_of_site(totals.worst_site),
-        100 * scene.accuracy_target);
+    fmt::print(stderr,
+               "{}: {} of {} sites do not keep the target with {} solves (held-out errors: displacement up "
+               "to {:.3g} %, "
+               "force up to {:.3g} %, the worst at node {}, target {:.3g} %), although the whole survey "
+               "keeps the target\n",
+               file, totals.off_target, num_sites, result.plan.most_samples, 100 * totals.worst_held_out,
+               100 * totals.worst_held_out_force, result.opened.label_of_site(totals.worst_site),
+               100 * scene.accuracy_target);
   }
 }
 

@@ -282,14 +282,14 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   const auto count = static_cast<std::uint32_t>(answer.contacts.size());
   const bool is_polynomial = model == PAL_MODEL_POLYNOMIAL || model == PAL_MODEL_AFFINE;
   if (is_polynomial && (count > 1 || !fixed.empty() || forces_given)) {
-    throw std::runtime_error(
-        fmt::format("--model {} answers one contact that is moved, and no --fix; use auto, zone or linear",
-                    arguments.model));
+    throw std::runtime_error(fmt::format(
+        "--model {} supports one displaced contact and no --fix; use auto, zone or linear", arguments.model));
   }
   const pal_pack_info info = opened.info();
   if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty() || forces_given)) {
     throw std::runtime_error(
-        "this pack has no linear model, which --model linear, --fix, forces and several contacts need; build "
+        "--model linear, --fix, forces and several contacts need the linear model, absent from this pack; "
+        "build "
         "it with "
         "[models] "
         "linear = true");
@@ -313,7 +313,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   const auto require_zones = [&](const char* option) {
     if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && is_for_zones) return;
     throw std::runtime_error(
-        fmt::format("{}: only zones answer it: a pack that has them ([models] zone = true), --model auto or "
+        fmt::format("{} needs zones: a pack with [models] zone = true, --model auto or "
                     "zone, up to 8 contacts and 32 --fix, and no --gravity",
                     option));
   };
@@ -335,7 +335,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
     }
     if (is_polynomial) {
       throw std::runtime_error(
-          fmt::format("--model {} answers the scene's gravity alone; use auto or linear", arguments.model));
+          fmt::format("--model {} supports the scene's gravity only; use auto or linear", arguments.model));
     }
     session.set_gravity(acceleration);
   }

@@ -29,7 +29,7 @@ struct EvalArguments {
 
 // The full solution of the same push.
 struct Reference {
-  std::vector<Eigen::Vector3d> forces;  // of each contact, summed over its patch
+  std::vector<Eigen::Vector3d> forces;  // one for each contact: sum over its patch
   double largest_displacement = 0;
   double displacement_error = 0;  // error of the runtime, defined as in the survey
 };
@@ -49,16 +49,16 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
   const auto row_of = [&](int label) -> const NodalRow& {
     const auto found = rows.find(label);
     if (found == rows.end())
-      throw std::runtime_error(
-          fmt::format("{}: node {} of the pack is not in it; is it of another model?", file.string(), label));
+      throw std::runtime_error(fmt::format(
+          "{}: node {} of the pack is missing; give the result of the same model", file.string(), label));
     return found->second;
   };
   for (const TouchedPlace& place : answer.places) {
     if (place.corners.size() > 1) {
-      throw std::runtime_error(fmt::format(
-          "--reference: between sites, as at {}, the answer is a blend of those of {} sites and of no one "
-          "solve; use --contact",
-          place.name, place.corners.size()));
+      throw std::runtime_error(
+          fmt::format("--reference: between sites, as at {}, the response blends {} sites and has no single "
+                      "solve; use --contact",
+                      place.name, place.corners.size()));
     }
   }
   const pal_geometry geometry = opened.pack().geometry();
@@ -80,9 +80,10 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
       const NodalRow& row = row_of(geometry.labels[packed]);
       const Eigen::Vector3d expected = from_mesh(packed);
       if ((row.displacement - expected).norm() > 1e-6 * expected.norm()) {
-        throw std::runtime_error(fmt::format(
-            "{}: node {} of the patch of contact {} is displaced otherwise; it is not the same push",
-            file.string(), row.label, answer.places[c].name));
+        throw std::runtime_error(
+            fmt::format("{}: node {} of the patch of contact {} has another displacement; give the solve of "
+                        "the same push",
+                        file.string(), row.label, answer.places[c].name));
       }
       if (!row.force) {
         throw std::runtime_error(
@@ -185,7 +186,7 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
       fmt::print("estimated error: displacement {:.3g} %, force {:.3g} %", 100 * result.displacement_error,
                  100 * result.force_error);
     } else {
-      fmt::print("its error is not known: the survey has nothing like it");
+      fmt::print("the survey does not cover this contact: its error is unknown");
     }
     if (const auto pressure = mean_pressure(opened, answer.places[c], result.force)) {
       const std::string unit = length.empty() ? "" : fmt::format("{}/{}^2", force_unit, opened.length_unit());
@@ -202,7 +203,7 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
     }
     if (answer.places[c].corners.size() > 1) fmt::print("; between nodes {}", corner_names(answer.places[c]));
     if (is_far_from_surface(opened, answer.places[c]))
-      fmt::print("; {:.3g}{} from the place given", answer.places[c].distance, length);
+      fmt::print("; {:.3g}{} from the requested place", answer.places[c].distance, length);
     if (const auto flags = flags_of(opened, answer, c); !flags.empty())
       fmt::print("; {}", fmt::join(flags, ", "));
     fmt::print("\n");
@@ -257,7 +258,7 @@ int run_eval(const EvalArguments& arguments) {
   // All checks run before the first output.
   std::optional<Reference> reference;
   if (!arguments.reference.empty() && !arguments.contacts.turns.empty())
-    throw std::runtime_error("--reference: of pushes without --turn only");
+    throw std::runtime_error("--reference supports pushes without --turn only; remove --turn");
   if (!arguments.reference.empty()) reference = compare(opened, answer, arguments.reference);
   if (!arguments.output.empty()) write_field(opened, answer, arguments.output);
   if (arguments.json) {

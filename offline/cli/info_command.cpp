@@ -101,14 +101,14 @@ void print_polynomials(const OpenedPack& opened) {
     shorter += is_shortened(sampled_to(site), full) ? 1 : 0;
   }
   fmt::print(
-      "  polynomials    of degree {}, from {} solves a site; sampled to {:.4g}{} ({:.2f} h), smallest J "
+      "  polynomials    degree {}, from {} solves a site; sampled to {:.4g}{} ({:.2f} h), smallest J "
       "{:.3f}\n",
       range_of(sites, &pack::PolynomialSite::degree), range_of(sites, &pack::PolynomialSite::samples), reach,
       opened.length_suffix(), reach / opened.tables().geometry()->mean_surface_edge(), min_jacobian);
   const auto unsampled =
       std::count_if(sites.begin(), sites.end(), [](const auto& site) { return site.samples == 0; });
   if (unsampled > 0) {
-    fmt::print("                 {} of the {} sites were not sampled: affine_site answers there\n", unsampled,
+    fmt::print("                 affine_site serves the {} of {} sites without samples\n", unsampled,
                sites.size());
   }
   fmt::print("                 their fields in {} directions ({}), which leave out at most {:.2g} % of |d|\n",
@@ -242,9 +242,9 @@ int run_info(const InfoArguments& arguments) {
   fmt::print("  size           {:.2f} MB; a session's arena takes {} bytes\n",
              static_cast<double>(opened.bytes().size()) / 1e6, default_arena_bytes(opened));
   if (opened.length_unit().empty()) {
-    fmt::print("  units          not stated: the runtime speaks the model's own\n");
+    fmt::print("  units          not stated: the runtime uses the model's own units\n");
   } else {
-    fmt::print("  units          {} and {} in the model; the runtime speaks m and N\n", opened.length_unit(),
+    fmt::print("  units          {} and {} in the model; the runtime uses m and N\n", opened.length_unit(),
                opened.force_unit());
   }
   if (info.has_gravity != 0) {

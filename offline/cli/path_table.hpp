@@ -30,7 +30,7 @@ class PathTable {
  private:
   struct Row {
     PathPoint point;
-    std::vector<Eigen::Vector3d> displacements;  // of nodes_
+    std::vector<Eigen::Vector3d> displacements;  // one for each of nodes_
   };
   void add_row(const PathPoint& point, const Eigen::VectorXd& displacement);
 

@@ -153,12 +153,12 @@ nlohmann::json report_json(const Report& report, const std::filesystem::path& pa
   nlohmann::json organs = nlohmann::json::array();
   for (const OrganReport& organ : report.organs) {
     nlohmann::json models = nlohmann::json::object();
-    for (const PromiseRow& promise : organ.promises) {
-      models[promise.model] = {{"displacement_p95", promise.found_displacement_p95},
-                               {"force_p95", promise.found_force_p95},
-                               {"displacement_within_estimate", promise.displacement_coverage},
-                               {"force_within_estimate", promise.force_coverage},
-                               {"kept", promise.kept}};
+    for (const ValidationRow& validation : organ.promises) {
+      models[validation.model] = {{"displacement_p95", validation.found_displacement_p95},
+                                  {"force_p95", validation.found_force_p95},
+                                  {"displacement_within_estimate", validation.displacement_coverage},
+                                  {"force_within_estimate", validation.force_coverage},
+                                  {"kept", validation.kept}};
     }
     organs.push_back(
         {{"name", organ.name}, {"source", organ.source}, {"kept", organ.is_kept()}, {"models", models}});

@@ -257,7 +257,7 @@ void print_step(size_t number, const Step& step, const StepResult& result, doubl
   }
   if (step.riks && !step.riks->end_load_factor && !step.riks->end_displacement) {
     fmt::print(
-        "step {}: nothing said where the path ends: it went on for its {} increments; name a load factor or "
+        "step {}: the path has no end condition and took all {} increments; give a load factor or "
         "a "
         "displacement on the data line of *STATIC, RIKS\n",
         number, report.increments);

@@ -12,18 +12,19 @@ const char* text_of(StopCause cause) {
     case StopCause::none:
       break;
     case StopCause::no_tangent:
-      return "there is no tangent to go on with; hold the body better, or use a smaller load";
+      return "the tangent cannot be factored; support the body better, or use a smaller load";
     case StopCause::inverted:
-      return "the first guess of the smallest increment turns an element inside out; allow smaller "
+      return "the first guess of the smallest increment inverts an element; allow smaller "
              "increments in *STATIC";
     case StopCause::no_descent:
-      return "no part of Newton's step comes nearer; use a finer increment, a smaller load or a better "
+      return "no part of Newton's step reduces the residual; use a finer increment, a smaller load or a "
+             "better "
              "shaped mesh there";
     case StopCause::iterations:
       return "the smallest increment takes too many iterations; use a smaller load or a better shaped mesh "
              "there";
     case StopCause::not_finite:
-      return "the forces are no finite numbers; correct the loads or their units";
+      return "the forces are not finite; correct the loads or their units";
     case StopCause::increments:
       return "INC of *STEP is reached; raise it, or allow larger increments in *STATIC";
     case StopCause::limit_point:
@@ -54,7 +55,7 @@ void print_failure(const SolveReport& report, size_t step, const Model& model) {
   fmt::print(
       stderr,
       "{}: step {} did not converge: last converged load factor {:.6f}, after {} increments and {} cutbacks; "
-      "in the last try element {} has the smallest J, {:.3g}; {}\n",
+      "in the last attempt element {} has the smallest J, {:.3g}; {}\n",
       model.file, step, report.load_factor, report.increments, report.cutbacks,
       model.elements[static_cast<size_t>(report.trouble_element)].label, report.trouble_jacobian,
       text_of(report.stopped));

@@ -7,8 +7,8 @@
 namespace palpate {
 
 std::string address_space_shortage() {
-  constexpr double kBuffer = 134.3e6;  // of each thread
-  constexpr double kProgram = 120e6;   // libraries, a model, a pack
+  constexpr double kBuffer = 134.3e6;  // bytes for each thread
+  constexpr double kProgram = 120e6;   // bytes for libraries, a model, a pack
   rlimit limit = {};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
   const int threads = openblas_get_num_threads();

@@ -17,7 +17,7 @@ constexpr double kSharpestTurn = 0.5;
 // The next increment keeps its length after this number of iterations.
 constexpr double kUsualIterations = 5;
 constexpr double kMostGrowth = 1.5;  // ratio of successive increments
-constexpr int kMaxHalvings = 4;      // of a step that inverts an element
+constexpr int kMaxHalvings = 4;      // limit for a step that inverts an element
 // Accepted residual of a refined solve, relative to |K| |x| + |b|. A larger residual shows an accidentally small pivot.
 constexpr double kSolveAccuracy = 1e-12;
 constexpr int kCorrections = 4;

@@ -1,7 +1,7 @@
 // Follows equilibria under proportional loads through limit points, by arc length.
 //
 // Unknowns: displacement u and load factor l of the loads P0 + l (P - P0). P0 are the loads of the state before the
-// step, P those loads at its end. With q = P - P0, the tangent K v = q, v = du/dl, and v0 = v at the start:
+// step, P the loads at its end. With q = P - P0, the tangent K v = q, v = du/dl, and v0 = v at the start:
 //   ds^2 = (dl^2 + |du|^2 / |v0|^2) / 2          arc length; s = l for a linear body
 //   t = (v, 1) / |(v, 1)|,   t . dx > 0          unit tangent, oriented by the last increment dx
 // At a limit point v is infinite and t is finite. An increment predicts ds along t, then corrects in the plane normal
@@ -37,7 +37,7 @@ struct ArcLengthSettings {
   double residual_tolerance = 1e-10;
   int max_iterations = 20;
   int max_increments = 100;
-  double first_increment = 1.0;  // of s; equals dl at the start
+  double first_increment = 1.0;  // increment of s; equals dl at the start
   double smallest_increment = 1e-5;
   double largest_increment = std::numeric_limits<double>::infinity();
   // The path ends at the first of these conditions, or after max_increments.

@@ -24,8 +24,8 @@ void claim_threads() {
   std::call_once(claimed, [] {
     if (openblas_get_parallel() == OPENBLAS_SEQUENTIAL)
       throw std::runtime_error(
-          "the OpenBLAS of this machine is its serial variant, whose results are wrong where several threads "
-          "call it; install libopenblas0-pthread, which takes its place");
+          "the serial OpenBLAS of this machine gives wrong results when several threads "
+          "call BLAS; install libopenblas0-pthread, which replaces the serial variant");
     openblas_set_num_threads(1);
     if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
   });

@@ -36,21 +36,21 @@ class Multifrontal {
   //   1. pivots must be positive and the matrix is not positive definite to the rounding of Real, or
   //   2. pivots may have either sign and a pivot is rounding.
   [[nodiscard]] bool factorize(const double* values, Pivots pivots = Pivots::positive);
-  int num_negative_pivots() const;  // of the last factor
+  int num_negative_pivots() const;  // for the last factor
 
   // Replaces each of `columns` contiguous columns b by K^-1 b. Cost: two passes over L for each 16 columns.
   // Throws std::bad_alloc.
   void solve(double* right_hand_sides, int columns);
 
  private:
-  struct Workspace {                   // of one thread
+  struct Workspace {                   // memory of one thread
     std::unique_ptr<Real[]> stack[2];  // pending updates, at even and odd depth
     std::array<size_t, 2> top;
-    std::vector<Real> diagonal;  // of the front's columns, before the elimination
+    std::vector<Real> diagonal;  // diagonal of the front's columns before the elimination
   };
   struct Branch {
     int root;
-    std::unique_ptr<Real[]> update;  // of the root, for the trunk
+    std::unique_ptr<Real[]> update;  // the root's update, for the trunk
   };
 
   void divide();

@@ -11,7 +11,8 @@ struct PathPoint {
   double arc_length = 0;
   double load_factor = 0;
   double current_stiffness = 1;
-  int negative_pivots = 0;  // of K, or of its symmetric part under pressures; 0 = stable under given loads
+  int negative_pivots =
+      0;  // negative pivots of K, or of its symmetric part under pressures; 0 = stable under given loads
   double min_jacobian = 1;
 };
 

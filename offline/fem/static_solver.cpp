@@ -275,7 +275,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 
   double reached = 0;
   double limit = std::numeric_limits<double>::infinity();  // an increment to this time left the path
-  double first_pace = 0;                                   // of the tangent, per time
+  double first_pace = 0;                                   // predicted motion per time of the first increment
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) {

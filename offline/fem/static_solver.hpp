@@ -55,7 +55,7 @@ struct SolverSettings {
 // One row of the residual table.
 struct IterationRecord {
   int increment = 0;
-  double load_factor = 0;  // of the target state
+  double load_factor = 0;  // load factor of the target state
   int iteration = 0;
   double residual = 0;  // relative, as in SolverSettings::residual_tolerance
   double step = 0;      // accepted s; 0 = none
@@ -201,7 +201,7 @@ class StaticSolver {
   SolveSeconds seconds_;
   long num_factorizations_ = 0;
   std::vector<char> factored_held_;  // per equation, for the current factor
-  double predicted_way_ = 0;  // of the last increment by its first tangent; infinite for a projected tangent
+  double predicted_way_ = 0;  // motion that the first tangent predicts; infinite for a projected tangent
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;

@@ -127,8 +127,8 @@ struct DraftGravity {
 // A pressure or traction: on the faces of a *DLOAD line, or on a *DSLOAD surface.
 template <typename Value>
 struct DraftFaceLoad {
-  DraftFaces faces;  // of *DLOAD
-  int surface = -1;  // of *DSLOAD: index in Draft::surfaces, valid unless -1
+  DraftFaces faces;  // for *DLOAD
+  int surface = -1;  // for *DSLOAD: index in Draft::surfaces, valid unless -1
   Value value;
   int amplitude = kRamp;
   Place place;
@@ -150,8 +150,8 @@ struct DraftRiks {
     Place place;
   };
   std::vector<Watched> watched;
-  Place place;       // of *STATIC
-  Place data_place;  // of its data line
+  Place place;       // place of *STATIC
+  Place data_place;  // place of its data line
 };
 
 struct DraftStep {

@@ -67,7 +67,7 @@ struct InpLexer::OpenFile {
   std::filesystem::path canonical;
   std::string content;
   std::size_t next = 0;
-  Place place;  // of the last line
+  Place place;  // place of the last line
 };
 
 const Parameter* KeywordLine::find(std::string_view parameter) const {

@@ -56,7 +56,7 @@ int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft&
                                 remedy_for(name, names, "*AMPLITUDE"));
 }
 
-// Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except those in `more`.
+// Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except the parameters in `more`.
 int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, const Draft& draft, DraftOp& op,
                          std::initializer_list<std::string_view> others = {}) {
   std::vector<std::string_view> known = {"OP", "AMPLITUDE"};

@@ -83,7 +83,7 @@ struct FaceId {
 };
 
 // A pressure into the element (force unit / length unit^2). With NLGEOM it acts on the current normal and
-// area, else on those at rest.
+// area, else on the normal and area at rest.
 struct FacePressure {
   FaceId face;
   double value = 0;
@@ -111,11 +111,11 @@ struct ArcLengthControl {
   std::optional<double> end_load_factor;  // above 0; end of the step
   int node = -1;                          // monitored, or -1
   int axis = 0;
-  std::optional<double> end_displacement;  // of `node` along `axis`; end of the step
+  std::optional<double> end_displacement;  // displacement of `node` along `axis` that ends the step
   std::vector<int> watched;                // nodes of the sets of *NODE PRINT and *NODE FILE, sorted
 };
 
-// One *STEP with all its loads, including those of earlier steps that it neither replaces nor removes. Every
+// One *STEP with all its loads, including loads of earlier steps that it neither replaces nor removes. Every
 // list is sorted by place.
 struct Step {
   double start_time = 0;         // total time at the start

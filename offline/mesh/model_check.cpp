@@ -40,7 +40,7 @@ double longest_edge(const Model& model, const Tetrahedron& element) {
 }
 
 // Whether each integration point of a ten-node element has a volume above rounding.
-bool is_upright_at_every_point(const Model& model, const Tetrahedron& element) {
+bool has_positive_volumes(const Model& model, const Tetrahedron& element) {
   const double edge = longest_edge(model, element);
   Eigen::Matrix<double, 3, 10> positions;
   for (int a = 0; a < 10; ++a)
@@ -69,7 +69,7 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
       fail(fmt::format("is flat (volume {:.3g}, longest edge {:.3g}); remesh there", volume, edge));
     }
     if (volume < 0) fail(fmt::format("is inverted (volume {:.3g}); reorder its nodes", volume));
-    if (element.num_nodes == 10 && !is_upright_at_every_point(model, element))
+    if (element.num_nodes == 10 && !has_positive_volumes(model, element))
       fail(
           "is flat or inverted at an integration point; move its middle nodes towards the middles of its "
           "edges");

@@ -29,7 +29,7 @@ Eigen::Vector3d key_direction(const Camera& camera);  // unit vector from the sc
 struct LitPoint {
   Eigen::Vector3d position;
   Eigen::Vector3d normal;       // for shading, unit, on the viewer's side
-  Eigen::Vector3d face_normal;  // of the flat triangle, unit, on the viewer's side
+  Eigen::Vector3d face_normal;  // normal of the flat triangle, unit, on the viewer's side
 };
 
 struct ReceivedLight {

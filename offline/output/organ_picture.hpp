@@ -25,13 +25,13 @@ namespace palpate {
 
 struct PictureTool {
   Eigen::Vector3d position;      // the touched point of the surface at rest, length unit
-  Eigen::Vector3d displacement;  // of that point, length unit
-  double radius = 0;  // of the tool's tip, length unit; a tiny radius is drawn as a small visible ball
+  Eigen::Vector3d displacement;  // displacement of the touched point, length unit
+  double radius = 0;             // radius of the tool's tip, length unit; a tiny radius is drawn larger
 };
 
 struct PictureInput {
   std::vector<Eigen::Vector3d> rest;          // positions of the nodes, length unit
-  std::vector<Eigen::Vector3d> displacement;  // of the same nodes, length unit
+  std::vector<Eigen::Vector3d> displacement;  // displacement of each node, length unit
   std::vector<std::array<int, 3>> triangles;  // indices in `rest`, counter-clockwise from outside
   std::vector<PictureTool> tools;
   std::string title;  // "" for none; also the caption

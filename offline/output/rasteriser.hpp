@@ -28,7 +28,7 @@ struct VisibilityBuffer {
 
   int width;
   int height;
-  std::vector<float> nearness;  // of the visible surface; -infinity where empty
+  std::vector<float> nearness;  // nearness of the visible surface; -infinity where empty
   std::vector<int> triangle;    // number of the visible triangle; kNothing where empty
 };
 

@@ -26,7 +26,7 @@ struct MergedScene {
   std::vector<Eigen::Vector3d> points;
   std::vector<std::array<int, 3>> triangles;
   std::vector<double> values;
-  std::vector<std::size_t> surface;  // of each triangle
+  std::vector<std::size_t> surface;  // surface of each triangle
 };
 
 MergedScene merge(std::span<const LitSurface> surfaces) {
@@ -48,7 +48,7 @@ struct Fragment {
   std::size_t pixel = 0;
   int triangle = 0;
   double x = 0, y = 0;  // centre of its samples, in samples; inside the triangle, as triangles are convex
-  double coverage = 0;  // of the pixel
+  double coverage = 0;  // fraction of the pixel
   double outline = 0;   // share of its samples that lie on an outline
   std::array<double, 3> corners = {};  // barycentric coordinates on the triangle in space
   double mesh_line = 0;                // 1 on an edge of the mesh, 0 away from it

@@ -37,7 +37,7 @@ std::vector<std::array<Eigen::Vector3d, 3>> corner_normals(std::span<const Eigen
 
   struct Corner {
     std::size_t triangle;
-    double angle;  // of the triangle at this point, radians
+    double angle;  // angle of the triangle at this point, radians
   };
   std::vector<std::vector<Corner>> corners_at(points.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {

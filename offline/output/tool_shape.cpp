@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSides = 40;  // of round parts
+constexpr int kSides = 40;  // sides of round parts
 
 // Sizes relative to the scene's radius.
 constexpr double kSmallestBall = 0.03;

@@ -130,7 +130,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
     plan.most_samples = kSolvesForFineTargets;
   plan.rounded = rounds_fields(scene);
   // Below this reach rounding of energies and forces spoils the fit.
-  constexpr double kLeastReach = 1e-6;  // of h
+  constexpr double kLeastReach = 1e-6;  // fraction of h
   if (scene.polynomial && scene.max_displacement < kLeastReach * sites.mean_surface_edge) {
     throw std::runtime_error(fmt::format(
         "{}: max_displacement = {:g} is below a millionth of the mean surface edge {:.4g}, too little for a "
@@ -254,7 +254,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
                patches.most_elements,
                scene.max_contacts > 1 && shares_linear_volumes(model)
-                   ? "; nonlinear zones cannot hold those of *ELASTIC at small strain and are left out"
+                   ? "; nonlinear zones do not support small-strain *ELASTIC and are left out"
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {

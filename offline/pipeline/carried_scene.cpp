@@ -42,7 +42,7 @@ LoadedScene read_from_folder(const OpenedPack& opened) {
     const std::vector<InputFile> inputs = read_inputs(files);
     for (unsigned i = 0; i < inputs.size(); ++i) {
       if (i >= carried.size() || inputs[i].hash != carried.Get(i)->xxh3_128()->str())
-        throw std::runtime_error(files[i].string() + " is not what the pack was made from");
+        throw std::runtime_error(files[i].string() + " differs from the input of the pack");
     }
     return loaded;
   } catch (const std::exception& error) {

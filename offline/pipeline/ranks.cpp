@@ -55,7 +55,7 @@ Ranks::Ranks() {
   MPI_Comm_free(&here);
   if (provided < MPI_THREAD_SERIALIZED)
     throw std::runtime_error(
-        "mpirun: this MPI serves one thread alone; use one that has MPI_THREAD_SERIALIZED");
+        "mpirun: this MPI supports one thread only; use an MPI with MPI_THREAD_SERIALIZED");
 }
 
 Ranks::~Ranks() {

@@ -25,7 +25,7 @@ struct Region {
 // The ball grows with the distance of the centres until it meets a fixed node.
 Region region_of(const Model& model, const ContactSites& sites, const Eigen::Vector3d& s,
                  const Eigen::Vector3d& t) {
-  constexpr double kLeastRadius = 2;  // of h
+  constexpr double kLeastRadius = 2;  // multiple of h
   const double h = sites.mean_surface_edge;
   Region region{(s + t) / 2, kLeastRadius * h + (s - t).norm(), {}};
   const std::vector<char> fixed = model.fixed_nodes();

@@ -48,7 +48,7 @@ struct Placement {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double reach = std::numeric_limits<double>::infinity();
   Eigen::Matrix3d of_vectors = Eigen::Matrix3d::Identity();  // Q: from the site to the contact
-  double condition = 1;                                      // of the map's linear system
+  double condition = 1;                                      // condition of the map's linear system
 };
 
 // Places a contact at the node of `contact` from `site`. Empty where the map's system is numerically singular.

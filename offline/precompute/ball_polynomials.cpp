@@ -11,8 +11,10 @@
 namespace palpate {
 namespace {
 
-// Mean of x^a y^b z^c over the ball. Sphere: 2 G(a) G(b) G(c) / (4 pi Gamma((n + 3) / 2)), G(a) = Gamma((a + 1) / 2), n
-// = a + b + c, for even exponents, else 0. Radius: r^n has the mean 3 / (n + 3). The half-ball also has odd c.
+// Mean of x^a y^b z^c over the ball, n = a + b + c:
+//   sphere: 2 G(a) G(b) G(c) / (4 pi Gamma((n + 3) / 2)), G(a) = Gamma((a + 1) / 2); 0 for odd exponents
+//   radius: r^n has the mean 3 / (n + 3)
+// The half-ball also has odd c.
 double moment(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool half) {
   if (a % 2 != 0 || b % 2 != 0 || (c % 2 != 0 && !half)) return 0;
   const double n = a + b + c;

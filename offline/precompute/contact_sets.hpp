@@ -17,7 +17,7 @@ enum class SetKind {
   two_near,      // a site and the nearest site with a disjoint patch
   two_anywhere,  // two random sites
   three_near,    // a site and the two nearest sites
-  three_apart,   // of eight random triples, the triple with the largest least distance
+  three_apart,   // the most distant of eight random triples
 };
 
 inline constexpr SetKind kSetKinds[] = {SetKind::two_near, SetKind::two_anywhere, SetKind::three_near,
@@ -40,7 +40,7 @@ struct ContactSet {
 struct SolvedSets {
   std::vector<ContactSet> sets;
   std::vector<ContactTruth> truths;
-  SolveCounts counts;  // of this process
+  SolveCounts counts;  // counts of this process
 };
 
 // Returns the first of these sites with disjoint patches; empty where fewer than `count` exist.

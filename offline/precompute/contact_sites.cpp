@@ -11,7 +11,7 @@ namespace {
 // An edge replaces a missing surface normal.
 Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
                          const Eigen::Vector3d& inward) {
-  constexpr double kLeastAside = 0.1;  // of an edge
+  constexpr double kLeastAside = 0.1;  // fraction of an edge
   Eigen::Vector3d axis = inward;
   const auto begin = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node)]);
   const auto end = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node) + 1]);
@@ -59,7 +59,7 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
     if (scene.directions == Directions::inward && site.inward.isZero()) {
       throw std::runtime_error(scene.file.string() + ": the surface at node " +
                                std::to_string(model.labels[static_cast<size_t>(node)]) +
-                               " has no inward direction; take that site out, or write directions = \"all\"");
+                               " has no inward direction; remove the site, or write directions = \"all\"");
     }
     site.frame = frame_at(model, surface, node, site.inward);
     const std::vector<int> within = nodes_within(surface, node, scene.tip_radius);

@@ -29,7 +29,7 @@ struct ErrorFigures {
 ErrorFigures figures_of(const std::vector<double>& errors);
 
 struct SurveyBin {
-  double from = 0;  // of |d| / max_displacement; samples in (from, to]
+  double from = 0;  // range of |d| / max_displacement: (from, to]
   double to = 1;
   int samples = 0;
   ErrorFigures displacement;  // max over packed nodes |u - u_FE| / |d|

@@ -48,7 +48,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
 
 Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance) {
   constexpr double kSingular = 1e-14;
-  constexpr double kSpring = 1e-9;  // of a node's own compliance, as in the runtime
+  constexpr double kSpring = 1e-9;  // fraction of a node's own compliance, as in the runtime
   Eigen::LLT<Eigen::MatrixXd> factor(compliance);
   if (factor.info() != Eigen::Success || !(factor.rcond() > kSingular)) {
     Eigen::MatrixXd with_springs = compliance;

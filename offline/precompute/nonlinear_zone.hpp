@@ -58,7 +58,7 @@ struct ZoneTables {
   using PairFields = Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>;
   std::vector<PairFields> pair_fields;
   // and for each ring and pair the weights of three groups of columns: the first pack::kPairColumns exterior
-  // columns of i, those columns of j, and the pair's own; x pack::kPairMonomials to pair_degree.
+  // columns of i, the same columns of j, and the pair's own; x pack::kPairMonomials to pair_degree.
   std::vector<Eigen::MatrixXf> pair_weights;
 
   // Rings of a site's zone for a request of `asked_for` rings.

@@ -35,7 +35,7 @@ struct SitePolynomial {
   Eigen::MatrixXd
       coefficients;        // C: monomials of degree 2 .. degree x rank; u = L x + B C^T m(x), length unit
   Eigen::VectorXd energy;  // monomials of degree 2 .. degree + 1; force unit x length unit
-  double basis_error = 0;  // of reduce_basis: max |u - u before reduction| / |d|
+  double basis_error = 0;  // error of reduce_basis: max |u - u before reduction| / |d|
 };
 
 // Whether |A d| <= 1, to rounding.
@@ -61,10 +61,10 @@ struct HeldOutError {
 };
 
 // Error of the field: max over packed nodes of |u - u_FE| / |d|. One fit gives all leave-one-out residuals:
-// with Q the orthonormal factor of the design and b a sample's rows, (1 - Q_b Q_b^T)^-1 r_b (Allen 1974, The
-// relationship between variable selection and data augmentation and a method for prediction). Infinite where
-// the other samples do not determine the polynomial. Cost: a QR of (10 samples) x terms, then 20 samples x
-// terms multiply-adds for each packed dof.
+//   (1 - Q_b Q_b^T)^-1 r_b,   Q: orthonormal factor of the design, b: a sample's rows
+// (Allen 1974, The relationship between variable selection and data augmentation and a method for
+// prediction). Infinite where the other samples do not determine the polynomial. Cost: a QR of (10 samples) x
+// terms, then 20 samples x terms multiply-adds for each packed dof.
 HeldOutError held_out_error(const SiteSamples& samples, int degree);
 
 // Error of the force: |f - f_FE| / |f_FE|, |f_FE| floored at force_floor().

@@ -37,7 +37,7 @@ Eigen::MatrixXd RigidPatch::tied(const Eigen::MatrixXd& loaded) const {
 }
 
 double difference_step(const RigidPatch& patch, double force_scale, double mean_surface_edge) {
-  constexpr double kStep = 3e-4;  // of the patch, in mean edges
+  constexpr double kStep = 3e-4;  // motion of the patch, in mean edges
   return kStep * mean_surface_edge / (force_scale * patch.stiffness().inverse().norm());
 }
 

@@ -32,7 +32,7 @@ class Random {
   std::uint64_t state_;
 };
 
-Eigen::MatrixXd weighed_rows(const Eigen::Vector3d& x, int degree) {
+Eigen::MatrixXd weighted_rows(const Eigen::Vector3d& x, int degree) {
   return derivative_weights(degree, 2).asDiagonal() * hermite_rows(x, 2, degree, 2);
 }
 
@@ -71,7 +71,7 @@ void SamplePoints::choose_next() {
   std::optional<Eigen::Vector3d> informative;
   if (chosen_.size() < kFirstInner || chosen_.size() % kEachInner != 0) informative = most_informative();
   const Eigen::Vector3d next = informative ? *informative : farthest_inner();
-  const Eigen::MatrixXd rows = weighed_rows(next, degree_);
+  const Eigen::MatrixXd rows = weighted_rows(next, degree_);
   information_ += rows.transpose() * rows;
   chosen_.push_back(next);
 }
@@ -105,12 +105,12 @@ std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
   if (degree > degree_) {
     degree_ = degree;
     candidate_rows_.clear();
-    for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighed_rows(x, degree));
+    for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighted_rows(x, degree));
     // A small prior makes the first choices unique.
     const Eigen::Index terms = candidate_rows_.front().cols();
     information_ = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
     for (const Eigen::Vector3d& x : chosen_) {
-      const Eigen::MatrixXd rows = weighed_rows(x, degree);
+      const Eigen::MatrixXd rows = weighted_rows(x, degree);
       information_ += rows.transpose() * rows;
     }
   }

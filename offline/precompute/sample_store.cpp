@@ -72,7 +72,7 @@ const char* words_for(PushOutcome outcome) {
     case PushOutcome::unstable:
       return "the equilibrium is not stable";
     case PushOutcome::other_branch:
-      return "another equilibrium was found than from rest";
+      return "the equilibrium is not on the path from rest";
     case PushOutcome::nearly_inverted:
       return "an element nearly inverts";
     case PushOutcome::not_followed:

@@ -25,8 +25,8 @@ namespace palpate {
 struct PushRequest {
   enum class Kind : std::uint32_t { sample = 1, survey = 2, series = 3, set = 4 };
   Kind kind = Kind::sample;
-  int increments = 0;                                      // of a survey's path from rest
-  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // of the first contact, for a set
+  int increments = 0;                                      // number on a survey's path from rest
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // for a set: displacement of the first contact
 };
 
 enum class PushOutcome : std::uint32_t {

@@ -16,8 +16,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallestReach = 0.25;  // of the scene's largest displacement
-constexpr double kRounding = 1e-9;       // of reaches
+constexpr double kSmallestReach = 0.25;  // fraction of the scene's largest displacement
+constexpr double kRounding = 1e-9;       // relative tolerance of reaches
 // Least fraction of the domain that one cut keeps: bounds the loss by a wrong estimate and the number of solves.
 constexpr double kLeastPart = 0.7;
 constexpr double kMostPart = 0.97;

@@ -198,8 +198,9 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
 //   (g0 + g1) / 2 + (g0' - g1') / 10 + (g0'' + g1'') / 120   (two-point Hermite, error g^(6) / 100,800)
 // from the derivatives at both ends. A large step may miss the test slightly; the straight path from rest then decides.
 bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sample) {
-  constexpr double kWorkTolerance = 0.003;   // of the energy; well below the difference between branches
-  constexpr double kEnergyTolerance = 1e-6;  // of the same state, found twice
+  constexpr double kWorkTolerance =
+      0.003;  // fraction of the energy; well below the difference between branches
+  constexpr double kEnergyTolerance = 1e-6;  // tolerance for the same state, found twice
   constexpr int kIncrements = 4;
   const Eigen::Vector3d step = sample.displacement - from.sample.displacement;
   const auto work = [&](const Sample& at, double sign) {

@@ -22,7 +22,7 @@ struct Sample {
   // d2u/dd2: 3 packed nodes x 6, of xx xy xz yy yz zz; empty for a survey sample
   Eigen::MatrixXd field_curvature;
   double energy = 0;                                    // stored energy minus gravity's energy
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // of the tool on the tissue, = d energy / d d
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // force of the tool on the tissue, = d energy / d d
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // d force / d d
   Eigen::Vector<double, 10> hardening =  // d stiffness / d d: of xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz
       Eigen::Vector<double, 10>::Zero();
@@ -96,13 +96,13 @@ class SiteSampler {
   StaticSolver* solver_;
   const ContactSite* site_;
   const RestState* rest_;
-  double step_;                   // of second differences; leaves 8 of 16 digits
+  double step_;                   // step of second differences; leaves 8 of 16 digits
   Eigen::MatrixXd patch_motion_;  // all dofs x 3: rigid motion of the patch
   std::vector<Eigen::Index> packed_dofs_;
   Eigen::VectorXd rest_displacement_;  // all dofs
   std::optional<Anchor> rest_anchor_;
   Eigen::MatrixXd rest_curvature_;
-  std::vector<Anchor> anchors_;  // of the samples
+  std::vector<Anchor> anchors_;  // one for each sample
   SampleFile* kept_;
   SolveCounts counts_;
   long factorizations_before_;

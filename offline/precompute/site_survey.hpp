@@ -20,7 +20,8 @@ struct PolynomialSetting {
 };
 
 struct SamplingPlan {
-  double target = 0.01;       // of displacement and force: a site is sampled until its fit keeps the target
+  double target =
+      0.01;  // relative error of displacement and force: a site is sampled until its fit keeps the target
   size_t least_samples = 10;  // nonlinear solves with derivatives
   size_t most_samples = 60;
   bool fewest = false;   // sample only sites where affine_site misses the target
@@ -37,8 +38,8 @@ struct SamplingPlan {
 };
 
 struct SiteResult {
-  SitePolynomial polynomial;           // of degree 0 without polynomials
-  std::vector<SitePolynomial> others;  // of SamplingPlan::other_settings
+  SitePolynomial polynomial;           // degree 0 without polynomials
+  std::vector<SitePolynomial> others;  // one for each of SamplingPlan::other_settings
   size_t samples = 0;                  // nonlinear solves, fitted or not; 0: affine_site
   // HeldOutError of the displacement: ::all, or ::inside for raised degrees; 0 for the paper's fits.
   double held_out_error = 0;

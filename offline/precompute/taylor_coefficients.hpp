@@ -1,5 +1,5 @@
-// The response of the organ at rest to a contact as a power series in its displacement d, exact order by
-// order, without a nonlinear solve (asymptotic numerical method).
+// The response of the organ at rest to a contact as a power series in its displacement d (asymptotic
+// numerical method). The series is exact order by order and needs no nonlinear solve.
 //
 // Along d = t D r, D a scale and r fixed, u = a_1 t + a_2 t^2 + ... with a_1 = T D r, T = du/dd at rest. With
 // c_j of taylor_orders.hpp, equilibrium of the free dofs requires
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-inline constexpr int kSeriesDegree = 5;  // of the field; the energy has one degree more
+inline constexpr int kSeriesDegree = 5;  // degree of the field; the energy has one degree more
 
 // In y, d = axes y. Monomials in the order of a pack.
 struct TaylorCoefficients {

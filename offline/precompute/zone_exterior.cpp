@@ -191,7 +191,7 @@ Eigen::MatrixXd forms_of_loads(const Eigen::Matrix3Xd& directions, const Eigen::
 ZoneTables widen_zones(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                        const RestState& rest, int threads, const std::function<void(int)>& progress,
                        const ZoneTables& zone) {
-  constexpr double kMostLeft = 2;  // of the accuracy target
+  constexpr double kMostLeft = 2;  // multiple of the accuracy target
   if (zone.exterior_degree < static_cast<int>(pack::kMostZoneDegree)) return zone;
   const std::vector<Eigen::Index> shown = exterior_dofs(sites, zone);
   std::vector<std::uint8_t> more_rings(sites.sites.size());

@@ -24,8 +24,8 @@ constexpr Eigen::Index kQuadratic = pack::num_monomials(2);
 constexpr Eigen::Index kCubic = pack::num_monomials(3);
 constexpr Eigen::Index kSecondOrder = pack::num_pair_monomials(2);
 constexpr Eigen::Index kMixed = 3 * kQuadratic;  // quadratic in one load, linear in the other
-constexpr double kTolerance = 1e-4;              // of the largest singular value
-constexpr double kRidge = 1e-6;  // of the largest square: keeps nearly cancelling fields small
+constexpr double kTolerance = 1e-4;              // fraction of the largest singular value
+constexpr double kRidge = 1e-6;  // fraction of the largest square: keeps nearly cancelling fields small
 
 // Index of x_a x_b among the quadratic monomials.
 Eigen::Index quadratic_of(int a, int b) {
@@ -51,7 +51,7 @@ void for_each_quadratic(Visit&& visit) {
 struct SiteResponse {
   Eigen::MatrixXd first;   // num_dofs x 3
   Eigen::MatrixXd second;  // num_dofs x quadratic monomials; empty for pairs of second order
-  double step = 0;         // of differences along `first`
+  double step = 0;         // step of differences along `first`
 };
 
 // Interaction fields of site pairs, in monomials of the order of pack::kPairMonomials.
@@ -87,7 +87,7 @@ class PairResponses {
     return pack::num_pair_monomials(static_cast<std::uint32_t>(zone_->pair_degree));
   }
 
-  // Calls work(site, solver of the thread) for all sites, those with the most pairs first.
+  // Calls work(site, solver of the thread) for all sites, sites with the most pairs first.
   template <typename Work>
   void for_each_site(Work&& work) {
     const auto count = static_cast<int>(sites_->sites.size());

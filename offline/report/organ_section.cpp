@@ -52,10 +52,10 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-Table promise_table(const OrganReport& organ) {
+Table validation_table(const OrganReport& organ) {
   Table table({"model", "pushes", "displacement error, p95 %", "the pack says", "within the estimate, %",
                "force error, p95 %", "the pack says", "within the estimate, %", ""});
-  for (const PromiseRow& row : organ.promises) {
+  for (const ValidationRow& row : organ.promises) {
     table.add({row.model, fmt::format("{}", row.pushes), percent_cell(row.found_displacement_p95),
                percent_cell(row.claimed_displacement_p95),
                fmt::format("{:.1f}", 100 * row.displacement_coverage), percent_cell(row.found_force_p95),
@@ -176,7 +176,7 @@ class Section {
 
 std::string broken_promises(const OrganReport& organ) {
   std::string reasons;
-  for (const PromiseRow& row : organ.promises) {
+  for (const ValidationRow& row : organ.promises) {
     if (row.kept) continue;
     reasons += fmt::format(
         "{}{}, {}: over {} pushes the p95 is {} % of |d| in displacement and {} % in force, where the pack "
@@ -191,7 +191,7 @@ std::string broken_promises(const OrganReport& organ) {
 }
 
 std::string organ_markdown(const OrganReport& organ) {
-  return facts(organ) + "\n\n" + promise_table(organ).markdown() + "\n" +
+  return facts(organ) + "\n\n" + validation_table(organ).markdown() + "\n" +
          method_table(organ, false).markdown();
 }
 
@@ -212,7 +212,7 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
       "<h3>Does the pack keep what it says?</h3>\n<p>Random pushes at random sites that its builder has not "
       "seen, solved in "
       "full from rest. Errors of 95 of 100 pushes stay below p95.</p>\n" +
-      promise_table(organ).html());
+      validation_table(organ).html());
   if (organ.unsolved > 0)
     section.text(
         fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",

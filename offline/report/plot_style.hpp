@@ -11,7 +11,7 @@ namespace palpate {
 
 struct MethodStyle {
   const char* colour;
-  const char* name;  // of the kind, for a legend
+  const char* name;  // name of the kind, for a legend
   int marker;        // gnuplot's number of the filled marker
   int hollow_marker;
   const char* dash;  // gnuplot's dashtype

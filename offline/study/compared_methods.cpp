@@ -15,8 +15,8 @@ std::string zone_name(std::uint32_t rings) {
   return fmt::format("nonlinear_zone, {} ring{}", rings, rings == 1 ? "" : "s");
 }
 
-// Returns degrees at full rank, degrees at the rank of the scene's target in both precisions, and a series of
-// ranks. Degree 1 is linear_dd and is left out.
+// Combines degrees 2 to 7 with two ranks and both precisions, and varies the rank of the usual degree.
+// Without `every` returns a few of these settings. Degree 1 is linear_dd and is left out.
 std::vector<PolynomialSetting> polynomial_settings(const Scene& scene, bool every) {
   constexpr int kUsualDegree = 5;
   constexpr double kAllOfIt = 1e-6;
@@ -88,7 +88,7 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
       continue;  // this tolerance gives a rank that is already present
     methods_.push_back({{MethodKind::polynomial, name, false}, &pack->opened, PAL_MODEL_POLYNOMIAL});
   }
-  for (auto& pack : make_moved_packs(organ, study, jobs, store, notes)) {
+  for (auto& pack : make_transferred_packs(organ, study, jobs, store, notes)) {
     methods_.push_back({{MethodKind::moved, "moved polynomial, " + pack->setting, false},
                         &pack->opened,
                         PAL_MODEL_POLYNOMIAL});

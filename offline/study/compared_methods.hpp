@@ -19,7 +19,7 @@ namespace palpate {
 struct ComparedMethod : MethodName {
   const OpenedPack* pack = nullptr;
   pal_model model = PAL_MODEL_LINEAR;
-  std::uint32_t rings = 0;  // of a zone
+  std::uint32_t rings = 0;  // rings of a zone
   // Newton iterations in each frame of a zone with moving contacts; the error is then that of the arrival
   // frame. 0: the runtime's default, with the error of the converged response.
   std::uint32_t iterations = 0;

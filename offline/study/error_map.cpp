@@ -11,7 +11,7 @@ namespace {
 // Looks inward at the sites and, with equal weight, from the side of the organ that carries them.
 Eigen::Vector3d view_onto_sites(const Organ& organ) {
   constexpr double kAside = 0.7;
-  constexpr double kOnTop = 0.05;  // of the organ's size
+  constexpr double kOnTop = 0.05;  // fraction of the organ's size
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& position : organ.model.positions) box.extend(position);
   Eigen::Vector3d inward = Eigen::Vector3d::Zero();

@@ -20,7 +20,7 @@ namespace palpate {
 struct HeldMethod {
   MethodKind kind = MethodKind::back_solve;
   std::string name;
-  double tolerance = 0;  // of LCG: residual relative to the contacts' force on the free nodes
+  double tolerance = 0;  // for LCG: residual relative to the contacts' force on the free nodes
 };
 
 class HeldOrgan {
@@ -53,7 +53,7 @@ class HeldOrgan {
   BackSolve back_solve_;
   std::optional<FixedTensor> tensor_;
   std::map<double, LocalizedCg> localized_cg_;  // by tolerance
-  Eigen::VectorXd force_;                       // of the last haptic frame
+  Eigen::VectorXd force_;                       // forces of the last haptic frame
 };
 
 // Returns a back-solve, PFE, and LCG for each tolerance.

@@ -32,7 +32,7 @@ class MethodTimer {
   struct Stage {
     std::vector<double> warm;  // nanoseconds
     std::vector<double> cold;
-    std::vector<double> medians;  // of rounds
+    std::vector<double> medians;  // medians of rounds
   };
   void advance(size_t set, std::vector<pal_contact>& contacts);
   // Moves the set's contacts from rest to their path.

@@ -46,16 +46,16 @@ struct MethodRow {
   std::string name;      // "polynomial_dd, degree 5, rank 20, int16"
   bool carried = false;  // the reported pack carries the method; else another setting, for comparison
   int contacts = 1;
-  double part = 1;                         // fraction of the pack's largest |d|
-  int pushes = 0;  // pushes behind the errors
-  int diverged = 0;  // pushes without a response among them; such a response counts as zero
-  ErrorSummary displacement;               // max over shown nodes |u - u_FE| / |d|
-  ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
-  ErrorSummary force_unfloored;            // the same without the floor
-  ErrorSummary displacement_off;           // |u - u_FE|, length unit
-  ErrorSummary force_off;                  // |f - f_FE|, force unit
-  TimeSummary haptic;                      // forces and stiffness
-  TimeSummary visual;                      // displacements of all shown nodes
+  double part = 1;                // fraction of the pack's largest |d|
+  int pushes = 0;                 // pushes behind the errors
+  int diverged = 0;               // pushes without a response among them; such a response counts as zero
+  ErrorSummary displacement;      // max over shown nodes |u - u_FE| / |d|
+  ErrorSummary force;             // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
+  ErrorSummary force_unfloored;   // the same without the floor
+  ErrorSummary displacement_off;  // |u - u_FE|, length unit
+  ErrorSummary force_off;         // |f - f_FE|, force unit
+  TimeSummary haptic;             // forces and stiffness
+  TimeSummary visual;             // displacements of all shown nodes
   std::optional<TimeSummary> haptic_cold;  // empty: not measured
   std::optional<TimeSummary> visual_cold;
 };
@@ -84,7 +84,7 @@ struct PushRow {
 };
 
 // Claimed and measured errors of a model.
-struct PromiseRow {
+struct ValidationRow {
   std::string model;
   int pushes = 0;
   double claimed_displacement_p95 = 0;
@@ -122,7 +122,7 @@ struct OrganReport {
   double thickness = 0;         // median thickness of the organ under its sites; length unit; 0: unknown
   int max_contacts = 1;
   int unsolved = 0;  // pushes without an equilibrium
-  std::vector<PromiseRow> promises;
+  std::vector<ValidationRow> promises;
   std::vector<MethodRow> methods;
   std::vector<PushRow> pushes;
   std::vector<CopyRow> copies;
@@ -131,8 +131,8 @@ struct OrganReport {
   std::vector<std::string> captions_elsewhere;
   std::filesystem::path error_map;  // PNG; empty: none
   bool is_kept() const {
-    for (const PromiseRow& promise : promises) {
-      if (!promise.kept) return false;
+    for (const ValidationRow& validation : promises) {
+      if (!validation.kept) return false;
     }
     return true;
   }

@@ -27,7 +27,7 @@ namespace {
 constexpr size_t kTimedSetsOfSlow = 2;     // for a slow method,
 constexpr size_t kTimedSetsOfSeveral = 1;  // for several contacts
 constexpr std::uint32_t kThick = 3;        // rings; thicker zones have slow frames
-constexpr int kFramesOfAnApproach = 50;    // of a contact that comes from rest
+constexpr int kFramesOfAnApproach = 50;    // frames of a contact that comes from rest
 
 // Collects the report's rows of one organ.
 class Measurement {
@@ -104,14 +104,14 @@ class Measurement {
           &of_method.largest);
       rows_.add_pushes(about, method, measured);
     }
-    for (const SurveyValidation& promise :
+    for (const SurveyValidation& validation :
          judge_pack(opened_, samples, organ_.scene.max_displacement, jobs_)) {
-      if (promise.measured.errors.empty()) continue;  // no push was at a site of this model
-      const SurveyBin& found = promise.measured.table.overall;
-      report_.promises.push_back({promise.model, found.samples, promise.claimed.displacement.p95,
-                                  found.displacement.p95, promise.claimed.force.p95, found.force.p95,
-                                  promise.displacement_coverage(), promise.force_coverage(),
-                                  promise.agrees()});
+      if (validation.measured.errors.empty()) continue;  // no push was at a site of this model
+      const SurveyBin& found = validation.measured.table.overall;
+      report_.promises.push_back({validation.model, found.samples, validation.claimed.displacement.p95,
+                                  found.displacement.p95, validation.claimed.force.p95, found.force.p95,
+                                  validation.displacement_coverage(), validation.force_coverage(),
+                                  validation.agrees()});
     }
     if (draw_error_map(opened_, organ_, std::move(worst), map)) report_.error_map = map;
   }

@@ -17,14 +17,15 @@ struct ReportEffort {
   std::vector<int> zone_iterations = {1, 2, 3, 4, 5};  // in each frame of a zone with moving contacts
   int most_moving_rings = 4;                           // for zones with moving contacts
   int most_moving_rings_of_several = 2;                // for zones with several moving contacts
-  std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3, 1e-4};  // of localised conjugate gradients
-  bool every_setting = true;                                     // false: a few settings of polynomials
-  bool packs_of_fewer_rings = true;                              // for several contacts
-  size_t timed_sets = 4;                                         // sets of sites in the timing of a method
-  int timed_rounds = 5;                                          // rounds for each method
-  double seconds = 0.6;                                          // warm frames of a method at one |d|
-  double seconds_of_settings = 0.2;  // the same for settings that the pack does not carry
-  int most_frames = 100000;          // limit of warm frames
+  std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3,
+                                       1e-4};  // tolerances of localised conjugate gradients
+  bool every_setting = true;                   // false: a few settings of polynomials
+  bool packs_of_fewer_rings = true;            // for several contacts
+  size_t timed_sets = 4;                       // sets of sites in the timing of a method
+  int timed_rounds = 5;                        // rounds for each method
+  double seconds = 0.6;                        // warm frames of a method at one |d|
+  double seconds_of_settings = 0.2;            // the same for settings that the pack does not carry
+  int most_frames = 100000;                    // limit of warm frames
   int cold_frames = 60;
   int cold_frames_of_settings = 12;
   int reference_frames = 120;  // frames of linear references

@@ -33,9 +33,9 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
 // Makes packs of transferred polynomials ("rigid, from 1 edge"), one for each map and distance. Every site of
 // `study` receives the polynomial of another site of the organ, one or two edges away. Adds a note where such
 // sites are missing. `store`: as above.
-std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
-                                                         const SampleStore* store,
-                                                         std::vector<std::string>& notes);
+std::vector<std::unique_ptr<StudyPack>> make_transferred_packs(const Organ& organ, const Organ& study,
+                                                               int jobs, const SampleStore* store,
+                                                               std::vector<std::string>& notes);
 
 // Returns the largest number of rings, up to `most`, whose nonlinear_zone pack stays below 256 MB.
 int rings_of_zone_pack(const Organ& organ, int most, int contacts);

@@ -69,9 +69,9 @@ void normalise_basis(SitePolynomial& polynomial) {
 
 }  // namespace
 
-std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, const Organ& study, int jobs,
-                                                         const SampleStore* store,
-                                                         std::vector<std::string>& notes) {
+std::vector<std::unique_ptr<StudyPack>> make_transferred_packs(const Organ& organ, const Organ& study,
+                                                               int jobs, const SampleStore* store,
+                                                               std::vector<std::string>& notes) {
   // Source site of each contact's polynomial, by distance.
   std::map<int, std::vector<size_t>> sources;
   std::vector<size_t> sampled_sites;
@@ -125,9 +125,9 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
   std::vector<std::unique_ptr<StudyPack>> packs;
   for (const auto& [edges, from] : sources) {
     for (const Way& way : kWays) {
-      std::vector<SiteResult> moved_results(study.sites.sites.size());
+      std::vector<SiteResult> transferred_results(study.sites.sites.size());
       bool is_singular = false;
-      for (size_t i = 0; i < moved_results.size(); ++i) {
+      for (size_t i = 0; i < transferred_results.size(); ++i) {
         const ContactSite& contact = study.sites.sites[i];
         const auto placement =
             place_contact(organ.model, organ.sites, way.map, organ.sites.sites[from[i]], contact);
@@ -136,7 +136,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
           break;
         }
         const LocalTable table = local_table(organ.model, organ.sites, *placement);
-        SitePolynomial& polynomial = moved_results[i].polynomial;
+        SitePolynomial& polynomial = transferred_results[i].polynomial;
         polynomial = way.linear_stays ? moved_remainder(polynomial_at(from[i]), *placement, table)
                                       : moved(polynomial_at(from[i]), *placement, table);
         normalise_basis(polynomial);
@@ -150,7 +150,7 @@ std::vector<std::unique_ptr<StudyPack>> make_moved_packs(const Organ& organ, con
       }
       Scene scene = sampled.scene;
       scene.sites = study.scene.sites;
-      PackContent content{study.model, scene, study.sites, nullptr, &moved_results, false, {}, {}};
+      PackContent content{study.model, scene, study.sites, nullptr, &transferred_results, false, {}, {}};
       content.rest = &study.rest;
       packs.push_back(std::make_unique<StudyPack>(setting, write_pack(content)));
     }

@@ -1,4 +1,4 @@
-// Contacts: coincident, duplicate, clustered, pulling against each other, at the edge of what is fixed.
+// Contacts: coincident, duplicate, clustered, opposed, and at the boundary of the fixed base.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMost = 0.2;  // about an edge
 
-// Sixteen sites whose patches share nodes with their neighbours', two rings.
+// Sixteen sites with overlapping patches, two rings.
 const Organ& cluster() {
   return shared_organ("cluster", [] {
     OrganSpec spec = touched(unit_block(5), kMost, 0.21);
@@ -24,7 +24,7 @@ const Organ& cluster() {
   });
 }
 
-// The same with single nodes as patches: neighbours share none.
+// The same with single nodes as patches: neighbours have no common node.
 const Organ& points() {
   return shared_organ("points", [] {
     OrganSpec spec = touched(unit_block(5), kMost, 0);
@@ -38,7 +38,7 @@ std::uint32_t at(const Organ& organ, double x, double y) {
   return organ.site_near({x, y, 1});
 }
 
-// Three sites next to each other in random directions, pushed by so much.
+// Three neighbouring sites pushed in random directions by `size`.
 std::vector<Answer> triples_of_size(const Organ& organ, double size, int count, const Bar& bar) {
   std::mt19937 random(5);
   const auto direction = [&] {
@@ -65,7 +65,7 @@ std::vector<Answer> triples_of_size(const Organ& organ, double size, int count, 
   return worst_of(sets, bar);
 }
 
-// By such parts of an edge, the largest first.
+// Pushes by such fractions of an edge, the largest first.
 std::vector<Answer> random_triples(const Organ& organ, const std::vector<double>& parts, double edge,
                                    int count, const Bar& bar) {
   std::vector<Answer> answers;
@@ -78,7 +78,7 @@ std::vector<Answer> random_triples(const Organ& organ, const std::vector<double>
   return answers;
 }
 
-// Twelve sites of the shipped brain that are next to one another.
+// Twelve neighbouring sites of the shipped brain.
 std::vector<Answer> brain_triples(const Bar& bar) {
   LoadedScene loaded =
       read_scene(std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "brain" / "brain_zone.toml");
@@ -92,7 +92,7 @@ std::vector<Answer> brain_triples(const Bar& bar) {
   return random_triples(organ, {1, 0.5, 0.1}, organ.edge(), 40, bar);
 }
 
-// Sites beside the fixed base, some of whose patches it cuts.
+// Sites beside the fixed base, which cuts some patches.
 std::vector<Answer> beside_the_base(const Bar& bar) {
   const Organ& organ = shared_organ("beside the base", [] {
     OrganSpec spec;
@@ -113,7 +113,7 @@ std::vector<Answer> beside_the_base(const Bar& bar) {
   return worst_of(sets, bar);
 }
 
-// A contact between three sites: the truth is the blend of the full solves at each.
+// A contact between three sites. The reference is the blend of the full solves at each.
 std::vector<Answer> between_sites(const Eigen::Vector3d& d) {
   const Organ& organ = cluster();
   const std::uint32_t corners[3] = {at(organ, 0.4, 0.4), at(organ, 0.6, 0.4), at(organ, 0.6, 0.6)};
@@ -137,8 +137,8 @@ std::vector<Answer> between_sites(const Eigen::Vector3d& d) {
   return answers;
 }
 
-// A contact of which the force inwards is given: what of a push that the linear model makes of it. The truth is the
-// full solve of where it has got to.
+// A contact with a prescribed force inwards: the linear model's force for a push. The reference is the full
+// solve at the resulting displacement.
 std::vector<Answer> given_force(const Eigen::Vector3d& d) {
   const Organ& organ = cluster();
   constexpr std::uint32_t kInwards = 2;
@@ -162,7 +162,7 @@ std::vector<Answer> given_force(const Eigen::Vector3d& d) {
   return answers;
 }
 
-// A node of the contact's patch, or its neighbour, fixed while running.
+// A node of the contact's patch, or a neighbour of the patch, fixed while running.
 std::vector<Answer> fixed_while_running(bool within_patch, double part) {
   const Organ& organ = cluster();
   const std::uint32_t site = at(organ, 0.4, 0.4);

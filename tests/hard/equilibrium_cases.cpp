@@ -1,4 +1,5 @@
-// Bodies with more than one equilibrium: what is told is the one on the path from rest, or that there is none.
+// Bodies with several equilibria: the system finds the equilibrium on the path from rest, or says that none
+// exists.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -12,7 +13,7 @@
 namespace palpate::hard {
 namespace {
 
-// A column of 1 x 1 x `length` on a fixed base with one site that holds the whole top.
+// A column of 1 x 1 x `length` on a fixed base; the patch of its only site is the whole top.
 OrganSpec column(double length, double most, int sites) {
   test::BlockShape shape;
   shape.cells = {2, 2, static_cast<int>(2 * length)};
@@ -30,7 +31,7 @@ OrganSpec column(double length, double most, int sites) {
   return spec;
 }
 
-// A column compressed end on: it shortens straight until it buckles, to one side or another.
+// A column compressed end on: it shortens straight, then buckles to one side.
 std::vector<Answer> compressed_column(double length, double part, const Bar& bar) {
   const double most = part * length;
   const Organ& organ =
@@ -40,7 +41,7 @@ std::vector<Answer> compressed_column(double length, double part, const Bar& bar
       bar);
 }
 
-// The same place reached straight and around: a session of a zone keeps no memory of its way.
+// The same place reached straight and around: a zone's state must not depend on the path.
 std::vector<Answer> two_ways(double size, double radius, int cells) {
   const Organ& organ = shared_organ(fmt::format("two ways {} {}", size, radius), [&] {
     OrganSpec spec = touched(unit_block(cells), size, radius);
@@ -70,7 +71,7 @@ std::vector<Answer> two_ways(double size, double radius, int cells) {
   return answers;
 }
 
-// A step of a shipped model, load controlled.
+// A step of a shipped model under load control.
 std::vector<Answer> snapped_arch() {
   const std::filesystem::path folder = std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "arch";
   const Model model = read_inp(folder / "arch_snap.inp");

@@ -12,7 +12,7 @@ namespace palpate::hard {
 
 inline const CompressibleNeoHookean kTissue = {1, 4};  // nu = 0.4
 
-// The nodes of the top of a block of unit side that are not on its rim.
+// The nodes on the top of a unit block, without the top's edges.
 inline std::vector<int> inner_top(const Model& model) {
   std::vector<int> nodes;
   for (const int node : test::nodes_on_plane(model, 2, 1.0)) {
@@ -30,14 +30,14 @@ inline Model unit_block(int cells, const Law& law = kTissue, double jitter = 0.1
   return test::with_fixed_base(test::tetrahedral_block(shape));
 }
 
-// The same in elements that share their volumes.
+// The same with shared volumes.
 inline Model nearly_incompressible_block(int cells, test::Elements elements, const Law& law) {
   Model block = unit_block(cells, law);
   block.fixed.clear();
   return test::with_fixed_base(test::share_volumes(elements, test::in_nodes_of(elements, std::move(block))));
 }
 
-// A block of unit side with sites all over the inside of its top.
+// A unit block with sites at all inner nodes of its top.
 inline OrganSpec touched(Model model, double max_displacement, double tip_radius) {
   OrganSpec spec;
   spec.model = std::move(model);
@@ -47,12 +47,12 @@ inline OrganSpec touched(Model model, double max_displacement, double tip_radius
   return spec;
 }
 
-// Into the top of a block, out of it, aside, and askew.
+// Into the top of a block, out of it, sideways, and oblique.
 inline std::vector<Eigen::Vector3d> four_ways(double size) {
   return {{0, 0, -size}, {0, 0, size}, {size, 0, 0}, size * Eigen::Vector3d(0.5, -0.4, -0.8).normalized()};
 }
 
-// One contact at a site, pushed four ways, asked of every model: of each the worst.
+// A contact at a site, pushed four ways, for every response model: the worst answer of each.
 inline std::vector<Answer> pushed_four_ways(const Organ& organ, std::uint32_t site, double size,
                                             const Bar& bar) {
   std::vector<std::vector<Answer>> sets;
@@ -60,7 +60,7 @@ inline std::vector<Answer> pushed_four_ways(const Organ& organ, std::uint32_t si
   return worst_of(sets, bar);
 }
 
-// A solve beside what it should be: max |u - u'| / scale, |f - f'| / |f'| over the held nodes.
+// Errors of a solve: max |u - u'| / scale, and |f - f'| / |f'| over the held nodes.
 inline Answer solved(const test::SceneRun& run, const Eigen::VectorXd& displacement, double scale,
                      const Eigen::Vector3d& force, const Eigen::Vector3d& expected_force) {
   Answer answer;
@@ -78,7 +78,7 @@ inline Answer solved(const test::SceneRun& run, const Eigen::VectorXd& displacem
   return answer;
 }
 
-// The scene solved with the default settings, beside the same in many small increments with a factor of its own in each
+// The scene solved with default settings, compared with many small increments and a new factor in each
 // iteration.
 inline Answer solved_on_two_paths(const test::SolverScene& scene, const std::vector<int>& held, double scale,
                                   int increments = 16) {

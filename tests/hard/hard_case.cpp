@@ -28,7 +28,7 @@ Verdict verdict_of(const std::vector<Answer>& answers) {
   return answers.front().verdict;
 }
 
-// Numbers that JSON cannot hold are null.
+// JSON has no NaN or infinity: such numbers become null.
 nlohmann::json number(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
 }
@@ -55,7 +55,7 @@ std::vector<Answer> read(const std::string& text) {
   return answers;
 }
 
-// All that is written into a pipe, until its end or the deadline; whether there was an end.
+// Reads a pipe until its end or the deadline. Returns whether the end came.
 bool read_pipe(int pipe, double seconds, std::string& text) {
   const Clock::time_point start = Clock::now();
   char buffer[4096];
@@ -123,12 +123,12 @@ Verdict judge(const Answer& answer, const Bar& bar) {
   if (!answer.present) return Verdict::not_present;
   if (answer.refused) return Verdict::refused;
   if (!answer.finite) return Verdict::not_finite;
-  const auto is_within = [](double error, double bound) { return error <= bound; };  // false of NaN
+  const auto is_within = [](double error, double bound) { return error <= bound; };  // false for NaN
   const bool has_force = !std::isnan(answer.force_error);
   if (is_within(answer.displacement_error, bar.displacement) &&
       (!has_force || is_within(answer.force_error, bar.force)))
     return Verdict::answered;
-  // Estimates cover 95 of 100 errors; cases are chosen among the others.
+  // Estimates cover 95 of 100 errors; cases are chosen among the rest.
   constexpr double kMostOverEstimate = 2;
   const bool is_covered = is_within(over_estimate(answer), kMostOverEstimate);
   if (!answer.flags.empty()) return Verdict::flagged;

@@ -1,8 +1,8 @@
-// A hard case: what is hard about it, what is asked, and how its answers are judged.
+// A hard case: its difficulty, its request, and the judgement of its answers.
 //
-// An answer is wrong where its error exceeds the bar of its case. It is *silent* where nothing says so: no flag, and
-// the error more than twice its own estimate, which is a bound of 95 of 100 errors. No case may have a silent answer,
-// one that is not finite, or none at all.
+// An answer is wrong if its error exceeds the case's bar. A wrong answer is *silent* without a flag and with
+// an error above twice its own estimate. The estimate bounds 95 of 100 errors. No case may have an answer
+// that is silent, missing or not finite.
 #pragma once
 
 #include <functional>
@@ -12,20 +12,20 @@
 
 namespace palpate::hard {
 
-// What a case asks for.
+// The expected outcome of a case.
 enum class Expected {
   answer,   // within its bar
-  nothing,  // of an input that has no answer: it is refused, or what comes out is flagged
-  limit     // what the system cannot do: it is flagged or refused, and `reason` says why
+  nothing,  // impossible input: refused, or flagged
+  limit     // beyond the system's range: flagged or refused, for `reason`
 };
 
 enum class Verdict {
   answered,     // within the bar
-  flagged,      // beyond it, or not measured, and a flag says so
-  estimated,    // beyond it, and the estimate of its error says so
+  flagged,      // beyond the bar or not measured, with a flag
+  estimated,    // beyond the bar, with an estimate that covers the error
   refused,      // with a reason
-  not_present,  // an input that is not on this machine
-  silent,       // beyond the bar, and it does not say so
+  not_present,  // the input is not on this machine
+  silent,       // beyond the bar, without a flag or a true estimate
   not_finite,
   crashed,
   hung
@@ -33,31 +33,31 @@ enum class Verdict {
 
 const char* words_for(Verdict verdict);
 
-// Whether a case may end so.
+// Whether a case may end with this verdict.
 inline bool is_sound(Verdict verdict) {
   return verdict <= Verdict::not_present;
 }
 
-// What one part of the system made of a case.
+// The response of one part of the system to a case.
 struct Answer {
   static constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
   std::string by;        // "solve", "build", "auto", "linear", "polynomial", "zone", ...
-  std::string happened;  // in words, or the refusal
+  std::string happened;  // in words, or the message of the refusal
   bool refused = false;
   bool present = true;
   bool finite = true;
-  double displacement_error = kNotMeasured;  // as in DESIGN: over the largest |d|
+  double displacement_error = kNotMeasured;  // over the largest |d|
   double force_error = kNotMeasured;
-  double estimated_displacement_error = 0;  // what the answer says of itself; 1: that it is not known
+  double estimated_displacement_error = 0;  // the answer's own estimate; 1 means unknown
   double estimated_force_error = 0;
   std::vector<std::string> flags;
-  Verdict verdict = Verdict::silent;  // by judge()
+  Verdict verdict = Verdict::silent;  // set by judge()
 };
 
 Answer refused(const std::string& by, const std::string& reason);
 
-// Of the errors beside what the answer says of itself: at most 1 where it tells the truth.
+// Largest ratio of an error to its estimate: at most 1 for a true estimate.
 double over_estimate(const Answer& answer);
 
 struct Bar {
@@ -67,20 +67,20 @@ struct Bar {
 
 struct Case {
   std::string group;
-  std::string name;  // [a-z0-9_]: of the test
-  std::string hard;  // what is hard, and how it is made
+  std::string name;  // [a-z0-9_], part of the test's name
+  std::string hard;  // the difficulty, and how the case is made
   Bar bar;
   Expected expected = Expected::answer;
-  std::string reason;  // of a limit
+  std::string reason;  // reason of a limit
   std::function<std::vector<Answer>()> run;
-  bool slow = false;  // for `./dev hard` and a night
+  bool slow = false;  // only in `./dev hard` and nightly runs
 };
 
-// Of `answer` beside a bar.
+// Judges `answer` against a bar.
 Verdict judge(const Answer& answer, const Bar& bar);
 
-// Runs a case and judges its answers. What it throws is a refusal. The first answer is the one that a user gets by
-// default, and decides the verdict of the case, but where another is unsound.
+// Runs a case and judges its answers. An exception counts as a refusal. The first answer is the user's
+// default and decides the verdict, unless another answer is unsound.
 struct Outcome {
   std::vector<Answer> answers;
   Verdict verdict = Verdict::silent;
@@ -88,10 +88,10 @@ struct Outcome {
 };
 Outcome run_case(const Case& one);
 
-// The same in a process of its own, which may crash or take longer than this.
+// Runs a case in its own process, which may crash or exceed `patience` seconds.
 Outcome run_apart(const Case& one, double patience_seconds);
 
-// Whether a case came to what it asks for.
+// Whether a case ended with its expected outcome.
 bool is_as_expected(const Case& one, Verdict verdict);
 
 }  // namespace palpate::hard

@@ -11,7 +11,7 @@ namespace palpate::hard {
 struct Group {
   std::string name;
   std::string title;
-  std::string reading;  // what its table shows, in a sentence or two
+  std::string reading;  // the table's message, in a sentence or two
   std::vector<Case> cases;
 };
 

@@ -36,7 +36,7 @@ double error_over_bar(const Answer& answer, const Bar& bar) {
   return std::max(answer.displacement_error / bar.displacement, force);
 }
 
-// Unsound ones are the worst, then what was not answered.
+// Unsound answers are worst, then cases without an answer.
 int badness(Verdict verdict) {
   return is_sound(verdict) ? static_cast<int>(verdict != Verdict::answered) : 2;
 }
@@ -102,7 +102,7 @@ Truth Organ::solve(const std::vector<pal_contact>& contacts, int increments,
   for (const pal_contact& contact : contacts) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     for (const int node : sites_.sites[contact.site].patch_nodes) {
-      // What fixes a node bears its force, no contact does.
+      // The support of a fixed node bears its force; no contact does.
       if (std::find(fixed_nodes.begin(), fixed_nodes.end(), node) == fixed_nodes.end())
         force += internal.segment<3>(3 * node) / holders[static_cast<size_t>(node)];
     }

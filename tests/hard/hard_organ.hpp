@@ -1,4 +1,5 @@
-// An organ taken to a pack by the stages of `palpate build`, asked through the real runtime, and solved in full.
+// An organ with a pack from the stages of `palpate build`, its answers from the real runtime, and its full
+// solve.
 #pragma once
 
 #include <memory>
@@ -19,10 +20,10 @@ struct OrganSpec {
   int max_contacts = 3;
   int zone_rings = 1;
   bool polynomial = true;
-  bool fewest = false;  // sites are sampled only where the target asks for it
+  bool fewest = false;  // sample only the sites that the target requires
   double target = 0.01;
   FieldPrecision precision = FieldPrecision::automatic;
-  int survey_samples = 0;  // of a site; 0: as a build has them
+  int survey_samples = 0;  // for each site; 0 selects the number of a build
 };
 
 struct Truth {
@@ -33,7 +34,7 @@ struct Truth {
 
 class Organ {
  public:
-  // Throws what a build throws.
+  // Throws a build's errors.
   explicit Organ(OrganSpec spec);
   Organ(Model model, Scene scene, int survey_samples = 0);
   Organ(const Organ&) = delete;
@@ -46,18 +47,18 @@ class Organ {
   const AlignedBytes& bytes() const { return *bytes_; }
   size_t num_sites() const { return sites_.sites.size(); }
   double edge() const { return sites_.mean_surface_edge; }
-  // At the node nearest to a place.
+  // The site nearest to a place.
   std::uint32_t site_near(const Eigen::Vector3d& place) const;
 
-  // Patches moved from rest, all ramping together in so many increments at the least; a node of several follows their
-  // mean and each bears its part of the force.
+  // Patches move from rest in one ramp of at least so many increments. A node of several patches takes the
+  // mean motion, and each patch bears its part of the node's force.
   Truth solve(const std::vector<pal_contact>& contacts, int increments = 8,
               const std::vector<int>& fixed_nodes = {}) const;
 
-  // An answer of the runtime beside the truth.
+  // A runtime answer compared with the reference.
   Answer ask(pal_model model, const std::vector<pal_contact>& contacts, const Truth& truth) const;
 
-  // What was answered: errors, estimates and flags filled in.
+  // Fills in errors, estimates and flags of an answer.
   Answer compare(const std::string& by, const std::vector<pal_contact>& contacts,
                  const std::vector<pal_contact_result>& results, const Eigen::VectorXd& field,
                  const Truth& truth) const;
@@ -74,17 +75,17 @@ class Organ {
 
 pal_contact push(std::uint32_t site, const Eigen::Vector3d& displacement);
 
-// Those that may answer one contact, the default first; affine_site where sites are left without samples.
+// Models that may answer a contact, the default first; affine_site where sites have no samples.
 std::vector<pal_model> models_for_one(const Organ& organ);
 std::string asked_of(pal_model model);  // "auto", "linear", ...
 
-// These contacts asked of every model that may answer them, the default first.
+// These contacts on every model that may answer them, the default first.
 std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts);
 
-// The answers to several sets of contacts, of each model the worst: by error over bar, unsound ones before all.
+// The worst answer of each model over several contact sets: by verdict, then by error over bar.
 std::vector<Answer> worst_of(const std::vector<std::vector<Answer>>& sets, const Bar& bar);
 
-// Made once a process and name.
+// Built once a process and name.
 const Organ& shared_organ(const std::string& name, const std::function<OrganSpec()>& spec);
 
 }  // namespace palpate::hard

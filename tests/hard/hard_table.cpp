@@ -1,7 +1,9 @@
-// The table of hard cases: each in a process of its own.
+// Prints the table of hard cases; each case runs in a process of its own.
 //
-//   palpate_hard_cases DIR [CASE ...]     writes DIR/GROUP.md, DIR/summary.md and DIR/hard_cases.csv; cases whose group_name holds
-//                                         one of the words, else all. Exit code 1 where one is not what it should be.
+// palpate_hard_cases DIR [CASE ...]     writes DIR/GROUP.md, DIR/summary.md and DIR/hard_cases.csv
+//
+// CASE words select the cases whose group_name contains a word. Exit code 1 if a case misses its expected
+// outcome.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +19,7 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kPatience = 1200;  // s
+constexpr double kPatience = 1200;  // seconds
 
 std::string percent(double error) {
   return std::isnan(error) ? "" : fmt::format("{:.2g}", 100 * error);
@@ -33,7 +35,7 @@ std::string said(const Answer& answer) {
   return text;
 }
 
-// Of a cell: no bar, no line end, and no commas in the CSV.
+// Text for a cell: no bar, no line end, and no commas in the CSV.
 std::string cell(std::string text) {
   std::replace(text.begin(), text.end(), '|', '/');
   std::replace(text.begin(), text.end(), '\n', ' ');

@@ -1,5 +1,5 @@
-// Every hard case: it ends, its answers are finite, and what is wrong says so; and the judge of that, shown what it
-// must not let pass.
+// Every hard case ends with finite answers, and says so if an answer is wrong. Tests of the judge break it on
+// purpose.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
-// Strains of 30 to 60 %: homogeneous ones against the closed form, pushed patches against other paths and full solves.
+// Strains of 30 to 60 %: homogeneous states against closed forms, pushed patches against full solves and
+// other paths.
 #include <fmt/core.h>
 
 #include <Eigen/LU>
@@ -10,8 +11,8 @@
 namespace palpate::hard {
 namespace {
 
-// The boundary of a block moved by x = F X, the inside free: u = (F - 1) X, and the forces of a homogeneous stress,
-// sum of f X^T over the surface, are the stress times the volume, which is 1.
+// The boundary of a unit block moves by x = F X, the inside is free. Exact: u = (F - 1) X, and sum of f X^T
+// over the surface = stress times volume.
 std::vector<Answer> homogeneous(const Law& law, const Eigen::Matrix3d& F, const Eigen::Matrix3d& stress) {
   test::SolverScene scene{unit_block(4, law), {}};
   scene.model.fixed.clear();
@@ -29,7 +30,7 @@ std::vector<Answer> homogeneous(const Law& law, const Eigen::Matrix3d& F, const 
   return {solved(run, expected, 1.0, moment.col(2), stress.col(2))};
 }
 
-// Along the axes, beside the principal stresses of the law.
+// Stretches along the axes, with the law's principal stresses as reference.
 std::vector<Answer> stretched(const test::PrincipalStretchLaw& law, const Eigen::Vector3d& stretches) {
   return homogeneous(law.law, stretches.asDiagonal(), law.stresses(stretches).asDiagonal());
 }

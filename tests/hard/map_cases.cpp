@@ -1,4 +1,4 @@
-// Maps between sites, which no pack uses: eq. (25) where its system is singular or nearly so.
+// Maps between sites by eq. (25), which no pack uses, where its system is singular or nearly so.
 #include <fmt/core.h>
 
 #include <Eigen/LU>
@@ -10,8 +10,8 @@
 namespace palpate::hard {
 namespace {
 
-// A map must take the contact's place to the site's, or the reverse as the paper prints it; else there must be none, or
-// its condition says that so many digits are lost.
+// A map must take the contact's position to the site's, or the reverse, as the paper prints it. Otherwise the
+// map must be empty, or its condition must state the lost digits.
 Answer place(const std::string& by, const Model& model, const ContactSites& sites, SiteMap map, size_t site,
              size_t contact) {
   const std::optional<Placement> found =
@@ -34,7 +34,7 @@ Answer place(const std::string& by, const Model& model, const ContactSites& site
   return answer;
 }
 
-// The top of a flat block moved to `origin`, sites next to each other.
+// The top of a flat block moved to `origin`, with neighbouring sites.
 std::vector<Answer> all_maps(const Eigen::Vector3d& origin, double away) {
   OrganSpec spec = touched(unit_block(6, kTissue, 0), 0.1, 0);
   for (Eigen::Vector3d& position : spec.model.positions)

@@ -1,4 +1,4 @@
-// Laws and stiffness: nearly incompressible tissue, inclusions ten thousand times stiffer or softer.
+// Laws and stiffness: nearly incompressible tissue, and inclusions ten thousand times stiffer or softer.
 #include <fmt/core.h>
 
 #include <tuple>
@@ -24,7 +24,7 @@ Model bare_block(const Law& law) {
   return block;
 }
 
-// Elements whose centre is this near to a place become `ratio` times stiffer.
+// Makes the elements with a centre near `place` `ratio` times stiffer.
 Model with_lump(Model model, const Eigen::Vector3d& place, double radius, double ratio) {
   model.materials.push_back({"LUMP", CompressibleNeoHookean{ratio * kTissue.mu, ratio * kTissue.lambda}});
   for (Tetrahedron& element : model.elements) {
@@ -65,7 +65,7 @@ std::vector<Answer> rigid_inclusion() {
   return {answer};
 }
 
-// Beside a number that is known.
+// A computed number compared with a known number.
 Answer beside(const std::string& what, double found, double known, const test::SceneRun& run) {
   if (!run.converged) return refused("solve", "no equilibrium");
   Answer answer;
@@ -77,8 +77,8 @@ Answer beside(const std::string& what, double found, double known, const test::S
   return answer;
 }
 
-// Cook's membrane at nu = 0.499, 32 cells of four nodes or 16 of ten a side: 6.9489 is the limit of finer meshes
-// (docs/solver_validation.md).
+// Cook's membrane at nu = 0.499, 32 cells of four nodes or 16 of ten a side. The limit of finer meshes is in
+// docs/solver_validation.md.
 std::vector<Answer> membrane(test::Elements elements) {
   const int cells = elements == test::Elements::c3d10h ? 16 : 32;
   const test::SolverScene scene =
@@ -87,7 +87,7 @@ std::vector<Answer> membrane(test::Elements elements) {
   return {beside("rise", test::cooks_tip(scene, run), 6.9489, run)};
 }
 
-// Eq. (1) with lambda / mu = 1e4; of an incompressible tube the opening is known by closed form.
+// Eq. (1) with lambda / mu = 1e4. The closed form of an incompressible tube gives the opening.
 std::vector<Answer> inflated_tube(test::Elements elements) {
   constexpr double kOpening = 0.2;
   const test::Tube tube = test::pressurised_tube(elements == test::Elements::c3d10h ? 4 : 8, elements,
@@ -141,7 +141,7 @@ Group material_cases() {
   zone_only("inclusion_zones", "pack of zones with an inclusion 1e4 times stiffer under the sites", [] {
     return with_lump(unit_block(5), {0.5, 0.5, 0.6}, 0.25, 1e4);
   });
-  const Bar known = {0.03, 0.03};  // what is left is the mesh's
+  const Bar known = {0.03, 0.03};  // discretisation error
   for (const auto& [elements, name, hard] :
        {std::tuple{test::Elements::c3d4_mean_dilatation, "mean_dilatation", "C3D4 MEAN DILATATION"},
         {test::Elements::c3d10h, "c3d10h", "C3D10H"}}) {

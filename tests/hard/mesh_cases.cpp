@@ -1,4 +1,4 @@
-// Meshes: slivers, elements that are no tetrahedra, nodes of no element, several parts, organs as they come.
+// Meshes: slivers, degenerate tetrahedra, nodes without elements, several parts, organs from elsewhere.
 #include <fmt/core.h>
 
 #include <cstdlib>
@@ -19,7 +19,7 @@ Model read_text(const std::string& text, const std::filesystem::path& include_ro
   return read_inp(dir.write("organ.inp", text), include_root);
 }
 
-// Four sites about the middle of the top of a unit block.
+// Four sites about the middle of a unit block's top.
 OrganSpec four_sites(Model model, double max_displacement, double tip_radius) {
   OrganSpec spec = touched(std::move(model), max_displacement, tip_radius);
   const auto from_middle = [&](int node) {
@@ -44,7 +44,7 @@ std::vector<Answer> slivers_packed(double flatness, const Bar& bar) {
   return pushed_four_ways(organ, organ.site_near({0.5, 0.5, 1}), 0.12, bar);
 }
 
-// Reads a model that must be refused; the message is what happened.
+// Reads a model that the reader must refuse; the message is the answer.
 std::vector<Answer> read_only(const std::string& text) {
   Answer answer;
   answer.by = "read";
@@ -72,14 +72,14 @@ std::vector<Answer> with_orphans(const Bar& bar) {
   const Organ& organ = shared_organ("orphans", [&] { return spec_of(test::block_inp(3) + orphans); });
   const std::vector<pal_contact> contacts = {push(0, {0.01, 0.02, -0.04})};
   std::vector<Answer> answers = worst_of({ask_all(organ, contacts)}, bar);
-  // And the pack is that of the mesh without them, of which the reader warns.
+  // The pack equals the pack of the mesh without these nodes; the reader warns of them.
   answers.push_back(organ.ask(PAL_MODEL_AUTO, contacts, without.solve(contacts)));
   answers.back().by = "beside the mesh without";
   answers.back().finite = answers.back().finite && !organ.model().warnings.empty();
   return answers;
 }
 
-// Two blocks side by side, 1 apart; the second is held or not.
+// Two blocks side by side, 1 apart. `both_held` holds the second block, too.
 Model two_blocks(bool both_held) {
   Model model = unit_block(3);
   const Model other = unit_block(3);
@@ -123,7 +123,7 @@ std::vector<Answer> two_parts(const Bar& bar) {
                   bar);
 }
 
-// An organ of the folder that PALPATE_HARD_MESHES names: mesh, FIXED and CONTACT.
+// An organ in the folder that PALPATE_HARD_MESHES names: mesh, FIXED and CONTACT.
 std::vector<Answer> organ_of(const std::string& file, double edges, const Bar& bar) {
   const char* folder = std::getenv("PALPATE_HARD_MESHES");
   const std::filesystem::path mesh = std::filesystem::path(folder == nullptr ? "" : folder) / file;

@@ -1,4 +1,4 @@
-// Single precision beside double: fields that are packed in float32, displacements that are almost nothing.
+// Single against double precision: fields packed in float32, and nearly vanishing displacements.
 #include <fmt/core.h>
 
 #include "offline/precompute/linear_contacts.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMost = 0.1;
 
-// linear_dd of the runtime, fields in float32, beside back-solves in double.
+// linear_dd of the runtime, fields in float32, compared with back-solves in double.
 std::vector<Answer> linear_fields(const std::string& name, const std::function<Model()>& model, double size) {
   const Organ& organ = shared_organ("precision " + name, [&] {
     OrganSpec spec = touched(model(), kMost, 0.2);
@@ -33,8 +33,8 @@ std::vector<Answer> linear_fields(const std::string& name, const std::function<M
   return {organ.ask(PAL_MODEL_LINEAR, {push(0, d), push(3, other)}, truth)};
 }
 
-// A push so small that the organ answers linearly, by every model beside linear_dd's answer, which scales. Errors are
-// parts of the push or, if that is larger, of 1e-9 of the domain.
+// A push in the linear range: every model is compared with linear_dd's response, which scales. Errors are
+// relative to the push or, if larger, to 1e-9 of the domain.
 std::vector<Answer> tiny(double size, FieldPrecision precision) {
   const bool rounded = precision == FieldPrecision::rounded;
   const Organ& organ = shared_organ(rounded ? "precision tiny rounded" : "precision tiny", [&] {

@@ -1,4 +1,4 @@
-// The program as a user runs it, with what a user gets wrong.
+// The program as a user runs it, with a user's mistakes.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -14,10 +14,11 @@ namespace {
 
 const char* const kContact = "sites = [54, 55]\nmax_displacement = 0.05\ntip_radius = 0.13\n";
 
-// A block, its scene, and a line for the shell with PALPATE, SCENE, PACK and DIR in it; %s its scene's [contact].
+// Writes a block and its scene with this [contact], and runs a shell line with PALPATE, SCENE, PACK and DIR
+// replaced.
 std::vector<Answer> run(const std::string& contact, const std::string& line) {
   constexpr int kPatience = 60;
-  constexpr int kKilled = 124;  // by timeout(1)
+  constexpr int kKilled = 124;  // exit code of timeout(1)
   const test::TempDir dir;
   dir.write("block.inp", test::block_inp(3));
   dir.write("block.toml", "model = \"block.inp\"\n[contact]\n" + contact);
@@ -43,7 +44,7 @@ std::vector<Answer> run(const std::string& contact, const std::string& line) {
   return {answer};
 }
 
-// That an answer of `eval --json` says so with this flag.
+// Expects this flag in the output of `eval --json`.
 std::vector<Answer> flagged(const std::string& line, const std::string& flag) {
   const std::string build = "$PALPATE build block.toml -o a.pack > /dev/null && ";
   std::vector<Answer> answers = run(kContact, build + line + " --json | tr -d '\\n'");

@@ -1,5 +1,5 @@
-// What tools do to a session: jumps across the whole domain in one frame, places outside of it, numbers that are
-// none, swipes from site to site.
+// Tools against a session: jumps across the domain in one frame, places outside it, NaN, swipes from site to
+// site.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ const Organ& organ() {
   });
 }
 
-// To twice as far.
+// A domain of twice the depth.
 const Organ& deep() {
   return shared_organ("deep", [] {
     OrganSpec spec = touched(unit_block(4), 2 * kMost, 0.26);
@@ -32,7 +32,7 @@ const Organ& deep() {
   });
 }
 
-// In by so many edges, then to one side and to the other as far as the scene lets.
+// Inwards by so many edges, then to one side and to the other, as far as the scene allows.
 std::vector<Eigen::Vector3d> in_and_aside(const Organ& organ, std::uint32_t site, double edges) {
   const Eigen::Vector3d inward = organ.sites().sites[site].inward;
   const Eigen::Vector3d in = edges * organ.edge() * inward;
@@ -62,7 +62,7 @@ std::vector<Answer> dragged_on_the_brain(double edges, double step) {
   return worst_of(sets, {0.02, 0.02});
 }
 
-// In, out and aside by four edges.
+// Inwards, outwards and sideways by four edges.
 std::vector<Answer> four_edges_on_the_brain() {
   const Organ organ = brain_to_two_edges();
   std::vector<std::vector<Answer>> sets;
@@ -78,8 +78,8 @@ std::uint32_t middle() {
   return organ().site_near({0.5, 0.5, 1});
 }
 
-// Contacts come and go at random over all sites for some hundred frames; then these are held. Beside a new session that
-// came straight there.
+// Contacts join and leave at random over all sites for hundreds of frames, then some stay. Compared with a
+// new session that went straight there.
 std::vector<Answer> restless() {
   const std::vector<pal_contact> there = {push(0, {0.05, 0, -0.08}), push(8, {-0.06, 0.03, -0.05})};
   std::vector<Answer> answers;
@@ -109,8 +109,7 @@ std::vector<Answer> restless() {
   return answers;
 }
 
-// A tool through the haptic loop: far away, then not a number, then where it was. Nothing but finite forces, within
-// the limit.
+// A tool in the haptic loop: far away, then NaN, then back. All forces must be finite and within the limit.
 std::vector<Answer> wild_tool() {
   std::vector<Answer> answers;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {

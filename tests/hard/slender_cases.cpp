@@ -1,5 +1,5 @@
-// An organ that bends: a bar nine times as long as it is thick, clamped at one end. Little of it is strained much,
-// but its far end turns and comes nearer, which the organ outside of a zone does to fifth order in the force only.
+// A bending organ: a bar nine times as long as thick, clamped at one end. Strains are small, but the far end
+// rotates and shortens. The exterior of a zone follows that only to fifth order in the force.
 #include <fmt/core.h>
 
 #include "tests/hard/hard_bodies.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLength = 9;  // of unit thickness
 constexpr int kMostRings = 3;
-constexpr double kFollowed = 0.05;  // of the length
+constexpr double kFollowed = 0.05;  // over the length
 
 Model slender_bar() {
   test::BlockShape shape;
@@ -24,7 +24,7 @@ Model slender_bar() {
   return model;
 }
 
-// Four sites on its upper side, from the middle of its length to near its end; pushed by up to so much.
+// Four sites on the upper side, from mid-length to near the end, pushed by up to `most`.
 const Organ& bar_with_zones(double most, int rings) {
   return shared_organ(fmt::format("slender {} {}", most, rings), [&] {
     OrganSpec spec;
@@ -45,7 +45,7 @@ const Organ& bar_with_zones(double most, int rings) {
   });
 }
 
-// Its end and its middle pushed down, up, aside and askew.
+// Its end and its middle pushed down, up, sideways and obliquely.
 std::vector<std::vector<pal_contact>> bending_pushes(const Organ& organ, double size) {
   std::vector<std::vector<pal_contact>> pushes;
   for (const double x : {8.0, 5.0}) {
@@ -57,7 +57,7 @@ std::vector<std::vector<pal_contact>> bending_pushes(const Organ& organ, double 
   return pushes;
 }
 
-// Zones of two rings, which answer by default; the linear model; zones of fewer and of more rings.
+// Zones of two rings, the default; the linear model; zones of fewer and of more rings.
 std::vector<Answer> bent(double size, const Bar& bar) {
   const Organ& usual = bar_with_zones(size, 2);
   std::vector<std::vector<Answer>> sets;

@@ -1,4 +1,4 @@
-// Models far from the origin and in odd units: the same organ, whatever its numbers are.
+// Models far from the origin and in odd units are the same organ.
 #include <fmt/core.h>
 
 #include "tests/hard/hard_bodies.hpp"
@@ -19,7 +19,7 @@ OrganSpec changed(double length, double modulus, const Eigen::Vector3d& away) {
   return spec;
 }
 
-// Beside its own full solve, and beside that of the unit block with its numbers changed.
+// Compared with its own full solve, and with the unit block's full solve in scaled numbers.
 std::vector<Answer> in_units(double length, double modulus, const Eigen::Vector3d& away, const Bar& bar) {
   const Organ& plain = shared_organ("plain", [] { return changed(1, 1, Eigen::Vector3d::Zero()); });
   const Organ& organ = shared_organ(fmt::format("units {} {} {}", length, modulus, away.norm()),

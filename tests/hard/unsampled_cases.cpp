@@ -1,4 +1,4 @@
-// affine_site: contacts where nothing was sampled, whose answer is the series at rest that two solves did not refute.
+// affine_site: contacts at unsampled sites, answered by the series at rest after two confirming solves.
 #include <fmt/core.h>
 
 #include <limits>
@@ -22,7 +22,7 @@ OrganSpec fewest(Model model, double most, double target) {
   return spec;
 }
 
-// The site nearest to a place that was sampled, or not.
+// The sampled or unsampled site nearest to a place.
 std::uint32_t site_near(const Organ& organ, bool sampled, const Eigen::Vector3d& place) {
   std::uint32_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -46,7 +46,7 @@ const Organ& tissue() {
   return shared_organ("unsampled", [] { return fewest(unit_block(5), kMost, 0.01); });
 }
 
-// Pushed by one and a half edges; some sites are sampled and some not.
+// Pushes of one and a half edges; only some sites are sampled.
 const Organ& mixture() {
   return shared_organ("mixture", [] { return fewest(unit_block(5), 0.3, 0.003); });
 }

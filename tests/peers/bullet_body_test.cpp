@@ -1,5 +1,5 @@
-// Bullet's deformable body holds the organ that it is compared at: its own law with our moduli at small strain,
-// forces in our units, and statics where it settles.
+// Bullet's deformable body as a peer: its law with our moduli at small strain, forces in our units, and our
+// statics after settling.
 #include "bench/speed_error/bullet_body.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ using test::BlockShape;
 
 constexpr double kMu = 0.48;
 constexpr double kLambda = 0.2;
-constexpr double kSinglePrecision = 2e-5;  // of stresses that are differences of ones as large as mu
+constexpr double kSinglePrecision =
+    2e-5;  // rounding of stresses, which are differences of terms as large as mu
 
 // sum_a f_a X_a^T = int P dV over all nodes, whatever the mesh.
 Eigen::Matrix3d virial(const Model& model, const Eigen::VectorXd& force) {
@@ -43,7 +44,7 @@ Model block(std::array<int, 3> cells = {3, 3, 3}) {
   return test::tetrahedral_block(shape);
 }
 
-// Smith, De Goes and Kim 2018, with mu and lambda for 4/3 mu and lambda + 5/6 mu of small strain.
+// Smith, De Goes and Kim 2018, with mu_b = 4/3 mu and lambda_b = lambda + 5/6 mu.
 TEST(BulletBody, HasItsOwnLaw) {
   Eigen::Matrix3d f;
   f << 1.2, 0.1, -0.05, 0.2, 0.8, 0.15, 0, -0.1, 0.95;
@@ -66,7 +67,7 @@ TEST(BulletBody, HasOurModuliAtSmallStrain) {
             kSecondOrder * hooke.norm());
 }
 
-// A stiffer half, as the brain's inclusion.
+// A stiffer half, like the brain's inclusion.
 TEST(BulletBody, HoldsStifferMaterialsOfTheSameRatio) {
   Model model = block({2, 2, 2});
   model.materials.push_back({"STIFF", CompressibleNeoHookean{5 * kMu, 5 * kLambda}});
@@ -88,7 +89,7 @@ TEST(BulletBody, HoldsStifferMaterialsOfTheSameRatio) {
   EXPECT_LT((virial_at(model, f) - (1 + 4 * part) * soft).norm(), 5 * kSinglePrecision * kMu);
 }
 
-// Pushed by a little, it settles where linear elasticity says.
+// A small push settles at the solution of linear elasticity.
 TEST(BulletBody, SettlesInOurStatics) {
   test::TouchedBlock touched = test::touched_block(4, 0.3);
   test::show_every_node(touched);
@@ -101,12 +102,12 @@ TEST(BulletBody, SettlesInOurStatics) {
   ASSERT_TRUE(truth.solved);
 
   const LoadCase load = held_patches(touched.model, touched.sites, RestState(), contacts);
-  BulletBody body(touched.model, load.held, 1);  // settles by about half in each frame
+  BulletBody body(touched.model, load.held, 1);  // each frame halves the distance to equilibrium, roughly
   constexpr int kFrames = 30;
   for (int frame = 0; frame < kFrames; ++frame) body.frame(load.displacement);
   const Eigen::VectorXd u = body.displacement();
   const Eigen::VectorXd wrong = packed_rows(touched.sites, u) - truth.field;
-  constexpr double kSecondOrder = 1e-2;  // of the push, a hundredth of an edge
+  constexpr double kSecondOrder = 1e-2;  // over the push, a hundredth of an edge
   EXPECT_LT(wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff(), kSecondOrder * d.norm());
   const Eigen::VectorXd force = body.internal_force();
   Eigen::Vector3d tool = Eigen::Vector3d::Zero();
@@ -126,7 +127,7 @@ TEST(BulletBody, DoesNotHideThatItHasNotSettled) {
   moving.frame(load.displacement);
   constexpr double kFarFromBalance = 0.1;
   EXPECT_GT(moving.imbalance(), kFarFromBalance);
-  // Its single precision ends below 1e39.
+  // Single precision ends below 1e39.
   const LoadCase beyond = load_of(1e25);
   BulletBody lost(touched.model, beyond.held);
   for (int frame = 0; frame < 3; ++frame) lost.frame(beyond.displacement);

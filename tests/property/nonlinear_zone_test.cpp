@@ -1,4 +1,4 @@
-// nonlinear_zone beside the full finite element solve, and what it must be exact for.
+// nonlinear_zone compared with the full finite element solve: exact where the zone is the whole organ.
 #include <gtest/gtest.h>
 
 #include "tests/support/nonlinear_zone_fixture.hpp"
@@ -35,13 +35,13 @@ const Ogden kOgden = {{{0.5, 1.3}, {0.1, 5.0}, {0.3, -2.0}}, {{0.6, 0, 0.1}}};
 const Law kLaws[] = {
     kTissue, kYeoh, kMooneyRivlin, kOgden, StVenantKirchhoff{1.0, 2.0}, LinearElastic{1.0, 2.0}};
 
-// A zone that is the whole organ, of elements of four or ten nodes about the same sites.
+// A zone that is the whole organ, with elements of four or ten nodes about the same sites.
 ZoneBlock whole_block(const Law& law, bool quadratic, bool shares_volumes = false,
                       const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
   return {8, law, quadratic, gravity, quadratic ? 2 : 4, quadratic ? 0.3 : 0.26, false, shares_volumes};
 }
 
-// Of a field, in single precision; forces are as exact as the full solve.
+// Fields in single precision; forces as exact as the full solve.
 void expect_truth_of_each(const ZoneBlock& organ) {
   constexpr double kRounding = field_tolerance(2e-7);
   ASSERT_EQ(organ.zone.most_boundary_nodes, 0);
@@ -54,7 +54,7 @@ void expect_truth_of_each(const ZoneBlock& organ) {
 TEST(NonlinearZone, IsTheFullSolveWhereItIsTheWholeOrgan) {
   for (const bool quadratic : {false, true}) {
     for (const Law& law : kLaws) {
-      if (quadratic && &law != kLaws && !is_nightly()) continue;  // elements know nothing of laws
+      if (quadratic && &law != kLaws && !is_nightly()) continue;  // elements are independent of the law
       SCOPED_TRACE(testing::Message() << law.index() << (quadratic ? ", ten nodes" : ""));
       expect_truth_of_each(whole_block(law, quadratic));
     }
@@ -72,7 +72,7 @@ TEST(NonlinearZone, IsTheFullSolveUnderGravity) {
   }
 }
 
-// Half of the organ of another tissue, three times as dense, under gravity.
+// Two materials, a half each, the second three times as dense, under gravity.
 TEST(NonlinearZone, IsTheFullSolveOfTwoMaterials) {
   for (const bool quadratic : {false, true}) {
     for (const bool shares_volumes : {false, true}) {
@@ -94,7 +94,7 @@ TEST(NonlinearZone, IsTheFullSolveOfTwoMaterials) {
   }
 }
 
-// Of a site that has one more, whatever others have; alone and beside a contact that has none.
+// A site with an extra ring, whatever other sites have; alone, and beside a contact without the ring.
 TEST(NonlinearZone, ARingMoreIsARingMore) {
   std::vector<std::uint8_t> more_rings(16);
   more_rings[4] = 1;
@@ -120,7 +120,7 @@ TEST(NonlinearZone, ARingMoreIsARingMore) {
   }
 }
 
-// Nearly incompressible, with the volumes of elements shared; at a patch that contacts hold in part, too.
+// Nearly incompressible tissue with shared volumes, also at a patch partly held by another contact.
 const Law kNearlyIncompressible[] = {
     CompressibleNeoHookean{1.0, 50.0}, InvariantLaw{0.5, 0, 0.1, 0.05, {{25, 3, 0}}},
     Ogden{{{0.5, 1.3}, {0.1, 5.0}, {0.3, -2.0}}, {{25, 0, 0.1}}}, StVenantKirchhoff{1.0, 20.0}};
@@ -129,14 +129,14 @@ TEST(NonlinearZone, IsTheFullSolveWhereVolumesAreShared) {
   for (const bool quadratic : {false, true}) {
     for (const Law& law : kNearlyIncompressible) {
       if (quadratic && &law != kNearlyIncompressible && !is_nightly())
-        continue;  // elements know nothing of laws
+        continue;  // elements are independent of the law
       SCOPED_TRACE(testing::Message() << law.index() << (quadratic ? ", ten nodes" : ""));
       expect_truth_of_each(whole_block(law, quadratic, true));
     }
   }
 }
 
-// Pushed in one frame, where the first of Newton's steps lead astray: it goes back and comes in shorter ones.
+// Pushed in a single frame: Newton's first steps diverge, and step rejection with shorter steps converges.
 TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
   for (const bool quadratic : {false, true}) {
     SCOPED_TRACE(quadratic);
@@ -148,14 +148,14 @@ TEST(NonlinearZone, FindsTheWayOfNearlyIncompressibleTissue) {
     auto found = session.touch(contacts);
     for (int frame = 0; frame < 100 && found[0].flags != 0; ++frame) found = session.touch(contacts);
     EXPECT_EQ(found[0].flags, 0U);
-    // The tangent may be one of the way there in the first of them.
+    // The tangent of the first frames may come from an intermediate state.
     for (int frame = 0; frame < 2; ++frame) found = session.touch(contacts);
     EXPECT_LE((Eigen::Vector3d(found[0].force) - truth.forces[0]).norm(), 1e-4 * truth.forces[0].norm());
     EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(), 1e-4 * 0.12);
   }
 }
 
-// Neighbours that crush what is between them to a hundredth of its volume and less.
+// Neighbours crush the tissue between them to a hundredth of its volume and less.
 TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
   const ZoneBlock& organ = tissue_block(8);
   const std::vector<pal_contact> contacts = {{0, {0.124, 0.124, 0}, 0, {}, {}, {}},
@@ -164,7 +164,7 @@ TEST(NonlinearZone, FollowsWhatNeighboursCrush) {
   expect_truth(organ, contacts, kFieldTolerance, 1e-6);
 }
 
-// As part of the second one's.
+// Relative to `expected`.
 double stiffness_difference(const pal_contact_result& found, const pal_contact_result& expected) {
   const auto of = [](const pal_contact_result& result) {
     return Eigen::Map<const Eigen::Matrix3d>(&result.stiffness[0][0]);
@@ -172,9 +172,9 @@ double stiffness_difference(const pal_contact_result& found, const pal_contact_r
   return (of(found) - of(expected)).norm() / of(expected).norm();
 }
 
-// Pushes the first contact far in one frame and counts the frames that are back where one before was, for want of a
-// way on. The contact then bears what it bore there in balance, not what led astray, and the field is that one but
-// for as much as the others have moved meanwhile; its stiffness may be one that was made there since.
+// Pushes the first contact far in one frame, and counts the frames that return to an earlier state. The
+// contact must then have that state's displacement, force and, to a tolerance, field and stiffness. Other
+// contacts may have moved meanwhile.
 int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts, double field_tolerance) {
   constexpr double kFarther = 1000;
   struct Frame {
@@ -216,12 +216,12 @@ TEST(NonlinearZone, GoesBackWhole) {
   const ZoneBlock whole = sharing_block(8, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.3);
   EXPECT_GT(count_goings_back(whole, one, kFieldTolerance), 0) << "else this test shows nothing";
   EXPECT_GT(count_goings_back(whole, two, kFieldTolerance), 0);
-  // Zones of their own, with some of the organ outside.
+  // Separate zones, with an exterior.
   const ZoneBlock part = sharing_block(1, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.1);
   EXPECT_GT(count_goings_back(part, two, 0.01), 0);
 }
 
-// With more rings it is nearer to the full solve.
+// More rings bring the zone nearer to the full solve.
 TEST(NonlinearZone, RingsBringItNearer) {
   const ZoneBlock& organ = tissue_block(4, false, Eigen::Vector3d::Zero(), 6, 0.1);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.1}, 0, {}, {}, {}}};
@@ -237,7 +237,7 @@ TEST(NonlinearZone, RingsBringItNearer) {
   EXPECT_LT(before, 0.01);
 }
 
-// A zone holds whole volume patches, so that rings more are elements more.
+// A zone holds whole volume patches, so more rings mean more elements.
 TEST(NonlinearZone, HoldsWholeVolumePatches) {
   const ZoneBlock organ =
       sharing_block(3, CompressibleNeoHookean{1.0, 50.0}, false, Eigen::Vector3d::Zero(), 6, 0.1);

@@ -1,4 +1,4 @@
-// Tools that zones answer get no energy out of the organ.
+// Passivity on nonlinear zones: tools get no energy out of the organ.
 #include <gtest/gtest.h>
 
 #include "tests/support/passivity_fixture.hpp"
@@ -6,8 +6,8 @@
 namespace palpate::test::passivity_fixture {
 namespace {
 
-// Neighbours that are pushed into and through each other jam what is between them: contacts stay behind their tools, with
-// forces that rise many times, and begin anew. Whoever goes back takes out no more than what it has put in.
+// Neighbours pushed into and through each other jam the tissue between them. Contacts lag behind their tools,
+// forces rise many times, zones restart. A tool that retreats gets out no more energy than it put in.
 class PassivityOfZones : public ::testing::Test {
  protected:
   static pal_session_config config(uint32_t num_tools) {
@@ -54,7 +54,7 @@ TEST_F(PassivityOfZones, ThereAndBackThroughAJamMakesNoEnergy) {
   EXPECT_GT(reduced, 30);
 }
 
-// From corner to corner of random ways, as fast as anything, and back to rest.
+// Random paths at any speed, and back to rest.
 TEST_F(PassivityOfZones, RandomCrushesMakeNoEnergy) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);
@@ -92,7 +92,7 @@ TEST_F(PassivityOfZones, RandomCrushesMakeNoEnergy) {
   EXPECT_GT(behind, 1000) << "else this shows little";
 }
 
-// A contact that is left behind by a fast tool, and not by tissue that jams, gives back what was put in.
+// A contact that lags behind a fast tool, without a jam, gives back all the energy.
 TEST_F(PassivityOfZones, FastTapsAreWhole) {
   int behind = 0;
   for (const int frames : {3, 5, 8, 15, 40}) {
@@ -111,7 +111,7 @@ TEST_F(PassivityOfZones, FastTapsAreWhole) {
   EXPECT_GT(behind, 0) << "else this shows little";
 }
 
-// In a jam nothing is felt after a while. Who has come out of it, and pushes in again, feels what he puts in.
+// In a jam the tools feel nothing after a while. Tools that leave the jam and push in again feel their push.
 TEST_F(PassivityOfZones, ForcesComeBackToWhoPushesIn) {
   const Eigen::Vector3d way = edge() * (place_of(5) - place_of(4)).normalized();
   ToolSession tools(organ().pack->get(), config(2));

@@ -223,7 +223,7 @@ TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
 }
 
 TEST_F(FittedPolynomialDd, AgreesWithHeldOutSolves) {
-  // A cubic at 0.4 h: DESIGN section 7 gives the range for such pushes.
+  // Twice the largest error of a cubic at 0.4 h.
   constexpr double kFitTolerance = 0.02;
   for (uint32_t site = 0; site < 12; ++site) {
     for (const SurveySample& sample : small_.polynomials[site].survey) {

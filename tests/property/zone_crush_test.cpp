@@ -1,5 +1,5 @@
-// Contacts that crush tissue, as far as there may be no way on: that they get where a slow push from rest leads, what is felt
-// meanwhile, and that they stay nowhere for good.
+// Contacts that crush tissue, where Newton may find no next state. The contacts reach the state of a slow
+// push from rest, feel only converged forces, and never stay stuck.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr CompressibleNeoHookean kStiffInVolume = {1.0, 9.0};
 
-using Goal = std::vector<Eigen::Vector3d>;  // of each contact
+using Goal = std::vector<Eigen::Vector3d>;  // displacement of each contact
 
 std::vector<pal_contact> contacts_at(const std::vector<uint32_t>& sites, const Goal& goal) {
   std::vector<pal_contact> contacts;
@@ -31,7 +31,7 @@ double largest_stiffness(const std::vector<pal_contact_result>& results) {
   return largest;
 }
 
-// Contacts of a session that go from goal to goal at a steady speed.
+// Moves a session's contacts from goal to goal at a steady speed.
 struct Walk {
   Walk(const ZoneBlock& organ, std::vector<uint32_t> of_sites)
       : session(organ.pack->get(), organ.config(static_cast<uint32_t>(of_sites.size()))),
@@ -52,7 +52,7 @@ struct Walk {
   void go(const Goal& goal, int frames) {
     go(goal, frames, [](const auto&) {});
   }
-  // So many frames at most, until they have come to rest.
+  // Runs at most `frames` frames, until convergence.
   std::vector<pal_contact_result> hold(int frames) {
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame < frames; ++frame) {
@@ -75,13 +75,13 @@ struct Walk {
   OwnedSession session;
   std::vector<uint32_t> sites;
   Goal place;
-  int returns = 0;  // how often they have begun anew at rest
+  int returns = 0;  // number of restarts from rest
   bool was_back = false;
   double stiffness_at_rest;
 };
 
-// Three neighbours, crushed by one and a half edges: other equilibria are near, and in steps of up to an edge Newton finds
-// one, wrong by as much as the force is, unless it goes back where contacts have not done the work.
+// Three neighbours crushed by one and a half edges: other equilibria are near. Long steps must reject a state
+// whose contacts have not done the stored work.
 TEST(ZoneCrush, LongStepsLeadWhereShortOnesDo) {
   const ZoneBlock organ(2, kStiffInVolume, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   const double edge = organ.block.sites.mean_surface_edge;
@@ -108,8 +108,8 @@ TEST(ZoneCrush, LongStepsLeadWhereShortOnesDo) {
     EXPECT_LE(worst_force_error(led_there(steps), expected), 1e-3) << steps;
 }
 
-// Two neighbours that go on from one crush to the next may press tissue flat between them, where no step of theirs leaves all
-// elements upright, while a push from rest gets to the same place. They do then, too, and to whatever place they go next.
+// Two neighbours go from crush to crush and flatten the tissue between them, where no step keeps det F > 0. A
+// push from rest reaches the same place, so the zone restarts from rest and then follows.
 TEST(ZoneCrush, NeighboursThatJamBeginAnewAtRest) {
   const ZoneBlock organ(2, kStiffInVolume, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   struct Case {
@@ -147,8 +147,8 @@ TEST(ZoneCrush, NeighboursThatJamBeginAnewAtRest) {
   }
 }
 
-// Two neighbours that are pushed through each other jam on the way from rest, too. Once is enough to know: they wait there
-// until they are to be elsewhere, as often as that happens.
+// Two neighbours pushed through each other jam from rest, too. The zone tries once, then waits until the
+// contacts' goals change.
 TEST(ZoneCrush, WhatJamsFromRestWaitsUntilItIsToBeElsewhere) {
   const ZoneBlock organ(2, kStiffInVolume, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   const std::vector<uint32_t> sites = {4, 5};
@@ -171,8 +171,8 @@ TEST(ZoneCrush, WhatJamsFromRestWaitsUntilItIsToBeElsewhere) {
   }
 }
 
-// While three neighbours look for a way, Newton passes elements that are all but inverted and bear hundreds of times what
-// there is in any balance. It is not felt.
+// While Newton searches, it passes nearly inverted elements with huge forces. The results never show these
+// forces.
 TEST(ZoneCrush, WhatIsPassedOnTheWayIsNotFelt) {
   const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   Walk walk(organ, {5, 7, 8});
@@ -189,7 +189,7 @@ TEST(ZoneCrush, WhatIsPassedOnTheWayIsNotFelt) {
   EXPECT_LE(on_the_way, 2 * in_balance);
 }
 
-// Small strains know no inversion: neighbours that are pushed through each other are answered exactly.
+// Small strain has no inversion: neighbours pushed through each other get the exact response.
 TEST(ZoneCrush, SmallStrainsKnowNoInversion) {
   const ZoneBlock organ(1, LinearElastic{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   Walk walk(organ, {4, 5});
@@ -202,10 +202,10 @@ TEST(ZoneCrush, SmallStrainsKnowNoInversion) {
     EXPECT_LE((Eigen::Vector3d(held[c].force) - truth.forces[c]).norm(), 1e-5 * largest_force(held)) << c;
 }
 
-// Two and three neighbours that jump to anywhere within some edges, where the zone is the whole organ: whether they have
-// come to rest or not, no element is inside out.
+// Two and three neighbours jump anywhere within some edges; the zone is the whole organ. Every displayed
+// state has det F > 0, converged or not.
 TEST(ZoneCrush, WhatIsShownIsUpright) {
-  constexpr StVenantKirchhoff kKnowsNoInversion = {1.0, 2.0};  // its energy there is finite
+  constexpr StVenantKirchhoff kKnowsNoInversion = {1.0, 2.0};  // its energy stays finite at inversion
   constexpr double kSinglePrecision = 0.9;
   constexpr bool kSharesVolumes = true;
   const Eigen::Vector3d no_gravity = Eigen::Vector3d::Zero();
@@ -232,8 +232,8 @@ TEST(ZoneCrush, WhatIsShownIsUpright) {
   }
 }
 
-// Where there is no way from where a zone is to where contacts are to be, it waits there, unless rest is nearer: then it
-// begins anew from rest after a while.
+// Where no path leads to the goal, the zone waits. If rest is nearer to the goal, the zone restarts from rest
+// after a while.
 TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
   const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(1));
@@ -241,7 +241,7 @@ TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
     return std::vector<pal_contact>{{4, {0, 0, -depth}, 0, {}, {}, {}}};
   };
   settle(session, pressed_by(0.1));
-  // Steps of next to nothing are as good as none.
+  // Steps of negligible size count as no progress.
   const auto depth_after = [&](int frames, double depth) {
     pal_contact_result result = {};
     for (int frame = 0; frame < frames; ++frame) {

@@ -1,4 +1,4 @@
-// What the organ outside of a zone adds to its linear answer, beside what it adds in the full solve.
+// The exterior's nonlinear terms, compared with the full solve.
 #include "offline/precompute/zone_exterior.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ class ZoneExterior : public testing::Test {
     return zone;
   }
 
-  // q = -K^-1 n_X(u) of the full solve for a push, and its series at the force of that push.
+  // q = -K^-1 n_X(u) of the full solve for a push, and the exterior's series at the force of the same push.
   Outside outside(const ZoneTables& zone, size_t site_index, const Eigen::Vector3d& push) {
     const Model& model = block.model;
     const ContactSite& site = block.sites.sites[site_index];
@@ -89,7 +89,7 @@ class ZoneExterior : public testing::Test {
   Assembly assembly{block.model, block.model.fixed_dofs()};
 };
 
-// To a degree: of half the push, 2^(degree + 1) times less is left out.
+// Half the push leaves an error smaller by 2^(degree + 1).
 TEST_F(ZoneExterior, IsThatOfTheFullSolveToItsDegree) {
   const Eigen::Vector3d push = Eigen::Vector3d(0.4, -0.3, -0.7).normalized();
   for (int degree = 3; degree <= 5; ++degree) {
@@ -104,7 +104,7 @@ TEST_F(ZoneExterior, IsThatOfTheFullSolveToItsDegree) {
   }
 }
 
-// As the scene's target asks for, and only beyond the highest degree.
+// The scene's target widens zones, and only beyond the highest degree.
 TEST_F(ZoneExterior, ZonesAreWidenedWhereThatLeavesTooMuch) {
   const auto num_wider = [&](double target, int degree) {
     Scene scene = block.scene;
@@ -136,7 +136,7 @@ class LinearExterior : public ZoneExterior {
   LinearExterior() : ZoneExterior(LinearElastic{1.0, 2.0}) {}
 };
 
-// Not a digit, so that a pack of a linear organ carries nothing for pairs.
+// Exactly zero, so a pack of a linear organ stores no interaction terms.
 TEST_F(LinearExterior, AddsNothing) {
   for (const auto& fields : tables(5).exterior) EXPECT_TRUE(fields.isZero(0));
 }

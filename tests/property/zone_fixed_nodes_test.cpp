@@ -1,4 +1,4 @@
-// Nodes fixed while running, in nonlinear zones and outside of them, beside full solves and linear_dd.
+// Nodes fixed while running, inside and outside nonlinear zones, compared with full solves and linear_dd.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -37,7 +37,8 @@ const std::vector<pal_contact> kPress = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}
 const std::vector<pal_contact> kApart = {{0, {0.03, 0, -0.08}, 0, {}, {}, {}},
                                          {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
 
-// The centre of the patch itself, and its neighbours' centres; of ten nodes, and under gravity.
+// Fixed: the patch's own centre, and centres of neighbouring patches; with ten-node elements, and under
+// gravity.
 TEST(ZoneFixedNodes, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   const ZoneBlock& organ = tissue_block(8);
   for (const auto& sites : {std::vector<uint32_t>{5}, {4}, {0, 2, 4}}) {
@@ -54,7 +55,7 @@ TEST(ZoneFixedNodes, IsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   EXPECT_LE(errors_of(quadratic, {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}, {patch.back()}).force, 1e-6);
 }
 
-// As linear_dd for a push of a hundred-thousandth of an edge, with nodes in zones, between and outside of them.
+// A push of 1e-5 edges equals linear_dd, with fixed nodes in, between and outside zones.
 TEST(ZoneFixedNodes, IsLinearForSmallDisplacements) {
   const ZoneBlock& organ = tissue_block(1, false, Vector3d::Zero(), 6, 0.18);
   const uint32_t last = static_cast<uint32_t>(organ.block.sites.sites.size()) - 1;
@@ -83,8 +84,8 @@ TEST(ZoneFixedNodes, IsLinearForSmallDisplacements) {
   }
 }
 
-// Two rings, a push of half an edge; the organ outside answers to first order.
-// docs/response_models.md states these errors.
+// Two rings, a push of half an edge; the exterior is of first order here. docs/response_models.md states the
+// errors.
 TEST(ZoneFixedNodes, IsNearTheFullSolve) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}};
@@ -118,7 +119,7 @@ TEST(ZoneFixedNodes, DoNotMoveAndLeaveNothingBehind) {
   }
 }
 
-// All of a patch: nothing is left that the tool could move.
+// A whole patch is fixed: the tool moves no node.
 TEST(ZoneFixedNodes, HoldAWholePatch) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), config_of(organ));
@@ -128,7 +129,7 @@ TEST(ZoneFixedNodes, HoldAWholePatch) {
   EXPECT_EQ(as_vector(session.field()).norm(), 0);
 }
 
-// The work on a closed path with nodes fixed is none.
+// A closed path with fixed nodes does no work.
 TEST(ZoneFixedNodes, GivesBackWhatItTakes) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), config_of(organ));
@@ -152,7 +153,7 @@ TEST(ZoneFixedNodes, GivesBackWhatItTakes) {
   EXPECT_LE(std::abs(work), 1e-3 * given);
 }
 
-// More than a zone answers with: linear_dd does, and says so.
+// More fixed nodes than a zone's capacity: linear_dd answers, with a flag.
 TEST(ZoneFixedNodes, AreLinearWhereTheyAreMany) {
   const ZoneBlock& organ = tissue_block(1, false, Vector3d::Zero(), 8, 0.2);
   pal_session_config config = config_of(organ);

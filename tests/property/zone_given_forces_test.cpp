@@ -1,4 +1,4 @@
-// Contacts of a zone of which the force is given along some axes.
+// Contacts of a zone with a prescribed force along some axes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -13,13 +13,13 @@
 namespace palpate::test {
 namespace {
 
-constexpr double kNotRead = 77;  // a displacement, or a force, that must not matter
+constexpr double kNotRead = 77;  // fills the entries that the runtime must not read
 
 Eigen::Vector3d vector(const double numbers[3]) {
   return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
 }
 
-// What is given comes out, and the displacements found are those that full elements take under it.
+// The contact bears the prescribed force, and its displacement matches the full elements under this force.
 TEST(GivenForcesOfAZone, AreBorne) {
   const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);
@@ -59,7 +59,7 @@ TEST(GivenForcesOfAZone, AreBorne) {
   }
 }
 
-// Of contacts that have been moved, and then bear on these axes six tenths of what that took.
+// Contacts move first, then bear six tenths of the force along the chosen axes.
 void expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites,
                   const std::vector<uint32_t>& axes, double tolerance_of_field) {
   SCOPED_TRACE(testing::Message() << "axes " << axes[0] << " of " << sites.size() << " contacts");
@@ -93,7 +93,7 @@ TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveWhereItIsTheWholeOrgan) {
   for (const ZoneBlock* organ : {&linear_elements, &quadratic}) {
     for (uint32_t axes = 1; axes <= 7; ++axes) {
       expect_truth(*organ, {4}, {axes}, kTolerance);
-      expect_truth(*organ, {3, 4}, {axes, axes ^ 7U}, kTolerance);  // with nodes of both
+      expect_truth(*organ, {3, 4}, {axes, axes ^ 7U}, kTolerance);  // patches with common nodes
       expect_truth(*organ, {0, 8}, {axes, axes}, kTolerance);
     }
   }
@@ -108,16 +108,17 @@ TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveAtSmallStrain) {
   for (uint32_t axes = 1; axes <= 7; ++axes) {
     expect_truth(wide, {12}, {axes}, kTolerance);
     expect_truth(wide, {12, 13}, {axes, axes}, kTolerance);
-    // Zones of their own.
+    // Separate zones.
     expect_truth(wide, {0, 24}, {axes, axes ^ 7U}, kTolerance);
     expect_truth(narrow, {0, 24}, {axes, axes}, kTolerance);
-    // Near each other, and all of them: what one group does to the other is more than its own tangent expects.
+    // Near contacts with all forces prescribed: a group's tangent underestimates the interaction of groups.
     expect_truth(wide, {0, 24}, {axes, axes}, kTolerance);
     expect_truth(narrow, {0, 4, 22}, {axes, axes, axes}, kTolerance);
   }
 }
 
-// A node between them is fixed: zones of their own feel less of each other than the organ without it tells.
+// A fixed node lies between the contacts: separate zones interact less than the organ without the fixed node
+// predicts.
 TEST(GivenForcesOfAZone, SettleBesideFixedNodes) {
   const ZoneBlock organ(1, LinearElastic{1.0, 2.0}, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
   pal_session_config config = organ.config(2);
@@ -146,7 +147,7 @@ TEST(GivenForcesOfAZone, BeyondWhatItBearsAreFiniteAndFlagged) {
       EXPECT_TRUE(all_finite(session.field()));
     }
   }
-  // Let go, it comes back.
+  // The contact returns after release.
   pal_contact_result result;
   for (int frame = 0; frame < 100; ++frame)
     result = session.touch({{small_pack().site_at(54), {}, 7, {}, {}, {}}}).front();

@@ -6,7 +6,7 @@
 namespace palpate::test::nonlinear_zone_fixture {
 namespace {
 
-// To first order any zone is linear_dd, whatever is in it: the exterior is exact.
+// To first order every zone equals linear_dd, because the exterior is exact.
 TEST(NonlinearZone, IsLinearForSmallDisplacements) {
   const ZoneBlock& organ = tissue_block(1, false, {0.02, 0.01, -0.06});
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
@@ -18,7 +18,7 @@ TEST(NonlinearZone, IsLinearForSmallDisplacements) {
     OwnedSession zone(organ.pack->get(), organ.config(2));
     OwnedSession linear(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0);
     std::vector<pal_contact_result> found;
-    for (int frame = 0; frame < 6; ++frame) found = zone.touch(small);  // groups settle on each other
+    for (int frame = 0; frame < 6; ++frame) found = zone.touch(small);  // groups converge against each other
     const auto expected = linear.touch(small);
     for (size_t c = 0; c < small.size(); ++c) {
       const Eigen::Vector3d force(expected[c].force);
@@ -28,7 +28,7 @@ TEST(NonlinearZone, IsLinearForSmallDisplacements) {
   }
 }
 
-// So is the field.
+// The field is linear, too.
 TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
   const ZoneBlock& organ = tissue_block(1);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
@@ -41,13 +41,14 @@ TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
     }
     OwnedSession zone(organ.pack->get(), organ.config(2));
     OwnedSession linear(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0);
-    for (int frame = 0; frame < 6; ++frame) zone.touch(small);  // groups settle on each other
+    for (int frame = 0; frame < 6; ++frame) zone.touch(small);  // groups converge against each other
     linear.touch(small);
     EXPECT_LE((as_vector(zone.field()) - as_vector(linear.field())).lpNorm<Eigen::Infinity>(), 5e-6 * push);
   }
 }
 
-// Columns of int16 leave the forces and, but for their rounding, the field as they are, of neighbours with a rim, too.
+// Columns of int16 change no force, and the field only by their rounding, also for neighbours with a
+// near-field ring.
 TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ZoneTables rounded = organ.zone;
@@ -75,7 +76,7 @@ TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
   }
 }
 
-// What the organ outside adds is right to fifth order: an error, as part of the push, goes with the fifth power of it.
+// The exterior is exact to fifth order: the relative error grows with the fifth power of the push.
 TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
   const Law yeoh = kYeoh;
   const ZoneBlock organs[] = {ZoneBlock(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1),

@@ -1,4 +1,4 @@
-// Zones of tools that move, tremble and hold still: how few iterations and tangents they take.
+// Zones under tools that move, tremble or hold still: the number of iterations and tangents.
 #include "runtime/src/zone/zone_motion.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace {
 constexpr double kReach = 0.1;
 constexpr double kTurn = 0.01;  // radians a frame
 
-// On a circle, each contact after the one before.
+// Contacts on a circle, each behind the one before.
 std::vector<pal_contact> on_circle(const std::vector<uint32_t>& sites, int frame) {
   std::vector<pal_contact> contacts;
   for (const uint32_t site : sites) {
@@ -43,15 +43,14 @@ void orient(OwnedSession& session, size_t count, double angle) {
           "orientations");
 }
 
-// Nodes go on as they went, so that one iteration a frame is enough; by the tangent alone two frames of three would need
-// another.
+// Extrapolation of node velocities makes an iteration a frame enough.
 TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
   for (const bool turns : {false, true}) {
     for (const bool quadratic : {false, true}) {
       const ZoneBlock& organ =
           tissue_block(quadratic ? 1 : 2, quadratic, Eigen::Vector3d::Zero(), quadratic ? 3 : 4);
       for (const std::vector<uint32_t>& sites : kSets) {
-        if (quadratic && sites.size() > 2) continue;  // whose patches there are most of the top
+        if (quadratic && sites.size() > 2) continue;  // whose patches cover most of the top
         SCOPED_TRACE(testing::Message() << sites.size() << " contacts, " << turns << quadratic);
         pal_session_config config = organ.config(4);
         config.patches_turn = turns ? 1 : 0;
@@ -74,13 +73,13 @@ TEST(ZoneMotion, AnIterationAFrameFollowsATool) {
           for (int step = 0; step < 2 * PAL_ZONE_STIFFNESS_FRAMES; ++step) expected = touch(held, frame);
           EXPECT_LE(worst_force_error(found, expected), 1e-3);
         }
-        EXPECT_LE(left, 3);  // as it begins to move
+        EXPECT_LE(left, 3);  // unconverged frames, at the start of the motion
       }
     }
   }
 }
 
-// What moves nodes for another reason than their contacts is not taken for what these have done.
+// Nodes that move for another reason than their contacts do not enter the extrapolation.
 TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
   const ZoneBlock& organ = tissue_block(2);
   std::mt19937 random(3);
@@ -99,7 +98,7 @@ TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
   for (int frame = 0; frame < PAL_ZONE_STIFFNESS_FRAMES; ++frame) touch(0);
   int left = 0;
   for (int frame = 0; frame < 200; ++frame) {
-    // Softer and stiffer under the trembling tool, one after the other.
+    // The tissue under the trembling tool alternately softens and stiffens.
     if (frame % 40 == 20) {
       const Eigen::Vector3d centre =
           organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[0].node)];
@@ -109,12 +108,12 @@ TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
     }
     left += has_ended(touch(frame)) ? 0 : 1;
   }
-  EXPECT_LE(left, 20);  // after each change of the tissue
+  EXPECT_LE(left, 20);  // unconverged frames, after each change of the tissue
 }
 
 struct Tangents {
-  int frames = 0;  // between two that are taken, at most
-  int taken = 0;   // by any group
+  int frames = 0;  // largest number of frames between two tangents
+  int taken = 0;   // number of tangents, over all groups
 };
 
 Tangents tangents_of(OwnedSession& session, int frames, const std::function<void(int)>& touch) {
@@ -139,7 +138,7 @@ Tangents tangents_of(OwnedSession& session, int frames, const std::function<void
   return tangents;
 }
 
-// What a contact feels is of a tangent that was made PAL_ZONE_STIFFNESS_FRAMES ago at most.
+// A contact's stiffness comes from a tangent at most PAL_ZONE_STIFFNESS_FRAMES old.
 TEST(ZoneMotion, TangentsAreMadeInTime) {
   for (const int cells : {4, 5, 6}) {
     for (const uint32_t rings : {1u, 2u, 3u}) {
@@ -156,7 +155,7 @@ TEST(ZoneMotion, TangentsAreMadeInTime) {
   }
 }
 
-// Of a residual that is rounding a step leaves all, which says nothing of its tangent.
+// A residual of pure rounding does not shrink, and that says nothing about the tangent.
 TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
   const ZoneBlock& organ = tissue_block(2);
   for (const std::vector<uint32_t>& sites : kSets) {
@@ -168,7 +167,7 @@ TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
   }
 }
 
-// Made in slices, too, so that the frame in which they answer need not.
+// Tangents are prepared in slices too, so the first frame of a new set assembles none.
 TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
@@ -195,7 +194,7 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
   }
 }
 
-// A frame's share may be as small as it likes: each slice does a step, and no step is most of the work.
+// However small the budget, each slice does a step, and no step is most of the work.
 TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
@@ -221,7 +220,7 @@ TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
   }
 }
 
-// Another set is begun in the middle of any step of one: it is made as if that had never been.
+// Another set interrupts the preparation at every step; a later preparation gives the same set.
 TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
   const ZoneBlock& organ = tissue_block(2);
   const std::vector<pal_contact> contacts = on_circle(kSets.back(), 0);
@@ -254,7 +253,7 @@ TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
   EXPECT_GT(interrupted, 20);
 }
 
-// Nodes that come are placed over several frames, where they were as the first of them was: contacts move on meanwhile.
+// New nodes are placed over several frames while contacts move on. All take their place from the same moment.
 TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
   const std::vector<pal_contact> next = on_circle({24}, 0);
@@ -275,8 +274,8 @@ TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
   EXPECT_EQ(placed(true), placed(false));
 }
 
-// Contacts that are others all at once, in tissue that is strained as far as it goes, where first tangents may have to be
-// made stiffer: those of the frame are answered, not those before, and come to where a new session finds them.
+// All contacts change at once in strongly strained tissue, where first tangents may need stiffening. The
+// frame answers its own contacts and converges to a new session's state.
 TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   for (const int rings : {1, 2}) {
     SCOPED_TRACE(rings);
@@ -319,8 +318,8 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
   }
 }
 
-// A third tool takes hold beside two that crush tissue. What the new zone answers on its way to balance, up to seven times
-// what it comes to, is not felt.
+// A third tool grasps beside two that crush tissue. The device feels no force of the new zone before
+// convergence.
 TEST(ZoneMotion, ANewZoneIsFeltOnceInBalance) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   pal_session_config config = organ.config(3);

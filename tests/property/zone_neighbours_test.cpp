@@ -1,4 +1,4 @@
-// What contacts with nonlinear zones add to each other, beside the full solve.
+// Interaction of contacts with nonlinear zones, compared with the full solve.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 namespace palpate::test {
 namespace {
 
-// A contact that comes finds the organ as the one before it in the list, and the deep one behind it, have left it.
+// A new contact finds the organ deformed by the contacts before and after it in the list.
 TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
   const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(4));
@@ -28,8 +28,8 @@ TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
   }
 }
 
-// Pulled apart, two neighbours bear several times what either does alone, which the organ outside hardly feels: to
-// second order in their forces the errors were 1.3 and 0.36 %, and of loads in one basis for all pairs 0.95 and 0.19.
+// Two neighbours pulled apart bear several times a single contact's force. The exterior hardly feels the sum,
+// so second-order terms and a common basis for all pairs would be too coarse.
 TEST(ZoneNeighbours, NeighboursThatPullAgainstEachOther) {
   const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
@@ -47,8 +47,8 @@ TEST(ZoneNeighbours, NeighboursThatPullAgainstEachOther) {
   EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
 }
 
-// What two contacts add to each other is part of what each by itself leaves; of neighbours less, whose loads have
-// some of it.
+// The interaction terms of two contacts remove part of the error. For neighbours, whose loads share a part,
+// they remove less.
 TEST(ZoneNeighbours, PairsAddToEachOther) {
   for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
@@ -65,8 +65,8 @@ TEST(ZoneNeighbours, PairsAddToEachOther) {
   }
 }
 
-// The same to third order, of contacts whose patches are beyond each other's zones; of near ones nothing changes. Of packs
-// whose zones hold nothing between them, which would leave near ones little to tell by.
+// Third order, for contacts with patches outside each other's zones; near contacts stay the same. The packs'
+// zones hold no tissue between contacts, or near contacts would have nothing to compare.
 TEST(ZoneNeighbours, PairsAddToThirdOrder) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_EQ(organ.zone.pair_degree, 3);
@@ -93,8 +93,8 @@ TEST(ZoneNeighbours, PairsAddToThirdOrder) {
   }
 }
 
-// Of third order a near contact has nothing alone. What a third one adds to that with it, by itself, would make the
-// answer worse by a half to three quarters.
+// A near contact has no third-order terms alone. The third-order interaction with a third contact, by itself,
+// would increase the error.
 TEST(ZoneNeighbours, NearContactsAddToOthersToSecondOrder) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.5 * organ.block.sites.mean_surface_edge;
@@ -107,9 +107,9 @@ TEST(ZoneNeighbours, NearContactsAddToOthersToSecondOrder) {
   }
 }
 
-// Neighbours that shear what is between them: of the elements next to the zones of both the series have no more than the
-// second order. Held by both, these are nonlinear in full, and of second order nothing of them is left outside: what is
-// left falls with the square of the loads, by 16 to a quarter.
+// Neighbours that shear the tissue between them. The series has only second order for elements beside both
+// zones. A common zone holds these elements in full, and the error then falls with the square of the loads,
+// by 16 to a quarter.
 TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 12.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_TRUE(organ.zone.between);
@@ -131,8 +131,8 @@ TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
   }
 }
 
-// Any two fit with what is between them, which may have more boundary than two zones alone: a session of two contacts
-// answers as one of four does, which has room for more.
+// Any two contacts fit with the tissue between them, whose boundary may exceed two zones' boundaries. A
+// session of two contacts equals a session of four, which has more room.
 TEST(ZoneNeighbours, AnyTwoFit) {
   const ZoneBlock& organ = tissue_block(1, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
   ASSERT_TRUE(organ.zone.between);
@@ -156,9 +156,9 @@ TEST(ZoneNeighbours, AnyTwoFit) {
   }
 }
 
-// Three contacts, each in a zone of its own, all in one, and two in one: what their fields count twice is of second
-// order, a part of |d| that falls with the loads themselves. What is left falls with their square, by 16 to a
-// quarter, but for what the columns of pairs leave of neighbours in a row.
+// Three contacts: in separate zones, in a common zone, or two together. Double-counting correction leaves an
+// error of second order, which falls with the square of the loads, by 16 to a quarter. The interaction
+// columns of neighbours in a row leave a remainder.
 TEST(ZoneNeighbours, ThreeContactsCountNothingTwice) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const std::tuple<std::array<uint32_t, 3>, double, double> cases[] = {

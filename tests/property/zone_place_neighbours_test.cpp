@@ -1,4 +1,4 @@
-// Contacts between sites beside other contacts.
+// Contacts between sites next to other contacts, on nonlinear zones.
 #include <gtest/gtest.h>
 
 #include "tests/support/zone_place_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::zone_place_fixture {
 namespace {
 
-// Contacts that share a zone: beside blends of the zones at all corners of both.
+// Two contacts that share a zone are near the blend of zone responses at all corners of both.
 TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreNearlyTheBlendToo) {
   const Eigen::Vector3d places[2] = {{0.09, 0.14, 0.375}, {0.2, 0.16, 0.375}};
   const Eigen::Vector3d pushes[2] = {kPush, {0, 0.004, -0.015}};
@@ -45,7 +45,7 @@ TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreNearlyTheBlendToo) {
             0.3 * (nearest_field - field).lpNorm<Eigen::Infinity>());
 }
 
-// As one of two that share a zone slides: it changes triangles, and the zone its sites.
+// A contact that shares a zone slides: its triangle changes, and the zone's sites change.
 TEST_P(ZonePlaces, SlideBesideAnotherWithoutJumps) {
   const Eigen::Vector3d from(0.09, 0.12, 0.375);
   const Eigen::Vector3d way(0, 0.14, 0);
@@ -68,7 +68,7 @@ TEST_P(ZonePlaces, SlideBesideAnotherWithoutJumps) {
   EXPECT_LE(jump, 0.03 * peak);
 }
 
-// Of contacts that share one, energy, forces and stiffness belong together at a place, too.
+// Energy, forces and stiffness of contacts that share a zone are consistent between sites, too.
 TEST_P(ZonePlaces, OfContactsThatShareAZoneForcesAreGradients) {
   const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
   OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
@@ -92,7 +92,7 @@ TEST_P(ZonePlaces, OfContactsThatShareAZoneForcesAreGradients) {
   }
 }
 
-// Given forces that displacements at two such places take bring both there.
+// The forces of two displaced contacts, prescribed in turn, bring both contacts to the same places.
 TEST_P(ZonePlaces, GivenForcesActWhereBothContactsAre) {
   std::vector<pal_contact> pressed = {contact_at({0.09, 0.14, 0.375}, kPush),
                                       contact_at({0.2, 0.16, 0.375}, {0, 0.004, -0.015})};
@@ -118,8 +118,8 @@ TEST_P(ZonePlaces, GivenForcesActWhereBothContactsAre) {
   }
 }
 
-// Two contacts whose zones share no node, beside blends of the pair's zones at the corners of the first one's: the
-// other feels that it moved.
+// Two contacts without common zone nodes match the blend of the pair's zones at the first contact's corners.
+// The second contact feels the first's motion.
 TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   const ZoneBlock organ(1, CompressibleNeoHookean{1.0, 4.0}, false, Eigen::Vector3d::Zero(), 8, 0.1);
   const uint32_t corners[3] = {8, 9, 16};

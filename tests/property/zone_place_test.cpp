@@ -1,5 +1,4 @@
-// nonlinear_zone of contacts at points between sites: what it is beside the blend of zones at the corners, and how
-// smooth it is as a contact slides.
+// Zones of contacts between sites: near the blend of zones at the corners, and smooth while a contact slides.
 #include <gtest/gtest.h>
 
 #include "tests/support/zone_place_fixture.hpp"
@@ -22,7 +21,7 @@ TEST_P(ZonePlaces, AreNearlyTheBlendOfZonesAtTheirCorners) {
             tolerance * (nearest.field - blend.field).lpNorm<Eigen::Infinity>());
 }
 
-// Beside nodes that are fixed, one contact, too.
+// Fixed nodes beside a single contact.
 TEST_P(ZonePlaces, BesideFixedNodesTheyAreNearlyTheBlendToo) {
   const auto answer = [&](const pal_contact& contact) {
     OwnedSession session(pack_.get(), session_config(pack_.get(), PAL_MODEL_ZONE, 1, 1));
@@ -49,7 +48,8 @@ TEST_P(ZonePlaces, BesideFixedNodesTheyAreNearlyTheBlendToo) {
             0.3 * (nearest_field - field).lpNorm<Eigen::Infinity>());
 }
 
-// Contacts whose place is all at a neighbour are at that site, whatever was answered before.
+// A contact with all weight at a neighbouring corner equals a contact at the corner's site, whatever came
+// before.
 TEST_P(ZonePlaces, OfAllOfTheWeightAtANeighbourTheyAreThere) {
   const std::vector<pal_contact> there = {at_site(small_pack().site_at(54), kPush),
                                           at_site(small_pack().site_at(60), {0, 0.004, -0.015})};
@@ -90,7 +90,7 @@ TEST_P(ZonePlaces, StiffnessIsTheDerivativeOfTheForce) {
   }
 }
 
-// From site to site: the zone that answers changes twice, and nobody feels it.
+// From site to site: the responding zone changes twice without a jump.
 TEST_P(ZonePlaces, SlideWithoutJumps) {
   const Eigen::Vector3d from(0.13, 0.13, 0.375);
   const Eigen::Vector3d way(0.12, 0.12, 0);
@@ -118,7 +118,7 @@ TEST_P(ZonePlaces, SlideWithoutJumps) {
   EXPECT_LE(field_jump, (GetParam() ? 0.015 : 0.05) * kPush.norm());
 }
 
-// A point that trembles about the middle between two sites is answered by one zone, and none is made ready.
+// A point that trembles about the middle between two sites keeps its zone, and the session prepares no other.
 TEST_P(ZonePlaces, TremblingTheyStayWithOneZone) {
   pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 1, 0);
   OwnedSession session(pack_.get(), config);
@@ -135,12 +135,12 @@ TEST_P(ZonePlaces, TremblingTheyStayWithOneZone) {
   const Eigen::Vector3d beyond = force_of(session.touch({between(0.51)}).front());
   const Eigen::Vector3d after = force_of(session.touch({between(0.49)}).front());
   EXPECT_LE((after - before).norm(), 1e-6 * before.norm());
-  // A little beyond the middle it is still that zone which is moved: what it says there alone, moved.
+  // A little beyond the middle the same zone still answers, with its basis transferred.
   EXPECT_LE((beyond - before).norm(), 0.05 * before.norm());
   EXPECT_GT((beyond - before).norm(), 0);
 }
 
-// The force that a displacement at a point takes brings it there.
+// A displaced contact's force, prescribed in turn, brings the contact to the same place.
 TEST_P(ZonePlaces, GivenForcesActWhereTheContactIs) {
   const pal_contact moved = contact_at(kPlace, kPush);
   const Answer there = settled({moved});
@@ -158,7 +158,7 @@ TEST_P(ZonePlaces, GivenForcesActWhereTheContactIs) {
   EXPECT_LE((as_vector(session.field()) - there.field).lpNorm<Eigen::Infinity>(), 1e-3 * kPush.norm());
 }
 
-// With one iteration a frame, which moves the contact or brings its zone to rest, they are borne after several frames.
+// With an iteration a frame, which moves the contact or the zone, the force is reached after several frames.
 TEST_P(ZonePlaces, GivenForcesAreBorneByOneIterationAFrame) {
   pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 1, 0);
   config.zone_iterations = 1;

@@ -1,4 +1,4 @@
-// Tools between sites that zones answer.
+// Tools that hold points between sites, on nonlinear zones.
 #include <gtest/gtest.h>
 
 #include "tests/support/zone_place_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::zone_place_fixture {
 namespace {
 
-// Tools that hold two such places: what moves their zone is made ready in pieces, too.
+// Tools that hold two points between sites. The transferred bases of their zone are prepared in slices.
 class ZonePlacesOfTools : public ZonePlaces {
  protected:
   static constexpr double kSecondsPerOperation = 1e-9;
@@ -58,7 +58,7 @@ TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
   }
 }
 
-// A third tool grasps and lets go all the time: what was begun is finished.
+// A third tool grasps and releases all the time; the preparation still ends.
 TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
   ToolSession tools(pack_.get(), config_with(20000));
   for (uint32_t tool = 0; tool < 2; ++tool) tools.hold(tool, hold_at(places_[tool]));
@@ -72,7 +72,7 @@ TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
   EXPECT_GT(answered, 1000);
 }
 
-// What a tool feels of two places that it holds, their action on each other included.
+// A tool's stiffness over its two points, with their interaction.
 TEST_P(ZonePlacesOfTools, OfOneToolHaveItsStiffness) {
   ToolSession tools(pack_.get(), config_with(0));
   for (int i = 0; i < 2; ++i) tools.hold(0, hold_at(places_[i]));

@@ -1,4 +1,4 @@
-// What the elements next to the zones of neighbours add.
+// The near-field ring: elements next to the zones of neighbouring contacts, to second order.
 #include "runtime/src/zone/zone_rim.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ const std::vector<Law>& laws() {
   return kLaws;
 }
 
-// n2(a, b) of an element of a pack: of its forces, by differences, and as the rim has it.
+// n2(a, b) of an element: from differences of its forces, and from the near-field ring's code.
 template <int kNodes>
 void compare_second_order(const pal_pack& pack) {
   std::mt19937 random(3);
@@ -59,7 +59,7 @@ void compare_second_order(const pal_pack& pack) {
     add_zone_forces(batches, u.data(), forces.data());
     return forces;
   };
-  constexpr double kStep = 2e-4;  // elements are a quarter long
+  constexpr double kStep = 2e-4;  // elements have edges of a quarter
   const auto even = [&](const Eigen::VectorXd& u) {
     return Eigen::VectorXd(forces_at(kStep * u) + forces_at(-kStep * u));
   };
@@ -69,7 +69,7 @@ void compare_second_order(const pal_pack& pack) {
       add_second_order<kNodes>(rim.data(), (count + kLanes - 1) / kLanes, a.data(), b.data(), found.data());
   EXPECT_LE((found - expected).norm(), 1e-4 * std::max(expected.norm(), 1e-3 * a.squaredNorm()));
   EXPECT_GT(squares, 0);
-  // Half of (a + b) at both: its own gradient, whatever they are.
+  // Half of (a + b) at both arguments: n2 is bilinear, so the value is its own gradient.
   const Eigen::VectorXd mean = 0.5 * (a + b);
   EXPECT_NEAR(add_second_order<kNodes>(rim.data(), (count + kLanes - 1) / kLanes, mean.data(), mean.data(),
                                        found.data()),
@@ -84,9 +84,8 @@ TEST(ZoneRim, ElementsHaveTheSecondOrderOfTheirForces) {
   }
 }
 
-// Neighbours that crush what is between them, one ring about each: more of what is outside is right, on the boundary, which
-// forces tell of, and in the rim and beyond, which the field tells of. Where their zone holds what is between them little is
-// left for it.
+// Neighbours crush the tissue between them, with a ring about each. The near-field ring improves the forces
+// (boundary) and the field (ring and beyond). A zone that holds the tissue between leaves little to improve.
 TEST(ZoneRim, NeighboursThatCrushEachOther) {
   for (const bool quadratic : {false, true}) {
     SCOPED_TRACE(quadratic);
@@ -120,7 +119,7 @@ TEST(ZoneRim, NeighboursThatCrushEachOther) {
   }
 }
 
-// Whether a group has a rim, of the session's set that answers.
+// Number of near-field nodes of the session's current set.
 uint32_t num_rim_nodes(OwnedSession& session) {
   uint32_t count = 0;
   const ZoneSet& set = session.get()->tissue.zone.active;
@@ -148,7 +147,7 @@ TEST(ZoneRim, IsThereForNeighboursAlone) {
   EXPECT_EQ(rim_of(hookean, {6, 7}, 0), 0u) << "what is linear adds nothing";
 }
 
-// Steps of a steady tool take one iteration, and what they leave is little: the rim is not a round behind.
+// A steady tool takes an iteration a step with a small error: the near-field ring does not lag behind.
 TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double size = 0.3 * organ.block.sites.mean_surface_edge;
@@ -169,7 +168,8 @@ TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
   EXPECT_LE((as_vector(moving.field()) - as_vector(held.field())).lpNorm<Eigen::Infinity>(), 1e-4 * size);
 }
 
-// Rims of groups may share nodes and elements, which those of zones do not: as many contacts as a small block takes.
+// Near-field rings of groups may share nodes and elements, zones may not: as many contacts as a small block
+// takes.
 TEST(ZoneRim, OfSeveralGroupsThereIsRoom) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const std::vector<uint32_t>& sites :
@@ -181,7 +181,7 @@ TEST(ZoneRim, OfSeveralGroupsThereIsRoom) {
   }
 }
 
-// Of a pack that says less of rims than they take, zones do not answer as if nothing was.
+// A pack that understates its near-field rings: zones set a flag or linear_dd answers.
 TEST(ZoneRim, LargerThanThePackSaysItIsNone) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (int ZoneTables::*most : {&ZoneTables::most_rim_nodes, &ZoneTables::most_rim_elements}) {
@@ -199,7 +199,7 @@ TEST(ZoneRim, LargerThanThePackSaysItIsNone) {
   }
 }
 
-// Far beyond what second order tells of it is shortened.
+// Beyond the range of second order the ring's displacement is limited.
 TEST(ZoneRim, TornBeyondAllBoundsIsLimited) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   const double edge = organ.block.sites.mean_surface_edge;

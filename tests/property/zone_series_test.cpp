@@ -1,4 +1,5 @@
-// Where the series of the organ outside zones ends: what loads beyond it say, and that no root of it is taken for the organ's.
+// The range of the exterior's series: loads beyond it get a flag, and no spurious root passes for the organ's
+// state.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -13,12 +14,12 @@ namespace {
 
 constexpr double kReach = 0.25;
 
-// YEOH, which stiffens, `times` as stiff.
+// YEOH, a stiffening law, `times` as stiff.
 InvariantLaw stiffening(double times) {
   return {0.52 * times, 0, 0.13 * times, 0.065 * times, {{5 * times}}};
 }
 
-// Half as high as wide, with a lump below its middle: of its second order the organ outside zones has a large part.
+// Half as high as wide, with a stiff lump below the middle: the exterior has a large second-order part.
 ZoneBlock flat_block(int rings, double tip_radius) {
   constexpr double kHeight = 0.5;
   TouchedBlock block = touched_block(4, tip_radius);
@@ -40,8 +41,8 @@ std::vector<pal_contact> push(uint32_t site, const Eigen::Vector3d& d) {
   return {{site, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
 }
 
-// Pulled three times as far as the scene goes, contacts bring roots of the series back into it at which the organ outside
-// is turned inside out, and the force is up to a thousand times what it is. They are left, and a push from rest is found.
+// Pulled three times as far as the scene's range, contacts reach spurious roots of the series with det F < 0
+// outside and huge forces. The zone leaves these roots and finds the state of a push from rest.
 TEST(ZoneSeries, OtherRootsAreLeft) {
   const ZoneBlock organ = flat_block(1, 0.3);
   std::mt19937 random(1);
@@ -74,8 +75,8 @@ TEST(ZoneSeries, OtherRootsAreLeft) {
   EXPECT_GE(met, 3);
 }
 
-// Where a given force leads to such a root from rest, too, the contact does not swing between the two (285 times in these two
-// seconds); now and then it goes to rest for want of a way to a force that is not borne.
+// A prescribed force leads to a spurious root from rest, too. The contact must not oscillate between both
+// roots, and rarely restarts from rest.
 TEST(ZoneSeries, GivenForcesDoNotSwing) {
   const ZoneBlock organ = flat_block(1, 0.3);
   OwnedSession session(organ.pack->get(), organ.config(1));
@@ -100,8 +101,8 @@ TEST(ZoneSeries, GivenForcesDoNotSwing) {
   }
 }
 
-// Where a load brings most of as much along by what it does outside, stiffness is still the derivative of the force; nearer
-// to where that gives way it is no more, and the answer says so.
+// Where a load induces almost as much load outside, the stiffness is still the derivative of the force.
+// Nearer to the singular point a flag says that it is not.
 TEST(ZoneSeries, StiffnessKnowsWhatLoadsBringAlong) {
   const ZoneBlock organ = flat_block(2, 0.1);
   constexpr double kStep = 1e-5;
@@ -125,7 +126,7 @@ TEST(ZoneSeries, StiffnessKnowsWhatLoadsBringAlong) {
         difference.col(axis) = (more - less) / (2 * kStep);
       }
       difference =
-          (difference + difference.transpose()).eval() / 2;  // the rest is of orders that are left out
+          (difference + difference.transpose()).eval() / 2;  // the rest is of orders beyond the series
       EXPECT_LE((stiffness - difference).norm(), 1e-4 * difference.norm());
     }
   }

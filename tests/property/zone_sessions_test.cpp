@@ -1,4 +1,4 @@
-// Zones in a session: sets that change, jumps, budgets, and packs that contradict themselves.
+// Zones in a session: changing contact sets, jumps, budgets, and packs that contradict themselves.
 #include <gtest/gtest.h>
 
 #include "tests/support/nonlinear_zone_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::nonlinear_zone_fixture {
 namespace {
 
-// A block of which only the surface is shown, planned for two contacts up to one edge.
+// A block with only its surface packed, planned for two contacts up to one edge.
 ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = touched_block(4, 0.1)) {
   block.scene.max_contacts = 2;
   block.scene.accuracy_target = accuracy_target;
@@ -16,7 +16,7 @@ ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = 
   return find_zones(block.scene, block.model, block.sites, 1);
 }
 
-// The more tissue keeps its volume, the more higher orders leave: packs have more of them.
+// A nearly incompressible law leaves larger high orders, so its packs store more of them.
 TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
   const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0}, 0.005);
   EXPECT_EQ(soft.exterior_degree, 3);
@@ -26,7 +26,7 @@ TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
   EXPECT_TRUE(keeps_volume.between);
 }
 
-// Where zones of near contacts hold what is between them, any free node may be on a boundary.
+// Zones of near contacts hold the tissue between them, so any free node may be on a boundary.
 TEST(NonlinearZone, WhatMayBeBoundaryHasRows) {
   const TouchedBlock block = touched_block(4, 0.1);
   const ZoneTables zone = planned(kTissue, 1e-5, block);
@@ -45,14 +45,14 @@ TEST(NonlinearZone, ReturnsToRest) {
   EXPECT_EQ(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 0.0);
   const auto again = session.touch({{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
   EXPECT_LE(Eigen::Vector3d(again.force).norm(), 1e-12);
-  // By way of the contacts, too.
+  // Back by way of the contacts, too.
   settle(session, kOne);
   const auto back = settle(session, {{4, {0, 0, 0}, 0, {}, {}, {}}}).front();
   EXPECT_LE(Eigen::Vector3d(back.force).norm(), 1e-9);
   EXPECT_LE(as_vector(session.field()).lpNorm<Eigen::Infinity>(), 1e-9);
 }
 
-// A set of contacts that changes goes on from where the organ is.
+// A new contact set starts from the current state.
 TEST(NonlinearZone, GoesOnWhereItWas) {
   constexpr double kNodeAlone = 0.1;
   const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, kNodeAlone);
@@ -67,7 +67,7 @@ TEST(NonlinearZone, GoesOnWhereItWas) {
             0.02 * before.lpNorm<Eigen::Infinity>());
 }
 
-// At a hundredth of an edge a frame, with the tangent of some frames before.
+// A hundredth of an edge a frame, with a tangent of some frames before.
 TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
   const ZoneBlock& organ = tissue_block(2);
   for (const std::vector<pal_contact>& contacts : {kOne, kAdjacent, kApart}) {
@@ -95,8 +95,8 @@ TEST(NonlinearZone, MovingContactsAreAsThoseHeld) {
   }
 }
 
-// Of one, two and three contacts, to four times what the scene asks for and beyond. On the way back what has no flag is
-// right.
+// One, two and three contacts, to four times the scene's range and beyond. On the way back every result
+// without a flag is right.
 TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
   const ZoneBlock& organ = tissue_block(2);
   const double edge = organ.block.sites.mean_surface_edge;
@@ -146,7 +146,7 @@ TEST(NonlinearZone, FarPushesAreFiniteAndFlagged) {
   }
 }
 
-// A pack that says less of its zones than they take: their contacts are left to linear_dd, or answered with a flag.
+// A pack that understates its zones: linear_dd answers, or the result has a flag.
 TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
   const std::vector<pal_contact> apart = {{0, {0.01, 0, -0.02}, 0, {}, {}, {}},
@@ -157,7 +157,7 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
     lying.most_boundary_nodes = std::min(lying.most_boundary_nodes, lying.most_nodes);
     return lying;
   };
-  // The last two zones together have more boundary than the arena has room for, though each of their matrices fits.
+  // The last two zones together exceed the arena's boundary capacity, though each matrix fits.
   for (const ZoneTables& lying :
        {lie(&ZoneTables::most_nodes, 2), lie(&ZoneTables::most_elements, 2),
         lie(&ZoneTables::most_boundary_nodes, 2),
@@ -172,7 +172,7 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
       EXPECT_EQ(found[c].model, PAL_MODEL_LINEAR);
       EXPECT_LE((Eigen::Vector3d(found[c].force) - Eigen::Vector3d(expected[c].force)).norm(), 1e-12);
     }
-    // Nodes fixed while running are in every group, on top of what the pack says.
+    // Nodes fixed while running join every group, beyond the pack's numbers.
     OwnedSession fixing(pack.get(), PAL_MODEL_ZONE, 2, 32);
     std::vector<uint32_t> fixed;
     for (uint32_t node = 0; node < std::min(32u, pack.info().num_contact_nodes); ++node)
@@ -189,11 +189,11 @@ TEST(NonlinearZone, LargerThanThePackSaysItIsNone) {
   }
 }
 
-// What another model answered in between is not where the zone had been.
+// A zone that follows another response model starts from rest, not from its own last state.
 TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_AUTO, 9, 0));
-  settle(session, {{4, {0, 0, 0.3}, 0, {}, {}, {}}});  // further than a frame brings it back
+  settle(session, {{4, {0, 0, 0.3}, 0, {}, {}, {}}});  // further than a frame brings the contact back
   const std::vector<pal_contact> more_than_zones_answer(9, kOne[0]);
   EXPECT_EQ(session.touch(more_than_zones_answer)[0].model, PAL_MODEL_LINEAR);
   std::vector<pal_contact> light = kOne;
@@ -205,8 +205,8 @@ TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
   EXPECT_LE((Eigen::Vector3d(result.force) - expected).norm(), 1e-3 * expected.norm());
 }
 
-// Made ready in slices it is as at once, of one contact, and of three with what their fields count twice; until then
-// what was before answers.
+// A zone prepared in slices equals a zone prepared at once: one contact, and three with double-counting
+// correction. Until then the old set answers.
 TEST(NonlinearZone, IsMadeReadyWithinABudget) {
   const ZoneBlock& one = tissue_block(2);
   const ZoneBlock& three = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);

@@ -1,4 +1,4 @@
-// Small strains, at which the organ outside of a zone is as linear as it is taken to be: zones of any size are exact.
+// At small strains the exterior is linear, so zones of any size are exact.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -16,9 +16,9 @@ using Eigen::Vector3d;
 constexpr LinearElastic kTissue = {1.0, 2.0};
 constexpr double kFieldTolerance = field_tolerance(2e-6);
 constexpr double kForceTolerance = 1e-11;
-constexpr double kGivenTolerance = 1e-5;  // what iterations leave, where groups act on each other
+constexpr double kGivenTolerance = 1e-5;  // error of iterations between groups
 
-// Each along another way, by an edge.
+// Each contact moves by an edge, in its own direction.
 std::vector<pal_contact> pushes_at(const ZoneBlock& organ, const std::vector<uint32_t>& sites) {
   const Vector3d ways[] = {{0.3, -0.2, -0.93}, {-0.5, 0.6, 0.62}, {0.8, 0.1, -0.59}};
   std::vector<pal_contact> contacts;
@@ -29,7 +29,7 @@ std::vector<pal_contact> pushes_at(const ZoneBlock& organ, const std::vector<uin
   return contacts;
 }
 
-// How many groups there are.
+// Compares with the full solve, and returns the number of groups.
 uint32_t expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites) {
   pal_session_config config = organ.config(3);
   config.max_fixed = 1;
@@ -59,8 +59,8 @@ TEST(ZoneSmallStrain, IsTheFullSolveWhateverIsOutside) {
     int rings;
     bool quadratic;
     int cells;
-    double tip_radius;  // so that patches of neighbours share nodes
-    uint32_t groups;    // at most
+    double tip_radius;  // large enough that patches of neighbours share nodes
+    uint32_t groups;    // largest number of groups
   };
   for (const auto& [rings, quadratic, cells, tip_radius, groups] :
        {Shape{1, false, 6, 0.18, 2}, {2, false, 8, 0.13, 2}, {1, true, 4, 0.13, 2}, {2, true, 4, 0.13, 1}}) {

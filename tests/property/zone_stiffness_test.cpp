@@ -1,4 +1,4 @@
-// The stiffness of zones, and the work of closed paths.
+// The stiffness of zones, and the work on closed paths.
 #include <gtest/gtest.h>
 
 #include "tests/support/nonlinear_zone_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::nonlinear_zone_fixture {
 namespace {
 
-// `skew`: of the derivative, what is not symmetric.
+// `skew`: tolerance for the antisymmetric part of the derivative.
 void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
                       const std::vector<pal_contact>& neighbours = {}) {
   const auto force_at = [&](const Eigen::Vector3d& d, double* stiffness) {
@@ -31,8 +31,8 @@ void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
   EXPECT_LE((difference - difference.transpose()).norm(), skew * stiffness.norm());
 }
 
-// The stiffness is the derivative of the force and symmetric; but for the orders that the series of the exterior
-// leaves out, of which a zone that is the whole organ has none.
+// The stiffness is symmetric and the derivative of the force, up to the orders beyond the exterior's series.
+// A zone that is the whole organ is exact.
 TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
     SCOPED_TRACE(rings);
@@ -42,7 +42,7 @@ TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   }
 }
 
-// Beside a neighbour, too, whose loads the boundary gives; but for what the rim adds to it.
+// Beside a neighbour the boundary gives the neighbour's loads; the near-field ring's share is tolerated.
 TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
@@ -52,7 +52,7 @@ TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
   expect_stiffness(organ.pack->get(), 5e-3, 0.015, neighbour);
 }
 
-// What a pack carries of pairs is nothing to a session of one contact.
+// A session of one contact ignores the pack's interaction terms.
 TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
   const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   OwnedSession alone(organ.pack->get(), organ.config(1));
@@ -66,8 +66,8 @@ TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
   EXPECT_LE((Eigen::Vector3d(found.force) - Eigen::Vector3d(expected.force)).norm(), 1e-9);
 }
 
-// The work of contacts at these sites on closed paths of this size, a third of a turn apart, as part of the most that
-// it was on the way. Those apart feel each other a frame late: each step has frames to come to rest in.
+// Work on closed paths of this size, with the contacts a third of a turn apart, over the largest work on the
+// way. Separate zones exchange forces a frame late, so each step runs frames until convergence.
 double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, double size) {
   constexpr int kSteps = 240;
   const auto at = [&](int step) {
@@ -106,8 +106,9 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
   return std::abs(work) / most;
 }
 
-// Around closed paths forces do no work, but for the orders that the series of the exterior leaves out, which halve
-// with the path, and what the columns of pairs do, which does not.
+// Closed paths do no work, up to two errors:
+// - orders beyond the exterior's series, which halve with the path;
+// - interaction columns, which do not.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);

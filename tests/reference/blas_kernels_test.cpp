@@ -1,4 +1,4 @@
-// The program takes code of BLAS that suits the processor.
+// The program uses BLAS kernels that suit the processor.
 #include <cblas.h>
 #include <gtest/gtest.h>
 

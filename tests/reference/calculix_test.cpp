@@ -1,8 +1,8 @@
-// An independent solver on the same file: CalculiX, for the laws and elements that both know.
+// Reference: CalculiX on the same file, for the laws and elements that both programs have.
 //
-// Its table of displacements has seven digits and its default convergence is loose (half a percent of the
-// mean force), so its copy of the file gets *CONTROLS with a tight one; nothing else differs. It also takes
-// any residual force below 1e-6 for zero: loads under which its Newton is slow come with moduli of 1e9.
+// CalculiX prints seven digits and stops at a loose tolerance, so its file gets *CONTROLS with a tight
+// tolerance. No other line differs. CalculiX takes residual forces below 1e-6 for zero, so loads with slow
+// Newton convergence come with moduli of 1e9.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace palpate::test {
 namespace {
 
-constexpr double kAgreement = 5e-6;  // of the largest displacement: seven digits, and rounding of the last
+constexpr double kAgreement = 5e-6;  // over the largest displacement: rounding of the seventh digit
 
 enum class Loads { push, gravity, pressure, surface_pressure, amplitudes, released };
 
@@ -30,8 +30,8 @@ struct SharedCase {
   bool nlgeom = true;
   bool ten_nodes = false;
   Loads loads = Loads::push;
-  // Pressure of Loads::pressure, and how far a node must move for the case to show large displacements; the block is
-  // 0.25 to 0.375 wide. CalculiX diverges on six-node faces under much more than 0.3e9.
+  // Pressure of Loads::pressure. `furthest` is the displacement that makes strains large; the block is 0.25
+  // to 0.375 wide. CalculiX diverges on six-node faces under much more than 0.3e9.
   double pressure = 0.4e9;
   double moved = 0.05;
 };
@@ -68,10 +68,10 @@ class Calculix : public ::testing::TestWithParam<SharedCase> {
     text.replace(text.find(ours), ours.size(), std::string("*DENSITY\n1.5e9\n") + one.law);
     const std::string step =
         std::string("*STEP") + (one.nlgeom ? ", NLGEOM" : "") + ", INC=1000\n*STATIC\n0.25, 1\n";
-    // Half as long: a table that began anew would end elsewhere.
+    // The step is half as long, so an amplitude that restarted would end elsewhere.
     const std::string half_step = step.substr(0, step.find("0.25, 1")) + "0.25, 0.5\n";
     const std::string end = "*NODE PRINT, NSET=EVERY\nU\n*END STEP\n";
-    // The last two corners in the row y = z = high, and two of the row y = low.
+    // The last two corners in the row y = z = high, and two corners of the row y = low.
     const int side = one.ten_nodes ? 3 : 4;
     const int last = side * side * side;
     const int far = last - side * (side - 1);
@@ -88,7 +88,7 @@ class Calculix : public ::testing::TestWithParam<SharedCase> {
       case Loads::gravity:
         return text + step + "*DLOAD\nE, GRAV, 1.4, 0.6, 0, -0.8\n" + end;
       case Loads::pressure: {
-        // On half of the top, so that the rim of the patch moves freely.
+        // Pressure on half of the top, so that the patch's boundary moves freely.
         const std::vector<std::string> faces = top_faces(block, 'P');
         std::string load = "*DLOAD\n";
         for (size_t i = 0; i < faces.size() / 2; ++i)
@@ -101,7 +101,7 @@ class Calculix : public ::testing::TestWithParam<SharedCase> {
         return text + surface + step + "*DSLOAD\nTOP, P, -0.5e9\n" + end;
       }
       case Loads::amplitudes:
-        // Up, back and half way up again; the second step goes on in total time.
+        // Up, back and half way up again; the second step continues in total time.
         return text +
                "*AMPLITUDE, NAME=TURNS\n0, 0, 0.5, 1, 1, 0.5\n*AMPLITUDE, NAME=LONG, TIME=TOTAL TIME\n0, 0, "
                "2, 1\n" +

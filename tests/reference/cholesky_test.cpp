@@ -1,4 +1,4 @@
-// The sparse factor against Eigen's dense one.
+// The sparse Cholesky factorisation, compared with Eigen's dense factorisation.
 #include "offline/fem/cholesky.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 using test::TestRandom;
 
-// Condition of the matrices below (under 1e3) times double rounding, with room.
+// Condition of the matrices below (under 1e3) times double rounding, with reserve.
 constexpr double kSolve = 1e-12;
 
 // A random pattern with about `per_row` entries left of the diagonal in a row.
@@ -44,7 +44,7 @@ RandomMatrix random_matrix(int n, int per_row, unsigned pattern_seed, unsigned v
       result.dense(row, column) = result.dense(column, row) = values();
     }
   }
-  // Dominant by a little: positive definite, and not so much that an error elsewhere would go unseen.
+  // Slightly diagonally dominant: positive definite, and sensitive to an error in any entry.
   for (int row = 0; row < n; ++row) result.dense(row, row) = result.dense.row(row).cwiseAbs().sum() + 0.1;
   for (int column = 0; column < n; ++column) {
     for (int row = column; row < n; ++row) {
@@ -101,7 +101,7 @@ TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   const int n = 60;
   const RandomMatrix good = random_matrix(n, 4, 51, 52);
   Cholesky cholesky{CholeskyAnalysis(good.lower)};
-  // The sign of the first, a middle and the last pivot; a matrix that is singular; one that is not a number.
+  // A negative first, middle or last pivot; a singular matrix; a NaN.
   for (const int pivot : {0, n / 2, n - 1}) {
     RandomMatrix bad = good;
     bad.lower.coeffRef(pivot, pivot) *= -1;
@@ -115,7 +115,7 @@ TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   RandomMatrix not_a_number = good;
   not_a_number.lower.coeffRef(n / 2, n / 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(cholesky.factorize(not_a_number.lower));
-  RandomMatrix barely = good;  // one eigenvalue just below zero, the diagonal still positive
+  RandomMatrix barely = good;  // an eigenvalue just below zero, the diagonal still positive
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(good.dense, Eigen::EigenvaluesOnly);
   for (int i = 0; i < n; ++i) barely.lower.coeffRef(i, i) -= eigen.eigenvalues()(0) * (1 + 1e-6);
   EXPECT_FALSE(cholesky.factorize(barely.lower));
@@ -127,7 +127,7 @@ TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
   EXPECT_LE((good.dense * solution - right).norm(), kSolve * right.norm()) << "after refusals";
 }
 
-// Shifted by values between its eigenvalues, a matrix has as many below zero as were below the shift.
+// Sylvester: a matrix shifted by s has as many negative eigenvalues as the matrix has eigenvalues below s.
 TEST(CholeskyReference, AnIndefiniteMatrixIsSolvedAndItsNegativeEigenvaluesCounted) {
   for (const int n : {1, 17, 150}) {
     const RandomMatrix matrix = random_matrix(n, 4, 55, 56);
@@ -149,7 +149,7 @@ TEST(CholeskyReference, AnIndefiniteMatrixIsSolvedAndItsNegativeEigenvaluesCount
         const Eigen::MatrixXd right = TestRandom(57).matrix(n, columns);
         Eigen::MatrixXd solution = right;
         cholesky.solve(solution);
-        // Without pivoting, and half way between two eigenvalues: some digits less.
+        // Fewer digits: no pivoting, and a shift half way between two eigenvalues.
         EXPECT_LE((shifted.dense * solution - right).norm(), 1e3 * kSolve * right.norm());
       }
     }
@@ -167,7 +167,7 @@ TEST(CholeskyReference, AnIndefiniteMatrixIsSolvedAndItsNegativeEigenvaluesCount
 }
 
 TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
-  // Large enough for METIS to cut the graph many times, with random choices each.
+  // Large enough for METIS to cut the graph many times, each time with random choices.
   constexpr int kSize = 700;
   const RandomMatrix matrix = random_matrix(kSize, 2, 71, 72);
   const Eigen::VectorXd right = TestRandom(73).vector(kSize);
@@ -186,12 +186,12 @@ TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
 }
 
 TEST(CholeskyReference, SinglePrecisionLeavesItsRounding) {
-  // Condition under 1e3 times single rounding; at least the rounding itself, or it was done in double.
+  // Above: condition (under 1e3) times single rounding. Below: single rounding, or the solve ran in double.
   constexpr double kSingle = 1e-4;
   const int n = 150;
   RandomMatrix matrix = random_matrix(n, 4, 21, 22);
   Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
-  for (const double unit : {1.0, 1e-60, 1e60}) {  // beyond what single precision can hold
+  for (const double unit : {1.0, 1e-60, 1e60}) {  // beyond the range of single precision
     SCOPED_TRACE(unit);
     RandomMatrix scaled = matrix;
     scaled.lower *= unit;
@@ -213,7 +213,7 @@ TEST(CholeskyReference, SinglePrecisionLeavesItsRounding) {
 }
 
 TEST(CholeskyReference, AnyNumberOfThreadsGivesTheSameBits) {
-  // A block with branches to share out, and a dense matrix, one front that is cut into blocks.
+  // A block with branches for the threads, and a dense matrix: a single front, cut into blocks.
   test::BlockShape shape;
   shape.cells = {6, 6, 12};
   const Model block = test::tetrahedral_block(shape);
@@ -221,7 +221,7 @@ TEST(CholeskyReference, AnyNumberOfThreadsGivesTheSameBits) {
   SparseLower stiffness;
   assembly.tangent(Eigen::VectorXd::Zero(block.num_dofs()), false, stiffness);
   for (Eigen::Index equation = 0; equation < stiffness.cols(); ++equation)
-    stiffness.coeffRef(equation, equation) *= 1.01;  // it floats
+    stiffness.coeffRef(equation, equation) *= 1.01;  // unsupported
   for (const SparseLower& matrix : {stiffness, random_matrix(1100, 20000, 81, 82).lower}) {
     const CholeskyAnalysis analysis(matrix);
     for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
@@ -243,7 +243,7 @@ TEST(CholeskyReference, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-// Two dense cliques of 1000 that share 400: the front of either is cut into blocks and passes an update on.
+// Two dense cliques of 1000 with 400 common unknowns: each front is cut into blocks and passes an update on.
 SparseLower two_cliques() {
   constexpr int kSize = 1600;
   TestRandom random(91);
@@ -295,7 +295,7 @@ TEST(CholeskyReference, WideFrontsPassTheirSignedUpdatesOn) {
 }
 
 TEST(CholeskyReference, ThreadsRefuseAndGoOn) {
-  // Disjoint blocks, a forest, of which the last one is not positive definite.
+  // Disjoint blocks form a forest of elimination trees; the last block is not positive definite.
   constexpr int kBlocks = 40;
   constexpr int kRows = 30;
   const RandomMatrix block = random_matrix(kRows, 4, 93, 94);
@@ -334,7 +334,7 @@ TEST(CholeskyReference, NoEquationsAndNoFactor) {
 }
 
 TEST(CholeskyReference, DoubleTellsABarelyIndefiniteMatrix) {
-  // The 1D Laplacian, eigenvalues 2 - 2 cos(k pi / (n + 1)), shifted so that the smallest is 3e-8 of the
+  // The 1D Laplacian, eigenvalues 2 - 2 cos(k pi / (n + 1)). A shift moves the smallest to 3e-8 of the
   // largest, below or above zero.
   constexpr int kSize = 3000;
   const double smallest = 2 - 2 * std::cos(std::acos(-1.0) / (kSize + 1));

@@ -1,4 +1,4 @@
-// A scene that samples the fewest sites, from its build to an answer where nothing was sampled, as a user meets it.
+// A scene that samples as few sites as possible, from `palpate build` to responses at unsampled sites.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,8 @@ nlohmann::json contact_of(const SceneFiles& files, int node, const std::string& 
       .json()["contacts"][0];
 }
 
-// Small pushes need no sample anywhere: two solves a site see to that, the others are the survey's.
+// Small pushes need no samples: two solves a site confirm the linear response, and the survey takes the other
+// solves.
 TEST(Affine, SmallPushesAreAnsweredWithoutSamples) {
   const SceneFiles files(whole_top(0.04, 0.01));
   const nlohmann::json result = built(files);
@@ -59,7 +60,7 @@ TEST(Affine, SmallPushesAreAnsweredWithoutSamples) {
   }
 }
 
-// Larger ones do, at some sites; each says which it is.
+// Larger pushes need samples at some sites; each site states its model.
 TEST(Affine, WhereTheTargetAsksForThemSitesAreSampled) {
   const SceneFiles files(whole_top(0.06, 0.004));
   const nlohmann::json result = built(files, "2");
@@ -82,7 +83,7 @@ TEST(Affine, WhereTheTargetAsksForThemSitesAreSampled) {
   own["model"] = "affine";
   EXPECT_EQ(contact_of(files, one_of_each[true], push, "affine"), own) << "its own polynomial answers best";
 
-  // One push is at a site of one of them, and says nothing of the other.
+  // A push at a site of one model says nothing about the other model.
   const nlohmann::json validated =
       run_program({"validate", files.pack.string(), "--samples", "1", "--sets", "0", "--json"})
           .json()["models"];
@@ -91,7 +92,7 @@ TEST(Affine, WhereTheTargetAsksForThemSitesAreSampled) {
   EXPECT_NE(validated["affine_site"]["within_estimate"].is_null(),
             validated["polynomial_dd"]["within_estimate"].is_null());
 
-  // The same bytes on one thread, and from what was kept.
+  // The same bytes on one thread, and from stored solves.
   EXPECT_EQ(built(files)["solves"], 0);
   EXPECT_TRUE(file_text(files.pack) == bytes);
   std::filesystem::remove_all(files.pack.string() + ".samples");

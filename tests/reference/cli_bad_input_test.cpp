@@ -1,5 +1,4 @@
-// What the program says to input that it cannot use: one line with file, line and remedy, exit code 1, no
-// pack.
+// Unusable input: a line with file, line number and remedy, exit code 1, no pack.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_fixture.hpp"
@@ -10,7 +9,7 @@ namespace {
 
 class BadScene : public ::testing::Test {
  protected:
-  // What `build` says, without the folder of the test.
+  // The message of `build`, without the folder of the test.
   std::string refusal(const std::string& scene, const std::string& model = kBody) const {
     dir_.write("organ.inp", model);
     const std::string file = dir_.write("organ.toml", scene).string();
@@ -31,7 +30,7 @@ struct Case {
   const char* name;
   std::string scene;
   std::string model;
-  std::vector<std::string> words;  // that the line must hold; the first one starts it
+  std::vector<std::string> words;  // words in the message; the message starts with the first
 };
 
 TEST_F(BadScene, EachIsNamedByFileAndLine) {
@@ -136,7 +135,7 @@ TEST(CommandLine, HelpTeachesByExample) {
   }
 }
 
-// A disk that is full, standard output and files alike.
+// A full disk, for standard output and for files.
 TEST(CommandLine, OutputThatDoesNotArriveIsAFailure) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0);

@@ -1,4 +1,4 @@
-// `palpate build`, `info` and `verify` as a user meets them.
+// `palpate build`, `info` and `verify` as a user runs them.
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
@@ -44,8 +44,8 @@ TEST(Build, BytesDependOnTheInputsAlone) {
   EXPECT_TRUE(bytes[1] == bytes[2]) << "two runs";
 }
 
-// Sets of several contacts are solved once, kept, and told of: by the build, by `info`, and measured anew by
-// `validate`.
+// Contact sets are solved once and stored. `build` and `info` report their errors, and `validate` measures
+// them anew.
 TEST(Build, SurveysSeveralContacts) {
   const SceneFiles files(
       "[contact]\nsites = [50, 52, 55, 57, 62, 64]\nmax_displacement = 0.02\ntip_radius = 0.07\n"
@@ -72,7 +72,8 @@ TEST(Build, SurveysSeveralContacts) {
   for (const char* words : {"2 near", "2 anywhere", "3 near", "3 apart"})
     EXPECT_NE(text.find(words), std::string::npos) << words << " is not in\n" << text;
 
-  // Of those that were kept half are lost, as by a kill: the others are not solved again, and nothing changes.
+  // Half of the stored solves are lost, as after a kill. The other half is not solved again, and no byte
+  // changes.
   std::vector<std::filesystem::path> kept;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(files.pack.string() + ".samples")) {
     if (entry.path().filename().string().starts_with("set-")) kept.push_back(entry.path());
@@ -100,8 +101,8 @@ TEST(Build, SurveysSeveralContacts) {
   EXPECT_GE(json["models"]["nonlinear_zone"]["several_within_estimate"]["displacement"].get<double>(), 0.85);
 }
 
-// A column four times as tall as it is thick bends: several contacts on it are better answered by the linear
-// model, and nothing else of the build would say so.
+// A column four times as tall as thick bends. linear_dd answers several contacts there with a smaller error,
+// and `build` must say so.
 TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
   std::istringstream lines(block_inp(3));
   std::string column;
@@ -120,7 +121,7 @@ TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
   EXPECT_EQ(bends.exit_code, 0) << bends.error;
   EXPECT_NE(bends.error.find(words), std::string::npos) << bends.error;
   EXPECT_NE(bends.error.find("3 near ("), std::string::npos) << bends.error;
-  // Linear tissue is answered exactly by both.
+  // Linear tissue: both models are exact.
   std::string is_linear = block_inp(3);
   const size_t law = is_linear.find("*HYPERELASTIC");
   is_linear.replace(law, is_linear.find('*', law + 1) - law, "*ELASTIC\n1, 0.3\n");
@@ -131,7 +132,7 @@ TEST(Build, SaysWhereZonesAreWorseThanTheLinearModel) {
   }
 }
 
-// Rings that the target asks for, as many of them as the budget lets; what is missed all the same is said.
+// The target asks for rings, the budget limits them, and `build` states the missed target.
 TEST(Build, ChoosesRingsFromTargetAndBudget) {
   const auto build = [](double target, double frame_us) {
     std::ostringstream scene;
@@ -156,7 +157,7 @@ TEST(Build, ChoosesRingsFromTargetAndBudget) {
   EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1 ")) << none;
 }
 
-// More contacts at once than tools there may be.
+// More contacts at once than tools.
 TEST(Build, TakesManyContacts) {
   const ProgramRun run = SceneFiles(
                              "[contact]\nsites = \"surface\"\nmax_displacement = 0.02\nmax_contacts = "
@@ -166,7 +167,7 @@ TEST(Build, TakesManyContacts) {
   EXPECT_EQ(run.exit_code, 0) << run.error;
 }
 
-// Every free node of the surface a site, the compliance compressed as it would be of a larger one.
+// Every free surface node is a site. The compliance is compressed, as for a larger organ.
 TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   const std::string scene =
       "[contact]\nsites = \"surface\"\nmax_displacement = 0.02\ntip_radius = 0.13\nmax_contacts = 3\n"
@@ -190,7 +191,7 @@ TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   EXPECT_GT(info["compliance"]["displacement_error"].get<double>(), 0);
   EXPECT_LE(info["compliance"]["displacement_error"].get<double>(), 2e-3);
   EXPECT_LE(info["compliance"]["force_error"].get<double>(), 5e-4);
-  // With no polynomials to fit, one push in each quarter of the range at 60 sites.
+  // Without polynomials: a push in each quarter of the range at 60 sites.
   EXPECT_EQ(info["errors"]["linear_dd"]["overall"]["samples"], 240);
   for (const nlohmann::json& bin : info["errors"]["linear_dd"]["bins"]) EXPECT_EQ(bin["samples"], 60);
   EXPECT_NE(run_cleanly({"info", files.pack.string()}).out.find("compressed"), std::string::npos);

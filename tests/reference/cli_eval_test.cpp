@@ -1,4 +1,4 @@
-// `palpate eval` as a user meets it: its JSON, its table, and its force beside a full solve of the same push.
+// `palpate eval` as a user runs it: its JSON, its table, and its force compared with a full solve.
 #include <gtest/gtest.h>
 
 #include "tests/support/cli_eval_fixture.hpp"
@@ -59,7 +59,7 @@ TEST_F(Eval, TableHoldsThePackedNodesWithoutForces) {
   EXPECT_NEAR(row_of(rows, 23).u[2], -0.02, 1e-7);
 }
 
-// Against the full solve: within twice what the survey found at worst (it has few samples).
+// Within twice the survey's largest error; the survey has few samples.
 TEST_F(Eval, ForceAndFieldAreThoseOfAFullSolve) {
   const std::array<double, 3> d = {0.004, 0.002, -0.02};
   const std::filesystem::path table = solve({{23, d}});
@@ -70,7 +70,7 @@ TEST_F(Eval, ForceAndFieldAreThoseOfAFullSolve) {
   EXPECT_LT(reference["force_error"].get<double>(), 2 * survey["force"]["max"].get<double>());
   EXPECT_LT(json["reference"]["displacement_error"].get<double>(),
             2 * survey["displacement"]["max"].get<double>());
-  // The comparison itself, done anew from the table.
+  // The same comparison, computed from the table.
   std::array<double, 3> truth{};
   for (const CsvRow& row : read_csv(table)) {
     if (distance(row.u, d) > 1e-12) continue;
@@ -115,7 +115,7 @@ TEST_F(Eval, LinearModelIsTheFullSolveOfATinyPush) {
     const nlohmann::json json =
         answer({"--contact", "23=2e-6,-1e-6,-3e-6", "--model", model, "--reference", table.string()});
     EXPECT_EQ(json["contacts"][0]["model"], model);
-    // What is left is second order in |d| / edge (3e-5), and float32 in the field.
+    // The remainder is of second order in |d| / edge (3e-5), and float32 rounding in the field.
     EXPECT_LT(json["contacts"][0]["reference"]["force_error"].get<double>(), 2e-4) << model;
     EXPECT_LT(json["reference"]["displacement_error"].get<double>(), 2e-4) << model;
   }
@@ -131,7 +131,7 @@ TEST_F(Eval, SeveralContactsAreAnsweredByAZone) {
 }
 
 TEST_F(Eval, WhatNoNonlinearModelAnswersIsLinearAndSaysSo) {
-  std::vector<std::string> nine;  // one more than zones answer
+  std::vector<std::string> nine;  // one more than a zone's capacity
   for (int i = 0; i < 9; ++i) {
     nine.push_back("--contact");
     nine.push_back(i % 2 == 0 ? "22=0,0,-0.01" : "23=0,0,-0.01");
@@ -151,7 +151,7 @@ TEST_F(Eval, FixHoldsANodeAtZero) {
     const nlohmann::json json = answer(
         {"--contact", "23=0,0,-0.01", "--fix", "19", "--fix", "22", "-o", table.string(), "--model", model});
     const std::vector<CsvRow> rows = read_csv(table);
-    constexpr double kFloatSum = 1e-7 * 0.01;  // the field is a float32 sum of responses of the push's size
+    constexpr double kFloatSum = 1e-7 * 0.01;  // the field is a float32 sum of terms of the push's size
     EXPECT_LT(distance(row_of(rows, 22).u, {}), 10 * kFloatSum);
     EXPECT_NEAR(row_of(rows, 23).u[2], -0.01, 1e-7);
     const nlohmann::json free = answer({"--contact", "23=0,0,-0.01", "--model", model});

@@ -1,4 +1,4 @@
-// Answers of `palpate eval` beside full solves, in any units and with any labels.
+// `palpate eval` compared with full solves, in any units and with any labels.
 #include <gtest/gtest.h>
 
 #include "tests/support/cli_eval_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace palpate::test::cli_eval_fixture {
 namespace {
 
-// The middle node of the top alone is a corner of four triangles, each half a cell, and bears a third of each.
+// The middle node of the top is a corner of four triangles, each half a cell, and bears a third of each.
 TEST(EvalPressure, IsTheForceIntoTheSurfaceOverItsArea) {
   const SceneFiles files("[contact]\nsites = [23]\nmax_displacement = 0.01\n");
   ASSERT_EQ(files.build().exit_code, 0);
@@ -29,7 +29,7 @@ class EvalBetweenSites : public Eval {
       : Eval("[contact]\nsites = [22, 23, 25, 26]\nmax_displacement = 0.02\ntip_radius = 0.13\n") {}
 };
 
-// The truth between sites is by definition the blend of the full solves at the three corners.
+// Between sites the reference is the blend of the full solves at the three corners.
 TEST_F(EvalBetweenSites, ForceAndFieldAreTheBlendOfFullSolves) {
   const std::array<double, 3> d = {0.004, 0.002, -0.012};
   const std::filesystem::path table = files_.dir.path() / "field.csv";
@@ -58,7 +58,7 @@ TEST_F(EvalBetweenSites, ForceAndFieldAreTheBlendOfFullSolves) {
     EXPECT_LT(distance(row.u, field.at(row.node)), 0.01 * distance(d, {})) << row.node;
 }
 
-// The same organ in ten-node elements, all the way from the file to the runtime's answer.
+// The same organ with ten-node elements, from the file to the runtime's response.
 TEST(EvalTenNodes, ForceAndFieldAreThoseOfAFullSolve) {
   const SceneFiles files(kContact, block_inp(2, true));
   ASSERT_EQ(files.build().exit_code, 0);
@@ -88,7 +88,7 @@ TEST(EvalTenNodes, ForceAndFieldAreThoseOfAFullSolve) {
   EXPECT_LT(survey["displacement"]["max"].get<double>(), 0.05);
 }
 
-// Units change what the runtime is told, not what the command line shows.
+// Units change the pack's numbers, not the command line's.
 TEST(EvalUnits, MillimetresAndMillinewtonsPrintTheSameNumbers) {
   const SceneFiles plain;
   const SceneFiles scaled("[units]\nlength = \"mm\"\nforce = \"mN\"\n" + kContact);

@@ -78,7 +78,7 @@ TEST_F(BuiltPack, VerifyAnswersInJsonToo) {
   EXPECT_EQ(answer["bytes"].get<size_t>(), std::filesystem::file_size(files_.pack));
 }
 
-// Every 97th byte, so that header, tables and segments all have their turn.
+// Every 97th byte reaches header, tables and segments.
 TEST_F(BuiltPack, FlippedBitsAreRefused) {
   const std::string sound = file_text(files_.pack);
   constexpr size_t kTrials = 60;

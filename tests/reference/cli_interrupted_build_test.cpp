@@ -1,4 +1,4 @@
-// `palpate build` that is killed, resumed, or cannot write.
+// A killed `palpate build`, its resumption, and a build that cannot write.
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
@@ -15,7 +15,7 @@
 namespace palpate::test {
 namespace {
 
-// Killed at any moment, it goes on where it was and makes the same bytes.
+// A build killed at any moment resumes and makes the same bytes.
 TEST(Build, GoesOnAfterItWasKilled) {
   const SceneFiles files("[contact]\nsites = \"surface\"\nmax_displacement = 0.05\ntip_radius = 0.13\n",
                          block_inp(3));
@@ -54,7 +54,7 @@ TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
   EXPECT_NE(run.error.find("--samples"), std::string::npos) << run.error;
 }
 
-// What another scene solved is not taken for one's own; another target, precision or number of tools is no other scene.
+// Solves of another scene are not reused. Another target, precision or number of tools is the same scene.
 TEST(Build, SamplesOfAnotherSceneAreNotTaken) {
   const SceneFiles files;
   const std::string scene = file_text(files.scene);
@@ -82,7 +82,7 @@ TEST(Build, SamplesOfAnotherSceneAreNotTaken) {
   EXPECT_FALSE(reused(scene));
 }
 
-// Kills a build of many sites once it has said its plan and works.
+// Kills a build of many sites after it has printed its plan and begun to solve.
 void kill_build_half_way(const SceneFiles& files) {
   ProgramProcess process({"build", files.scene.string(), "-o", files.pack.string(), "--jobs", "1"});
   while (process.printed_so_far().find("estimate") == std::string::npos && process.is_running())
@@ -107,7 +107,7 @@ TEST(Build, KilledLeavesThePackThatWasThere) {
   EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
 }
 
-// The kernel kills a process that writes past its file size limit: here in the middle of writing the pack.
+// The kernel kills a process that exceeds its file size limit, here in the middle of the pack.
 TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0) << "so that nothing but the pack is left to be written";
@@ -118,7 +118,7 @@ TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   const int status = std::system(("sh -c '" + command + "'").c_str());
   ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
   EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
-  // What it had written so far goes with the next build.
+  // The next build removes the partial file.
   EXPECT_EQ(names_in(files.dir.path()).size(), 5u);
   ASSERT_EQ(files.build().exit_code, 0);
   EXPECT_EQ(names_in(files.dir.path()),

@@ -1,4 +1,4 @@
-// `palpate solve` of bodies under pressure and weight whose elements share their volumes, against closed forms.
+// `palpate solve` with shared volumes under pressure and weight, compared with closed forms.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@ constexpr double kPoisson = 0.499;
 constexpr double bulk_of(double poisson) {
   return 2 * (1 + poisson) / (3 * (1 - 2 * poisson));
 }
-// Homogeneous states are in the space of all elements, so that what is left is the solver's tolerance of the forces,
-// over mu, where the pressure is some ten times as much.
+// All elements represent homogeneous states, so the error is the solver's force tolerance over mu. The
+// pressure is about ten times mu.
 constexpr double kClosedForm = 1e-7;
 
 double root(const std::function<double(double)>& rising, double low, double high) {
@@ -42,7 +42,7 @@ class SharedVolumesUnderLoad : public ::testing::TestWithParam<Elements> {
     return principal_polynomial("NeoHooke", neo_hooke_of(1, poisson));
   }
 
-  // Mesh, material and section; *BOUNDARY of what the model fixes.
+  // Mesh, material and section, and *BOUNDARY for the model's fixed dofs.
   static std::string text_of(const Model& model, double poisson = kPoisson) {
     std::string text = "*NODE, NSET=EVERY\n";
     for (int node = 0; node < model.num_nodes(); ++node) {
@@ -72,7 +72,7 @@ class SharedVolumesUnderLoad : public ::testing::TestWithParam<Elements> {
     return model;
   }
 
-  // Runs the text and reads its last step; u and f at every node.
+  // Runs the text and reads its last step: u and f at every node.
   void solve(const std::string& text) {
     const TempDir dir;
     const std::filesystem::path folder = dir.path() / "results";
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Elements, SharedVolumesUnderLoad,
                            return one.param == Elements::c3d10h ? "C3D10H" : "MeanDilatation";
                          });
 
-// In a fluid a body keeps its shape, and W = mu/2 (I1bar - 3) + K/2 (J - 1)^2 has -p = K (J - 1).
+// In a fluid a body keeps its shape, and W = mu/2 (I1bar - 3) + K/2 (J - 1)^2 gives -p = K (J - 1).
 TEST_P(SharedVolumesUnderLoad, ABodyInAFluidShrinks) {
   const Model model = on_rollers(block());
   const double J = 0.9;
@@ -117,7 +117,7 @@ TEST_P(SharedVolumesUnderLoad, ABodyInAFluidShrinks) {
   expect_stretches(model, {stretch, stretch, stretch});
 }
 
-// Between a plate on rollers and a pressure on the opposite face: sigma_33 = -p, no stress aside.
+// A plate on rollers and a pressure on the opposite face: sigma_33 = -p, no lateral stress.
 TEST_P(SharedVolumesUnderLoad, APressureOnOneFaceCompresses) {
   const Model model = on_rollers(block());
   const double pressure = 0.6;
@@ -146,7 +146,8 @@ TEST_P(SharedVolumesUnderLoad, APressureOnOneFaceCompresses) {
   EXPECT_NEAR(bearing, pressure * 1.25 * aside(s) * aside(s), 1e-7);
 }
 
-// A tube opens by a fifth of its inner radius. What nu = 0.499 has beyond incompressible tissue is some thousandth.
+// A tube opens by a fifth of its inner radius. nu = 0.499 differs from incompressible tissue by about a
+// thousandth.
 TEST_P(SharedVolumesUnderLoad, ATubeIsInflated) {
   const double opening = 0.2;
   const bool ten = GetParam() == Elements::c3d10h;
@@ -159,10 +160,9 @@ TEST_P(SharedVolumesUnderLoad, ATubeIsInflated) {
   EXPECT_NEAR(tube_opening(tube, displacement_), opening, (ten ? 0.01 : 0.02) * opening);
 }
 
-// A column that cannot move aside bears its own weight: dP/dZ = rho g with P of the stretches (1, 1, s), nothing at
-// its top. It sinks by the integral of 1 - s from the base, and the weight does the work of all that sinks. At nu =
-// 0.4: what the nodes of a patch sink by themselves, at the cost of mu alone, is K / mu times the square of its part
-// of the height.
+// A column without lateral motion under its own weight: dP/dZ = rho g, P from the stretches (1, 1, s), P = 0
+// at the top. The top sinks by the integral of 1 - s, and the weight does the work. nu = 0.4, because the
+// nodes of a patch sink separately by K / mu times the square of the patch's part of the height.
 TEST_P(SharedVolumesUnderLoad, AColumnSinksUnderItsWeight) {
   BlockShape shape;
   shape.cells = {2, 2, 12};
@@ -173,7 +173,7 @@ TEST_P(SharedVolumesUnderLoad, AColumnSinksUnderItsWeight) {
   }
   for (const int node : nodes_on_plane(model, 2, 0.0)) model.fixed.push_back({node, 2, 0.0});
   constexpr double kLessStiff = 0.4;
-  constexpr double kWeight = 2 * 0.2;  // of the density 2, a unit of volume
+  constexpr double kWeight = 2 * 0.2;  // density 2, for each unit of volume
   solve(text_of(model, kLessStiff) +
         "*STEP, NLGEOM\n*STATIC\n*DLOAD\nBODY, GRAV, 0.2, 0, 0, -1\n*END STEP\n");
   constexpr int kSlices = 1000;

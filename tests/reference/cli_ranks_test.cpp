@@ -1,4 +1,4 @@
-// `palpate build` shared by the processes of an mpirun: the same bytes as one process makes, also after a crash.
+// `palpate build` on the processes of an mpirun makes the bytes of a single process, also after a crash.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -40,7 +40,7 @@ TEST_F(RankBuild, MakesTheBytesOfOneProcess) {
   EXPECT_EQ(file_text(shared(files)), file_text(files.pack));
   EXPECT_NE(several.output.find("threads of each of 3 processes"), std::string::npos) << several.output;
   EXPECT_EQ(several.output.find("wrote"), several.output.rfind("wrote")) << "one of them speaks";
-  // All of it was solved by the one or the other, and once.
+  // Each solve ran once, on one of the processes.
   const auto solved = [](const std::string& output) {
     const size_t start = output.find("solved ");
     return output.substr(start, output.find(" factors", start) - start);
@@ -48,7 +48,7 @@ TEST_F(RankBuild, MakesTheBytesOfOneProcess) {
   EXPECT_EQ(solved(several.output), solved(alone.out));
 }
 
-// Few of whose sites are sampled, and measured more often once all processes know which.
+// Few sites are sampled. More surveys follow once all processes know which.
 TEST_F(RankBuild, MakesTheBytesOfOneProcessWhereFewAreSampled) {
   const SceneFiles files(
       "[contact]\nsites = \"surface\"\nsampled = \"fewest\"\nmax_displacement = 0.06\ntip_radius = 0.13\n"
@@ -71,12 +71,12 @@ TEST_F(RankBuild, GoesOnWhereACrashLeftIt) {
   const SceneFiles files("[contact]\nsites = [" + labels + "]\nmax_displacement = 0.02\ntip_radius = 0.06\n",
                          block_inp(5));
   ASSERT_EQ(files.build().exit_code, 0);
-  // Killed as soon as something has been kept: a sample of these is some 20 KB.
+  // Killed as soon as a solve is stored: a sample takes about 20 KB.
   const std::string samples = shell_word(shared(files).string() + ".samples");
   run_command(mpirun(3) + build(files) + " & started=$!; while [ -z \"$(find " + samples +
               " -name '*.samples' -size +32k 2>/dev/null)\" ] && kill -0 $started 2>/dev/null; do sleep "
               "0.01; done; kill -KILL $started; wait");
-  // The ranks of an mpirun that was killed notice in their own time; on a busy machine some end their build first.
+  // Ranks notice the kill of their mpirun late; on a busy machine some end their build first.
   CommandResult again;
   for (int tries = 0; tries < 60 && again.exit_code != 0; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));

@@ -1,4 +1,4 @@
-// `palpate report` as a user meets it.
+// `palpate report` as a user runs it.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -26,7 +26,7 @@ size_t count_of(const std::string& text, const std::string& what) {
   return count;
 }
 
-// Of a CSV whose quoted cells may hold commas; the headings first.
+// The cells of a CSV, headings first. Quoted cells may hold commas.
 std::vector<std::vector<std::string>> cells_of(const std::filesystem::path& csv) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream stream(file_text(csv));
@@ -53,7 +53,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, const std::v
                                      : row[static_cast<size_t>(found - rows.front().begin())];
 }
 
-// A model and a scene that are not Palpate's own.
+// A model and a scene from outside the repository.
 TEST(Report, AStrangersSceneGivesAWholePage) {
   const SceneFiles files(
       "[contact]\nsites = [19, 23, 27]\nmax_displacement = 0.03\nmax_contacts = 2\n"
@@ -67,7 +67,8 @@ TEST(Report, AStrangersSceneGivesAWholePage) {
     EXPECT_EQ(json["organs"][0]["models"][model]["kept"], true) << model;
   const std::string page = file_text(folder / "index.html");
   EXPECT_NE(page.find("<b>Kept.</b>"), std::string::npos);
-  // Speed against error of field and force, two contacts, three of distributions, coverage, frames; and the error map.
+  // Speed against error for field and force, two for contacts, three distributions, coverage, frames; and the
+  // error map.
   EXPECT_EQ(count_of(page, "data:image/svg+xml;base64,"), 8u);
   EXPECT_EQ(count_of(page, "data:image/png;base64,"), 1u);
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);  // nothing from elsewhere
@@ -83,15 +84,15 @@ TEST(Report, AStrangersSceneGivesAWholePage) {
     EXPECT_NE(methods.find(method), std::string::npos) << method;
 }
 
-// A back-solve and PFE by CHOLMOD, with the patches held, and LCG share nothing with linear_dd but the stiffness.
+// Back-solve and PFE by CHOLMOD, and LCG, share only the stiffness with linear_dd.
 TEST(Report, LinearMethodsAreAsWrongAsEachOther) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0);
   const std::filesystem::path folder = files.dir.path() / "report";
   ASSERT_EQ(report(files.pack, folder).exit_code, 0);
   const std::vector<std::vector<std::string>> rows = cells_of(folder / "block_methods.csv");
-  constexpr double kRounding = 1e-6;      // of fields in float32
-  constexpr double kLcgTolerance = 1e-2;  // ten times that of its residual
+  constexpr double kRounding = 1e-6;      // rounding of fields in float32
+  constexpr double kLcgTolerance = 1e-2;  // ten times the tolerance of the residual
   int compared = 0;
   for (const std::vector<std::string>& linear : rows) {
     if (cell(rows, linear, "method") != "linear_dd" || cell(rows, linear, "contacts") != "1") continue;
@@ -114,7 +115,7 @@ TEST(Report, LinearMethodsAreAsWrongAsEachOther) {
   EXPECT_EQ(compared, 3 * 4);
 }
 
-// Nine sites in a square: each compared one has others an edge and two away.
+// Nine sites in a square: each compared site has others at one and at two edges.
 TEST(Report, PolynomialsAreMovedFromSitesNearby) {
   const SceneFiles files(
       "[contact]\nsites = [19, 20, 21, 22, 23, 24, 25, 26, 27]\nmax_displacement = 0.03\n[models]\nzone = "
@@ -137,7 +138,7 @@ TEST(Report, PolynomialsAreMovedFromSitesNearby) {
     for (const char* away : {", from 1 edge", ", from 2 edges"})
       EXPECT_GT(error_of(std::string("moved polynomial, ") + way + away, "0.25"), 0);
   }
-  // At a small push the linear part is all there is, and what is not linear half as much as at twice of it.
+  // Relative to the push, the nonlinear part of the error halves with the push.
   const char* exact = "moved polynomial, exact linear part, remainder rigid, from 1 edge";
   const char* moved = "moved polynomial, rigid, from 1 edge";
   for (const char* error : {"displacement_median", "force_median"}) {
@@ -220,7 +221,7 @@ TEST(Report, ASecondRunGivesTheSameErrorsToTheDigit) {
   EXPECT_NE(errors("third", {"--seed", "2"}), first);
 }
 
-// As a fit or a kernel that is broken would: forces that are 5 % too large.
+// A broken fit or kernel: forces 5 % too large.
 TEST(Report, ABrokenFitTurnsItRed) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0);

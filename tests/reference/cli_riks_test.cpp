@@ -1,4 +1,4 @@
-// `palpate solve` of a model with *STATIC, RIKS as a user meets it: path.csv, its nodes, its ends.
+// `palpate solve` of a model with *STATIC, RIKS as a user runs it: path.csv, its nodes, its ends.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,8 +13,9 @@
 namespace palpate::test {
 namespace {
 
-// St. Venant-Kirchhoff, mu = lambda = 1, a tetrahedron whose fourth corner is pushed down by -F along z and held
-// otherwise: with s = 1 + u the stretch, F = 3 s (s^2 - 1) / 2 over 6, which is least at s = 1 / sqrt(3).
+// St. Venant-Kirchhoff, mu = lambda = 1. A force -F along z pushes the fourth corner of a tetrahedron, which
+// only moves along z. With the stretch s = 1 + u, F = 3 s (s^2 - 1) / 2 / 6, with its minimum at s = 1 /
+// sqrt(3).
 const std::string kTetrahedron =
     "*NODE, NSET=ALL\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n44, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n9, 1, "
     "2, 3, "
@@ -86,7 +87,7 @@ TEST_F(SolveRiks, FollowsThePathPastItsLimit) {
     const double u = row.at("uz_44");
     EXPECT_NEAR(row.at("load_factor"), factor_at(u), 1e-9);
     EXPECT_EQ(row.at("negative_pivots"), u < 1 / std::sqrt(3.0) - 1 ? 1 : 0);
-    // dF/du over that at rest: (3 s^2 - 1) / 2
+    // dF/du over its value at rest: (3 s^2 - 1) / 2
     EXPECT_NEAR(row.at("current_stiffness"), 0.5 * (3 * (1 + u) * (1 + u) - 1), 1e-9);
     EXPECT_NEAR(row.at("min_J"), 1 + u, 1e-9);
     EXPECT_EQ(row.at("ux_44"), 0);
@@ -105,9 +106,8 @@ TEST_F(SolveRiks, FollowsThePathPastItsLimit) {
   EXPECT_NE(run.out.find("unstable"), std::string::npos) << run.out;
 }
 
-// With one unknown v / v0 = 1 / S, so that an increment of the load dl_1 sqrt|S| has the arc length
-// dl_1 sqrt|S| sqrt((1 + 1 / S^2) / 2), or half as much again as the last one at most; always that where S changed by
-// less than a tenth over the last one.
+// With one unknown v / v0 = 1 / S. The arc length is dl_1 sqrt|S| sqrt((1 + 1 / S^2) / 2), at most half as
+// much again as the last. The limit is inactive where S changed by less than a tenth.
 TEST_F(SolveRiks, BergansProcedureSizesIncrementsByTheCurrentStiffness) {
   const ProgramRun run = solve(riks("0.1, 1, , , , 44, 3, -0.8\n"), {"--stepping", "current-stiffness"});
   ASSERT_EQ(run.exit_code, 0) << run.error;
@@ -137,8 +137,8 @@ TEST_F(SolveRiks, BergansProcedureSizesIncrementsByTheCurrentStiffness) {
   EXPECT_EQ(nlohmann::json::parse(file_text(folder() / "summary.json"))["stepping"], "current-stiffness");
 }
 
-// The same tetrahedron pushed through another one, 30 long, which is softer than the first falls: its upper end comes
-// back while the corner goes on.
+// The tetrahedron pushed through another, 30 long and softer than the first one's falling branch: its upper
+// end snaps back while the corner goes on.
 TEST_F(SolveRiks, ASnapBackIsSaidByBergansProcedureAndPassedByArcLength) {
   const std::string column =
       "*NODE, NSET=TOP\n51, 1, 0, 31\n52, -0.5, 0.866, 31\n53, -0.5, -0.866, 31\n*ELEMENT, TYPE=C3D4, "
@@ -199,17 +199,17 @@ TEST_F(SolveRiks, EndsAtTheLoadFactor) {
   EXPECT_EQ(path().back().at("load_factor"), 0.75);
   EXPECT_EQ(step()["load_factor"], 0.75);
   EXPECT_EQ(step()["positive_definite"], true);
-  // The lengths of the data line are fractions of its total.
+  // The data line's lengths are fractions of its total.
   const PathRows rows = path();
   ASSERT_EQ(solve(riks("10, 100, , , 0.75\n")).exit_code, 0);
   EXPECT_EQ(path(), rows);
-  // Without an end INC is the end.
+  // INC alone ends the path.
   ASSERT_EQ(solve(riks("0.1\n", "", ", INC=3")).exit_code, 0);
   EXPECT_EQ(path().size(), 4U);
 }
 
-// The first increment would press the corner through the face below it, into the mirror image of the element,
-// whose forces are as finite.
+// The first increment would press the corner through the opposite face into the mirror image, where forces
+// are finite, too.
 TEST_F(SolveRiks, NoStateIsInverted) {
   ASSERT_EQ(solve("*STEP, NLGEOM\n*STATIC, RIKS\n1, 1, , , , 44, 3, -0.9\n*CLOAD\n44, 3, -1.0\n*END STEP\n")
                 .exit_code,
@@ -251,20 +251,20 @@ TEST_F(SolveRiks, FailureLeavesThePathSoFar) {
   EXPECT_FALSE(std::filesystem::exists(folder() / "path.csv")) << "of another run";
 }
 
-// The dead load of the first step stays: the path is the same, counted from there.
+// The first step's dead load stays: the path is the same, counted from there.
 TEST_F(SolveRiks, GoesOnFromAnEarlierStep) {
   ASSERT_EQ(
       solve("*STEP, NLGEOM\n*STATIC\n*CLOAD\n44, 3, -0.05\n*END STEP\n" + riks("0.1, 1, , , , 44, 3, -0.7\n"))
           .exit_code,
       0);
-  // The second step replaces -0.05 by -0.1: half of it grows.
+  // The second step replaces -0.05 by -0.1: half of the load grows.
   for (const auto& row : path())
     EXPECT_NEAR(0.5 + 0.5 * row.at("load_factor"), factor_at(row.at("uz_44")), 1e-9);
   EXPECT_TRUE(std::filesystem::exists(folder() / "step1.csv"));
   EXPECT_TRUE(std::filesystem::exists(folder() / "step2.csv"));
 }
 
-// Young's modulus 1000, half the load 0.1 at the factor 1.
+// Young's modulus 1000; half the load 0.1 at factor 1.
 TEST_F(SolveRiks, TheShippedArchSnapsAsARod) {
   const Arch arch;
   const double rise = arch.radius * (1 - std::cos(arch.half_angle));
@@ -281,7 +281,7 @@ TEST_F(SolveRiks, TheShippedArchSnapsAsARod) {
   for (const auto& row : rows) {
     const double w = -row.at("uz_362");
     const double expected = factors[static_cast<size_t>(std::clamp(1000 * w / rise, 0.0, 1500.0))];
-    if (w > 1.3 * rise) break;  // stretched beyond what the rod knows
+    if (w > 1.3 * rise) break;  // stretched beyond the rod's range
     EXPECT_NEAR(row.at("load_factor"), expected, 0.01 * upper);
   }
   EXPECT_NEAR(rows.back().at("uz_362"), -1.6, 1e-12);

@@ -1,4 +1,4 @@
-// `palpate solve` as a user meets it: its files, their numbers, and what a failed solve leaves.
+// `palpate solve` as a user runs it: its files, their numbers, and the results of a failed solve.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ size_t significant_digits(const std::string& number) {
                                            mantissa.end(), [](char c) { return c != '.'; }));
 }
 
-// The two linear solvers agree on a whole model, and the summary says which one it was.
+// Both linear solvers agree on a whole model, and the summary names the solver.
 TEST(SolveCylinder, BothSolversAgree) {
   const TempDir dir;
   std::vector<std::vector<CsvRow>> rows;
@@ -61,9 +61,9 @@ class Solve : public ::testing::Test {
   TempDir dir_;
 };
 
-// One tetrahedron with corners at the origin and on the axes, stretched by its fourth corner: then
-// F = I + d e3^T, so that with eq. (1), P = mu (F - F^-T) + lambda J (J-1) F^-T, W = mu/2 (F:F - 3 - 2 ln J)
-// + lambda/2 (J-1)^2 and J = 1 + d3, the force at that corner is dW/dd / 6 (its volume).
+// A tetrahedron with corners at the origin and on the axes, stretched by its fourth corner: F = I + d e3^T, J
+// = 1 + d3. Eq. (1), P = mu (F - F^-T) + lambda J (J-1) F^-T, has W = mu/2 (F:F - 3 - 2 ln J) + lambda/2
+// (J-1)^2. The force at the corner is dW/dd / 6 (the volume).
 TEST_F(Solve, OneTetrahedronAnswersAsItsLawSays) {
   constexpr double kMu = 0.48;
   constexpr double kLambda = 0.2;
@@ -94,7 +94,7 @@ TEST_F(Solve, WritesATableOfTheCylinderInBalance) {
   ASSERT_EQ(rows.size(), 195u);
   std::array<double, 3> total{};
   constexpr double kLoad = 8;
-  constexpr double kBalance = 1e-9 * kLoad;  // the solver's tolerance, and what 12 digits keep
+  constexpr double kBalance = 1e-9 * kLoad;  // the solver's tolerance, and the rounding to 12 digits
   size_t most_digits = 0;
   for (const CsvRow& row : rows) {
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -151,9 +151,9 @@ TEST_F(Solve, SummaryTellsEachStep) {
   EXPECT_GT(summary()["peak_memory_bytes"].get<double>(), 1e6);
 }
 
-// St. Venant-Kirchhoff, mu = lambda = 1, the fourth corner of a tetrahedron pushed in by 0.6, free to slip
-// sideways: by symmetry it need not, but d2W/dd1^2 = ((2 mu + lambda) E33 + mu) / 6 = (3 (0.16 - 1)/2 + 1) /
-// 6 < 0, so it would.
+// St. Venant-Kirchhoff, mu = lambda = 1: the fourth corner of a tetrahedron pushed in by 0.6, free sideways.
+// By symmetry the corner may stay centred. d2W/dd1^2 = ((2 mu + lambda) E33 + mu) / 6 = (3 (0.16 - 1)/2 + 1)
+// / 6 < 0, so this equilibrium is unstable.
 TEST_F(Solve, AnUnstableEquilibriumIsSaid) {
   const std::string tetrahedron =
       "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4, ELSET=E\n9, 1, 2, 3, 4\n"
@@ -174,8 +174,8 @@ TEST_F(Solve, AnUnstableEquilibriumIsSaid) {
   }
 }
 
-// The supports carry the weight of everything but what hangs on their own nodes, a quarter of each
-// tetrahedron a corner.
+// The supports' reactions carry all weight but the share of their own nodes, a quarter of each tetrahedron a
+// corner.
 TEST_F(Solve, SupportsCarryTheWeight) {
   std::string block = block_inp(2);
   block.insert(block.find("*HYPERELASTIC"), "*DENSITY\n3\n");
@@ -201,8 +201,7 @@ TEST_F(Solve, ABodyHeldEverywhereIsAnswered) {
   EXPECT_EQ(summary()["equations"], 0);
 }
 
-// The second step goes on from the first; its end depends on the loads at its end alone (they are
-// conservative).
+// The second step continues the first. Its end depends only on its final loads, which are conservative.
 TEST_F(Solve, StepsFollowOneAnother) {
   ASSERT_EQ(
       solve("*INCLUDE, INPUT=" + kCylinder + "\n" + step("*CLOAD\nP1, 3, -4\n") + step("*CLOAD\nP1, 3, -8\n"))
@@ -235,7 +234,7 @@ TEST_F(Solve, JsonIsAllThatStandardOutputHolds) {
   EXPECT_EQ(run.json(), summary());
 }
 
-// Two steps, of which the second asks for the impossible: pushed through the base that holds it.
+// Two steps; the second pushes the top through the fixed base, which is impossible.
 std::string impossible() {
   return "*INCLUDE, INPUT=" + kCylinder + "\n" + step("*BOUNDARY\nP1, 3, 3, -4\n") +
          step("*BOUNDARY\nP1, 3, 3, -40\n", ", INC=6");
@@ -261,12 +260,12 @@ TEST_F(Solve, FailureLeavesTheLastEquilibriumAndSaysWhere) {
   EXPECT_NE(last_line.find("element " + std::to_string(failed["min_J_element"].get<int>())),
             std::string::npos)
       << run.error;
-  EXPECT_NE(run.error.find("residual"), std::string::npos);  // the table
+  EXPECT_NE(run.error.find("residual"), std::string::npos);  // the residual table
 
   const std::vector<CsvRow> rows = read_csv(folder() / "partial.csv");
   const CsvRow& pushed = row_of(rows, 6);
   EXPECT_NEAR(pushed.u[2], -4 + load_factor * (-40 + 4), 1e-9);
-  // In equilibrium: nothing but the pushed node and the base needs a force.
+  // Equilibrium: only the pushed node and the base have a force.
   const double scale = std::abs(pushed.f[2]);
   for (const CsvRow& row : rows) {
     if (row.node == 6 || row.x[2] == 0) continue;
@@ -282,7 +281,7 @@ TEST_F(Solve, ResultsOfAnEarlierRunDoNotStayBehind) {
   run_cleanly({"solve", kCylinderPush, "-o", folder().string()});
   EXPECT_EQ(names_in(folder()), (std::vector<std::string>{"notes.txt", "result.vtu", "step1.csv",
                                                           "stepwise.csv", "summary.json"}));
-  // And a failure takes the steps that it did not reach with it.
+  // A failure also removes old results of the steps that it did not reach.
   dir_.write("results/step2.csv", "old");
   ASSERT_EQ(solve(impossible()).exit_code, 2);
   EXPECT_FALSE(std::filesystem::exists(folder() / "step2.csv"));

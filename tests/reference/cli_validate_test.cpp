@@ -1,4 +1,4 @@
-// `palpate validate` as a user meets it.
+// `palpate validate` as a user runs it.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -16,7 +16,7 @@ ProgramRun validate(const std::filesystem::path& pack, const std::string& sample
 TEST(Validate, APackKeepsWhatItSays) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0);
-  // Only the pack is left: it carries what it was made from.
+  // Only the pack is left: it contains its inputs.
   std::filesystem::remove(files.inp);
   std::filesystem::remove(files.scene);
   const ProgramRun run = validate(files.pack, "64", "3");
@@ -34,7 +34,7 @@ TEST(Validate, APackKeepsWhatItSays) {
       EXPECT_GE(validated["within_estimate"][what].get<double>(), 0.95);
     }
   }
-  // New errors, not those of the pack; the same for the same seed, others for another.
+  // New errors, not the pack's: the same for the same seed, others for another seed.
   const nlohmann::json own = run_cleanly({"info", files.pack.string(), "--json"}).json()["errors"];
   EXPECT_NE(json["models"]["linear_dd"]["overall"]["displacement"]["median"],
             own["linear_dd"]["overall"]["displacement"]["median"]);
@@ -61,7 +61,7 @@ TEST(Validate, APackThatPromisesTooMuchIsFoundOut) {
   EXPECT_LT(run.json()["models"]["polynomial_dd"]["within_estimate"]["force"].get<double>(), 0.95);
 }
 
-// What it says of several contacts, too.
+// A false promise for several contacts, too.
 TEST(Validate, APackThatPromisesTooMuchOfSeveralContactsIsFoundOut) {
   const SceneFiles files(
       "[contact]\nsites = [50, 52, 55, 57, 62, 64]\nmax_displacement = 0.02\ntip_radius = 0.07\n"
@@ -71,7 +71,7 @@ TEST(Validate, APackThatPromisesTooMuchOfSeveralContactsIsFoundOut) {
   forge(files.pack, [](pack::Pack& tables) {
     for (const pack::ErrorSurvey* survey : *tables.surveys()) {
       for (const pack::SetErrors* errors : *survey->sets()) {
-        // Of six counts and six figures the second: the displacement's p95.
+        // The second of six figures, after six counts: the displacement's p95.
         constexpr size_t kP95 = 6 * sizeof(std::uint32_t) + sizeof(double);
         const double less = errors->displacement_p95() / 10;
         std::memcpy(reinterpret_cast<char*>(const_cast<pack::SetErrors*>(errors)) + kP95, &less, sizeof less);
@@ -87,7 +87,7 @@ TEST(Validate, APackThatPromisesTooMuchOfSeveralContactsIsFoundOut) {
       << "of single contacts it says what is true";
 }
 
-// A model in a folder beside the scene's, and a file that it includes.
+// A model in a folder beside the scene's, and an included file.
 TEST(Validate, InputsInSeveralFoldersComeAlong) {
   const SceneFiles files;
   const std::string model = file_text(files.inp);
@@ -117,7 +117,7 @@ TEST(Validate, APackWithoutItsInputsIsRefused) {
       << run.error;
   forge(files.pack, [](pack::Pack& tables) {
     auto* path = const_cast<flatbuffers::String*>(tables.inputs()->Get(1)->path());
-    std::memcpy(const_cast<char*>(path->c_str()), "../", 3);  // out of the folder it is written to
+    std::memcpy(const_cast<char*>(path->c_str()), "../", 3);  // a path outside the output folder
   });
   const ProgramRun escaped = validate(files.pack, "8", "1");
   EXPECT_EQ(escaped.exit_code, 1);

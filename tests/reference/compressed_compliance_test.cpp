@@ -1,4 +1,4 @@
-// The builder's compressed compliance against exact columns.
+// The builder's compressed compliance, compared with exact columns.
 #include "offline/precompute/compressed_compliance.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace palpate::test {
 namespace {
 
-// Displacements of the packed nodes for unit force along an axis at a contact node.
+// Displacements of the packed nodes for a unit force along an axis at a contact node.
 Eigen::VectorXd column_of(const CompressedCompliance& compressed, size_t contact, Eigen::Index axis) {
   Eigen::VectorXd column =
       Eigen::VectorXd::Constant(static_cast<Eigen::Index>(3 * compressed.node_places.size()), std::nan(""));
@@ -41,7 +41,7 @@ Eigen::VectorXd column_of(const CompressedCompliance& compressed, size_t contact
   return column;
 }
 
-// Largest error of any entry, in units of s_b min(s_a, s_b), s_a = sqrt of the dof's own compliance.
+// Largest error of any entry, in units of s_b min(s_a, s_b), with s_a = sqrt of the dof's own compliance.
 double worst_entry(const CompressedCompliance& compressed, const LinearDd& exact, const ContactSites& sites) {
   Eigen::VectorXd roots = Eigen::VectorXd::Zero(exact.field_compliance.rows());
   for (size_t c = 0; c < sites.contact_nodes.size(); ++c) {
@@ -74,7 +74,7 @@ TEST(CompressedCompliance, EveryEntryIsWithinTheTolerance) {
   for (const double tolerance : {1e-4, 1e-3, 1e-2}) {
     const CompressedCompliance compressed = compress_linear_dd(touched_surface().assembly, sites, tolerance);
     const double worst = worst_entry(compressed, dense_compliance(), sites);
-    EXPECT_LE(worst, tolerance * (1 + 1e-3));  // floats
+    EXPECT_LE(worst, tolerance * (1 + 1e-3));  // rounding to float
     EXPECT_GE(worst, 0.3 * tolerance) << "more than was asked for";
     if (bytes > 0) {
       EXPECT_LT(compressed.num_bytes(), bytes);
@@ -145,7 +145,7 @@ TEST(CompressedCompliance, ABodyThatFloatsIsRefused) {
   EXPECT_THROW(compress_linear_dd(assembly, block.sites, 1e-4), std::runtime_error);
 }
 
-// Shown nodes that no tool can touch, more than there are that it can.
+// More packed nodes that no tool can touch than nodes that a tool can touch.
 TEST(CompressedCompliance, ShownNodesNeedNotBeTouchable) {
   TouchedBlock block = touched_block(6, 0.2);
   show_every_node(block);

@@ -1,6 +1,6 @@
-// The solver with every law, in elements of four and of ten nodes, against closed forms in principal
-// stretches. Homogeneous deformations are in the space of both elements, so what is left is the solver's
-// tolerance and rounding.
+// The solver with every law, in elements of four and ten nodes, compared with closed forms in principal
+// stretches. Both elements represent homogeneous deformations, so the error is the solver's tolerance and
+// rounding.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using test::PrincipalStretchLaw;
 using test::SceneRun;
 using test::SolverScene;
 
-// Of the size of the block (displacements) and of the reaction itself.
+// Over the block's size for displacements, over the reaction for forces.
 constexpr double kClosedForm = 1e-9;
 
 const Eigen::Vector3d kSize(1.0, 1.25, 0.75);
@@ -40,9 +40,8 @@ class HomogeneousState : public ::testing::TestWithParam<LawAndElement> {
  protected:
   const PrincipalStretchLaw& law() const { return laws()[static_cast<std::size_t>(std::get<0>(GetParam()))]; }
 
-  // Irregular inside, with straight edges: four points do not integrate the gradients of a curved element of
-  // ten nodes exactly (they are of degree 3), so that it passes the patch test to the second order of its
-  // curvature only.
+  // Irregular inside, with straight edges. Four points do not integrate a curved ten-node element's gradients
+  // (degree 3) exactly, so such elements pass the patch test only to second order of their curvature.
   Model block() const {
     test::BlockShape shape;
     shape.size = kSize;
@@ -68,8 +67,8 @@ class HomogeneousState : public ::testing::TestWithParam<LawAndElement> {
     return scene;
   }
 
-  // The stretch of the axes that nobody drives: there is no stress along them. `stretches_of` puts it in its
-  // places.
+  // The stretch of the free axes, along which the stress is zero. `stretches_of` places the stretch on the
+  // axes.
   double free_stretch(int axis, const std::function<Eigen::Vector3d(double)>& stretches_of) const {
     double low = 0.5;
     double high = 2;
@@ -94,7 +93,8 @@ class HomogeneousState : public ::testing::TestWithParam<LawAndElement> {
     }
   }
 
-  // Every surface node follows F; the inside must find it. sum_a f_a X_a^T = V P for a homogeneous state.
+  // Every surface node follows F, and the solver finds the inside. A homogeneous state has sum_a f_a X_a^T =
+  // V P.
   void expect_patch(const Eigen::Matrix3d& F, const Eigen::Matrix3d& stress) const {
     SolverScene scene{block(), {}};
     const Model& model = scene.model;
@@ -143,9 +143,9 @@ TEST_P(HomogeneousState, EquibiaxialStretch) {
   }
 }
 
-// F = 1 + g e1 e2^T has the stretches l, 1/l, 1 with l = g/2 + sqrt(1 + g^2/4), along
-// n_1 = (l, 1), n_2 = (-1, l) from N_1 = (1, l), N_2 = (-l, 1), all over sqrt(1 + l^2) (Ogden 1984, section
-// 2.2.6). Small strain knows no rotation: P = mu g (e1 e2^T + e2 e1^T).
+// F = 1 + g e1 e2^T has the stretches l, 1/l, 1 with l = g/2 + sqrt(1 + g^2/4), along n_1 = (l, 1), n_2 =
+// (-1, l) from N_1 = (1, l), N_2 = (-l, 1), all over sqrt(1 + l^2) (Ogden 1984, section 2.2.6). Small strain
+// has P = mu g (e1 e2^T + e2 e1^T).
 TEST_P(HomogeneousState, SimpleShear) {
   for (const double g : {0.2, 0.6}) {
     SCOPED_TRACE(g);
@@ -166,7 +166,7 @@ TEST_P(HomogeneousState, SimpleShear) {
   }
 }
 
-// Three distinct stretches; all laws but the small-strain one turned on both sides.
+// Three distinct stretches, with rotations on both sides for all laws but small strain.
 TEST_P(HomogeneousState, ConstantStrainOfAPatch) {
   const Eigen::Vector3d stretches(1.3, 0.8, 1.1);
   Eigen::Matrix3d current = Eigen::Matrix3d::Identity();

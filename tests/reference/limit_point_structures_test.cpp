@@ -1,4 +1,4 @@
-// An arch and a strip followed past their limit points, beside the elastica.
+// An arch and a strip followed past their limit points, compared with rod theory.
 #include <gtest/gtest.h>
 
 #include "tests/support/limit_points_fixture.hpp"
@@ -10,8 +10,8 @@ using test::Arch;
 using test::ArchRod;
 using test::Strip;
 
-// A clamped arch two and four times as high as thick: 0.6 percent is its shear, which the rod has not, and half
-// of that in the thinner one.
+// A clamped arch two and four times as high as thick. The rod has no shear: the difference is its size, and
+// half in the thinner arch.
 TEST_P(LimitPointsBy, AShallowArchIsARod) {
   for (const double thickness : {0.5, 0.25}) {
     SCOPED_TRACE(thickness);
@@ -48,7 +48,7 @@ TEST_P(LimitPointsBy, AShallowArchIsARod) {
   }
 }
 
-// Its top under a pressure that follows it, whose tangent is not symmetric.
+// A follower pressure on the top, with a tangent that is not symmetric.
 TEST_P(LimitPointsBy, AnArchSnapsUnderPressure) {
   const Arch arch;
   PathScene scene = arch.scene();
@@ -78,7 +78,7 @@ TEST_P(LimitPointsBy, AnArchSnapsUnderPressure) {
     EXPECT_LE(imbalance(scene, times(scene.load, run.points[i].load_factor), run.states[i], scale), 1e-8);
 }
 
-// Thickness to length 1 : 100: what the elastica leaves out is of its square.
+// Thickness to length 1 : 100: the elastica's error is of the square of the ratio.
 TEST_P(LimitPointsBy, AThinStripBucklesAsTheElastica) {
   constexpr double kEuler = std::numbers::pi * std::numbers::pi / 4;
   const Strip strip;
@@ -87,7 +87,7 @@ TEST_P(LimitPointsBy, AThinStripBucklesAsTheElastica) {
   settings.stepping = GetParam();
   settings.first_increment = 0.05;
   settings.end_load_factor = 1;
-  settings.max_increments = 150;  // of which the current stiffness takes most, as it falls by 1e4
+  settings.max_increments = 150;  // current_stiffness takes most of them, as the stiffness falls by 1e4
   const PathRun run = follow_path(scene, settings);
   ASSERT_TRUE(run.report.converged);
   EXPECT_EQ(run.report.load_factor, 1);

@@ -1,5 +1,5 @@
-// Paths through limit points, against closed forms, a rod solved on its own, and solves at given displacements,
-// which pass a limit point of the load without noticing it.
+// Paths through limit points, compared with closed forms, a rod, and solves at prescribed displacements.
+// Displacement control passes a limit point of the load without difficulty.
 #include <gtest/gtest.h>
 
 #include "tests/support/limit_points_fixture.hpp"
@@ -9,13 +9,13 @@ namespace {
 
 using test::Truss;
 
-// Of the largest load: the caps of the truss are ten thousand times stiffer than its bar, not rigid.
+// Over the largest load: the truss's caps are ten thousand times stiffer than its bar, not rigid.
 constexpr double kCaps = 1e-4;
 
-// Where two solves stop at different points below the default tolerance of 1e-10.
+// Two solves to the default tolerance of 1e-10 stop at different points.
 constexpr double kSameAnswer = 1e-7;
 
-// What 16 digits leave of the forces in those caps, over the same.
+// Rounding of the forces in the caps, over the largest load.
 constexpr double kCapsRounding = 1e-7;
 
 constexpr double kTrussLoad = 1e-3;
@@ -36,7 +36,7 @@ ArcLengthSettings truss_settings(const Truss& truss, const PathScene& scene,
   return settings;
 }
 
-// The largest and the smallest load factor of the truss between its two symmetric forms.
+// The largest and the smallest load factor of the truss between its two symmetric states.
 std::pair<double, double> truss_limits(const Truss& truss) {
   double most = 0;
   double least = 0;
@@ -73,7 +73,7 @@ TEST_P(LimitPointsBy, AShallowTrussSnapsThrough) {
     EXPECT_LE(imbalance(scene, times(scene.load, point.load_factor), run.states[i], most * kTrussLoad),
               kCapsRounding);
     EXPECT_GT(point.min_jacobian, 0);
-    // Stable, and stiff, where the load grows with the displacement.
+    // Stable, with positive stiffness, where the load grows with the displacement.
     const double slope = truss.force(w + 1e-6) - truss.force(w - 1e-6);
     EXPECT_EQ(point.negative_pivots, slope > 0 ? 0 : 1);
     EXPECT_EQ(point.current_stiffness > 0, slope > 0);
@@ -116,8 +116,8 @@ TEST(LimitPoints, EveryPointIsThatOfASolveAtGivenDisplacement) {
   }
 }
 
-// Where the displacement under the load turns back, the load still falls: by the sign of the current stiffness
-// parameter it would be taken to grow, and the path would be walked back.
+// Where the loaded point's displacement turns back, the load still falls. The sign of the current stiffness
+// parameter would raise the load and retrace the path.
 TEST(LimitPoints, ThePathIsFollowedWhereItsDisplacementTurnsBack) {
   const test::ColumnOnTruss body;
   int apex = 0;
@@ -146,7 +146,7 @@ TEST(LimitPoints, ThePathIsFollowedWhereItsDisplacementTurnsBack) {
   EXPECT_GE(comes_back, 4) << "else this test shows nothing";
 }
 
-// Bergan's procedure lets the deflection under the load grow: where it comes back on the path the load is sent back.
+// Bergan's procedure makes the loaded point's deflection grow. On a snap-back it reverses the load.
 TEST(LimitPoints, BergansSignIsMisledWhereTheDisplacementTurnsBack) {
   const test::ColumnOnTruss body;
   int apex = 0;
@@ -221,7 +221,7 @@ TEST(LimitPoints, AGivenDisplacementIsScaledToo) {
   }
 }
 
-// The mirror image of the truss bears nothing: what is small is measured by what was at play before.
+// The truss's mirror image bears no load: the tolerance scales with earlier forces.
 TEST_P(LimitPointsBy, AStateWithoutForcesIsPassed) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
@@ -263,7 +263,7 @@ TEST_P(LimitPointsBy, EndsAndIncrementsAreKept) {
   EXPECT_LT(-run.moved(run.points.size() - 1, scene.dof()), truss.rise) << "the first time it comes there";
 }
 
-// What fails leaves the last equilibrium: the limit on iterations is too low for any increment.
+// The limit on iterations is too low for any increment; the last equilibrium stays.
 TEST_P(LimitPointsBy, AFailureLeavesTheLastEquilibrium) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
@@ -283,7 +283,7 @@ TEST_P(LimitPointsBy, AFailureLeavesTheLastEquilibrium) {
   EXPECT_EQ(u, last);
 }
 
-// At given loads the solver comes close to the limit load from below, and says why it ends there.
+// Under load control the solver approaches the limit load from below, and names the limit.
 TEST(LimitPoints, AtGivenLoadsASolveStopsAtTheLimitLoad) {
   const Truss truss;
   PathScene scene = truss_scene(truss);
@@ -293,7 +293,7 @@ TEST(LimitPoints, AtGivenLoadsASolveStopsAtTheLimitLoad) {
     double load;
     double first_increment;
   };
-  // The second comes so near to the limit that the tangent there explains any way.
+  // The second load is so near to the limit that the tangent is nearly singular.
   for (const auto& [load, first] : {Try{1.1 * most, 1.0}, Try{0.5, 0.1}, Try{4 * most, 1.0}}) {
     SCOPED_TRACE(testing::Message() << load << " first " << first);
     StaticSolver solver(assembly);

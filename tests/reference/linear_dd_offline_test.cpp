@@ -1,4 +1,5 @@
-// The builder's compliance blocks against a dense inverse, and a site's linear response against the solver.
+// The builder's compliance blocks compared with a dense inverse, and a site's linear response with the
+// solver.
 #include "offline/precompute/linear_dd.hpp"
 
 #include <gtest/gtest.h>
@@ -16,13 +17,13 @@ namespace {
 using test::touched_block;
 using test::TouchedBlock;
 
-// Rounding of a factor times the condition of a small block (about 1e3), with room.
+// Rounding of a factor times the condition of a small block (about 1e3), with reserve.
 constexpr double kCompliance = 1e-11;
-// What the solver's refinement stops at.
+// The tolerance of the solver's refinement.
 constexpr double kResponse = 1e-10;
 
 struct LinearDdOffline : ::testing::Test {
-  TouchedBlock block = touched_block(4, 0.26);  // patches of five nodes and more
+  TouchedBlock block = touched_block(4, 0.26);  // patches of five or more nodes
   Assembly assembly{block.model, block.model.fixed_dofs()};
   int calls = 0;
   int last = 0;
@@ -57,7 +58,7 @@ TEST_F(LinearDdOffline, BlocksAreThoseOfTheDenseInverse) {
       const int column_equation = assembly.dof_equations()[static_cast<size_t>(column_dof)];
       ASSERT_GE(column_equation, 0);
       const double expected =
-          row_equation < 0 ? 0.0 : inverse(row_equation, column_equation);  // fixed: stays
+          row_equation < 0 ? 0.0 : inverse(row_equation, column_equation);  // zero at fixed dofs
       worst = std::max(worst, std::abs(linear.field_compliance(row, column) - expected));
     }
   }
@@ -74,7 +75,7 @@ TEST_F(LinearDdOffline, BlocksAreThoseOfTheDenseInverse) {
 
 TEST_F(LinearDdOffline, IsReciprocal) {
   EXPECT_EQ(linear.contact_compliance, linear.contact_compliance.transpose());
-  // Not by that symmetrisation alone: the field rows were not touched by it.
+  // The field rows are reciprocal, too, and the builder does not symmetrise them.
   const ContactSites& sites = block.sites;
   double worst = 0;
   for (size_t a = 0; a < sites.contact_nodes.size(); ++a) {

@@ -1,5 +1,5 @@
-// What the study of section 2.4 of Zhong et al. 2005 found (bench/solver/paper_cylinder.cpp, offline/fem), as bounds:
-// how eq. (1) and Abaqus' eq. (11) differ on the paper's cylinder, and why.
+// Bounds from the study of Zhong et al. 2005 section 2.4 (bench/solver/paper_cylinder.cpp): the difference
+// between eq. (1) and Abaqus' eq. (11) on the paper's cylinder, and its cause.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,10 +21,10 @@ using test::kPaperHeight;
 using test::kPaperLambda;
 using test::kPaperMu;
 
-// A force whose answer is linear to 1e-4.
+// A force with a response that is linear to 1e-4.
 constexpr double kTiny = 0.01;
 
-// z of P1 under each of the forces, which grow from rest.
+// z of P1 under each force; forces grow from rest.
 std::vector<double> tip(const Law& law, const std::vector<double>& forces, bool ten_nodes = false) {
   Model model = test::paper_cylinder(PALPATE_SOURCE_DIR, law);
   if (ten_nodes) {
@@ -41,7 +41,7 @@ std::vector<double> tip(const Law& law, const std::vector<double>& forces, bool 
   return z;
 }
 
-// Part by which eq. (11) moves the tip further than eq. (1).
+// Relative excess of the tip's displacement by eq. (11) over eq. (1).
 std::vector<double> excess(double lambda, double kappa, const std::vector<double>& forces,
                            bool ten_nodes = false) {
   const std::vector<double> ours = tip(CompressibleNeoHookean{kPaperMu, lambda}, forces, ten_nodes);
@@ -71,25 +71,25 @@ TEST(PaperCylinder, LawsDifferByAVolumeTermAndACoupling) {
   }
 }
 
-// At rest only the bulk moduli differ, lambda against lambda + 2 mu/3. The part of the energy that is volumetric bounds
-// what that does to the tip: by no more than the moduli differ, on any mesh.
+// At small strain only the bulk moduli differ: lambda against lambda + 2 mu/3. On any mesh the volumetric
+// part of the energy bounds the tip's difference by the moduli's difference.
 TEST(PaperCylinder, AtRestTheBulkModulusIsTheDifference) {
   EXPECT_NEAR(excess(kPaperLambda, matching(kPaperLambda), {-kTiny})[0], 0, 1e-3);
   for (const bool ten_nodes : {false, true}) {
-    double before = 0.25;  // 20 and 21 % on four and ten nodes
+    double before = 0.25;  // upper bound for four and ten nodes
     for (const double ratio : {1.0, 100.0, 1000.0}) {
       const double lambda = ratio * kPaperLambda;
       const double found = excess(lambda, lambda, {-kTiny}, ten_nodes)[0];
       EXPECT_GT(found, ratio == 1.0 ? 0.18 : 0.0) << ratio;
       EXPECT_LT(found, before) << ratio;
       EXPECT_LT(found, 2 * kPaperMu / (3 * lambda)) << ratio;
-      before = found / 4;  // falls at least so much from one ratio to the next
+      before = found / 4;  // least decrease from ratio to ratio
     }
   }
 }
 
-// The coupling is the shear modulus mu J^(2/3) of eq. (1): below mu where the body is pushed together, above it where
-// it is pulled apart. It turns the sign of the difference under a push.
+// The coupling is the shear modulus mu J^(2/3) of eq. (1): below mu in compression, above mu in tension.
+// Under a push it reverses the sign of the difference.
 TEST(PaperCylinder, UnderLoadTheCouplingTurnsTheSign) {
   const std::vector<double> push = excess(kPaperLambda, kPaperLambda, {-5, -10, -20, -40, -60, -80});
   for (size_t i = 1; i < push.size(); ++i) EXPECT_LT(push[i], push[i - 1]);
@@ -104,7 +104,7 @@ TEST(PaperCylinder, UnderLoadTheCouplingTurnsTheSign) {
   EXPECT_NEAR(pulled, -pushed, 0.1 * std::abs(pushed));
 }
 
-// "Linear up to 18 % of the thickness": to 6 % of the displacement, when pushed.
+// The paper's "linear up to 18 % of the thickness": under a push the deviation is bounded here.
 TEST(PaperCylinder, LinearToSixPercentAtEighteenPercentOfTheHeight) {
   const std::vector<double> z = tip(CompressibleNeoHookean{kPaperMu, kPaperLambda}, {-kTiny, -20, -37.3});
   EXPECT_NEAR(z[2], -0.18 * kPaperHeight, 0.01);

@@ -1,4 +1,4 @@
-// The models that ship, as a user builds them: docs/accuracy.md's promises of them, on a few of the brain's sites.
+// The shipped models as a user builds them: the promises of docs/accuracy.md, at a few of the brain's sites.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -11,10 +11,10 @@ namespace {
 
 const std::filesystem::path kBrain = std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "brain";
 
-// Nodes of the brain's PROBE set; 936 is the one that brain_push.inp pushes.
+// Nodes of the brain's PROBE set; brain_push.inp pushes node 936.
 constexpr const char* kSites = "[711, 812, 936]";
 
-// One build for all that is asked of it: it takes some ten seconds.
+// A single test, because the build is slow.
 TEST(ShippedBrain, IsAnsweredToAPercent) {
   const TempDir dir;
   const std::filesystem::path scene = dir.write(
@@ -28,8 +28,7 @@ TEST(ShippedBrain, IsAnsweredToAPercent) {
   EXPECT_EQ(info["model_elements"], 19734);
   EXPECT_NEAR(info["mean_surface_edge"].get<double>(), 8.23, 0.005);
 
-  // Degree 3 keeps the largest displacement error below 1 % of a push of one mean surface edge, as does the
-  // force.
+  // Degree 3 keeps the largest errors of displacement and force below 1 %, for pushes of a mean surface edge.
   EXPECT_TRUE(built["target_met"].get<bool>());
   EXPECT_EQ(built["survey_pushes_without_equilibrium"], 0);
   EXPECT_GE(built["max_displacement_over_h"].get<double>(), 1.0);
@@ -38,7 +37,7 @@ TEST(ShippedBrain, IsAnsweredToAPercent) {
   EXPECT_LE(errors["displacement"]["max"].get<double>(), 0.01);
   EXPECT_LE(errors["force"]["max"].get<double>(), 0.01);
 
-  // brain_push.inp and the contact in its heading are the same push: else `eval --reference` refuses.
+  // brain_push.inp and the contact in its heading must be the same push, or `eval --reference` refuses.
   const std::filesystem::path push = kBrain / "brain_push.inp";
   const std::string text = file_text(push);
   const std::string mark = "** contact: ";

@@ -1,5 +1,5 @@
-// Hard cases of the nonlinear solver, against beam theory, other programs and themselves. The numbers
-// themselves are printed by bench/solver/validation.cpp from the same scenes.
+// Hard cases of the nonlinear solver, compared with beam theory, other programs and other paths.
+// bench/solver/validation.cpp prints the figures from the same scenes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,11 +22,11 @@ using test::SceneRun;
 using test::SolverScene;
 using test::TipState;
 
-// Of displacements, where two solves stop at different points below the default tolerance of 1e-10, which the
-// slow modes of a slender or deeply dented body magnify.
+// Two solves to the default tolerance of 1e-10 stop at different points. Slow modes of a slender or deeply
+// dented body magnify the difference.
 constexpr double kSameAnswer = 1e-7;
 
-// Every step was solved, no element is inverted, and what is free bears the last step's load.
+// Every step converged with det F > 0, and free dofs bear the last step's load.
 void expect_solved(const SolverScene& scene, const SceneRun& run) {
   ASSERT_TRUE(run.converged) << "stopped after " << run.steps_done << " of " << scene.steps.size()
                              << " steps";
@@ -49,7 +49,7 @@ double stored_energy(const SolverScene& scene, const SceneRun& run) {
 }
 
 // Deflection, shortening and tip angle of Mattiasson 1981, "Numerical results from large deflection beam and
-// frame problems analysed by means of elliptic integrals", to the digits printed there.
+// frame problems analysed by means of elliptic integrals", to the printed digits.
 TEST(Elastica, IsThatOfTheEllipticIntegrals) {
   const double published[4][4] = {{1, 0.30172, 0.05643, 0.46135},
                                   {2, 0.49346, 0.16064, 0.78175},
@@ -67,8 +67,8 @@ TEST(Elastica, IsThatOfTheEllipticIntegrals) {
   EXPECT_NEAR(std::comp_ellint_1(std::sin(0.5 * tip.angle)), std::sqrt(force), 1e-9);
 }
 
-// A beam of 20 x 1 x 1 has shear, stretch and a clamp that the elastica has not: together half a percent, and
-// a quarter of that at twice the length.
+// A beam of 20 x 1 x 1 has shear, stretch and a solid clamp, the elastica has none. The difference falls with
+// the square of the length.
 TEST(SolverScenes, ACantileverIsTheElastica) {
   for (const double poisson : {0.0, 0.3}) {
     for (const double force : {1.0, 2.0, 5.0, 10.0}) {
@@ -101,8 +101,8 @@ TEST(SolverScenes, ACantileversDifferenceToTheElasticaFallsWithItsSlenderness) {
   EXPECT_NEAR(difference(10) / difference(20), 4, 0.2);
 }
 
-// Twice Euler's load, back along the beam, in one ramp from the straight form: on the way the tangent is not
-// positive definite. The tip turns past 90 degrees.
+// Twice Euler's load along the beam, in a ramp from the straight form. The tangent is indefinite on the way,
+// and the tip turns past 90 degrees.
 TEST(SolverScenes, ABuckledCantileverIsTheElastica) {
   const Beam beam;
   const double force = 2 * std::numbers::pi * std::numbers::pi / 4;
@@ -119,7 +119,7 @@ TEST(SolverScenes, ABuckledCantileverIsTheElastica) {
   EXPECT_NEAR(tip.centre.z() / beam.length, expected.y, 0.001);
 }
 
-// What is left of the moment is of the square of the outer strain, a / 2 L = 0.06.
+// The moment's error is of the square of the outer strain, a / 2 L = 0.06.
 TEST(SolverScenes, ABeamBentTo135DegreesBearsTheMomentOfItsCurvature) {
   constexpr double kAngle = 0.75 * std::numbers::pi;
   const Beam beam;
@@ -152,7 +152,7 @@ TEST(SolverScenes, ABarTwistedThrough180DegreesBearsTheSlopeOfItsEnergy) {
     expect_solved(in_fours, other);
     EXPECT_LE((run.displacement - other.displacement).norm(), kSameAnswer * run.displacement.norm());
 
-    // Central difference over 0.02 rad of 3.14: an error of its square.
+    // Central difference over 0.02 rad of 3.14: an error of the ratio's square.
     const auto energy_at = [&](double angle) {
       const SolverScene turned = twisted_beam(beam, angle, 8);
       return stored_energy(turned, run_scene(turned));
@@ -162,7 +162,7 @@ TEST(SolverScenes, ABarTwistedThrough180DegreesBearsTheSlopeOfItsEnergy) {
   }
 }
 
-// An inclusion ten thousand times stiffer moves as a rigid body to a ten-thousandth of what the tissue does.
+// An inclusion ten thousand times stiffer moves rigidly to a ten-thousandth of the tissue's motion.
 TEST(SolverScenes, AStiffInclusionIsCarriedAlong) {
   const auto distortion = [](double ratio, int most_iterations) {
     const SolverScene scene = test::moved_top(test::block_with_inclusion(ratio), {0.15, 0.05, -0.2});
@@ -183,7 +183,7 @@ TEST(SolverScenes, SliversAreSolvedLikeOtherElements) {
   EXPECT_EQ(run.cutbacks, 0);
   EXPECT_LE(run.iterations, 12);
 
-  // The patch test: gradients a hundred times larger lose no more than two of the solver's ten digits.
+  // Patch test: gradients a hundred times larger lose at most two of the solver's ten digits.
   Eigen::Matrix3d F;
   F << 1.2, 0.3, -0.1, 0.05, 0.85, 0.2, 0.1, -0.15, 0.95;
   const Eigen::VectorXd expected = test::affine_displacement(scene.model, F);
@@ -218,7 +218,7 @@ TEST(SolverScenes, ABrainsPatchIsPushedToFourEdges) {
     EXPECT_GT(run.min_jacobian, depth.min_jacobian);
     deepest = run.displacement;
   }
-  // The branch from rest is kept: half an edge at a time comes to the same.
+  // Steps of half an edge stay on the branch from rest and reach the same state.
   SolverScene slowly{brain, {}};
   for (int half = 1; half <= 8; ++half)
     slowly.steps.push_back(test::pushed_patch(brain, site, 0.5 * half).steps.front());
@@ -227,8 +227,8 @@ TEST(SolverScenes, ABrainsPatchIsPushedToFourEdges) {
   EXPECT_LE((run.displacement - deepest).norm(), kSameAnswer * deepest.norm());
 }
 
-// The small-strain membrane of E = 70, nu = 1/3, whose corner rises by 32.20 to 32.28 with CalculiX,
-// Code_Aster and Elmer on fine meshes (CoFEA's benchmark, as quoted by solids4foam's tutorial cooksMembrane).
+// Small-strain Cook's membrane, E = 70, nu = 1/3. Its corner rises by 32.20 to 32.28 with CalculiX,
+// Code_Aster and Elmer on fine meshes (CoFEA's benchmark, quoted by solids4foam's tutorial cooksMembrane).
 TEST(SolverScenes, CooksMembraneIsThatOfOtherPrograms) {
   const double mu = 70 / (2 * (1 + 1.0 / 3));
   double tips[3];
@@ -244,7 +244,8 @@ TEST(SolverScenes, CooksMembraneIsThatOfOtherPrograms) {
   EXPECT_NEAR(tips[2] + (tips[2] - tips[1]) * ratio / (1 - ratio), 32.27, 0.03);
 }
 
-// At equal numbers of nodes, by Poisson's ratio: both elements agree, then only one of them is of use.
+// At equal numbers of nodes: both elements agree at low Poisson's ratios, and four-node elements lock near
+// 0.5.
 TEST(SolverScenes, TenNodesDoNotLockWhereFourDo) {
   const auto tip = [](int cells, Elements elements, double poisson) {
     const SolverScene scene =
@@ -275,7 +276,8 @@ TEST(SolverScenes, TenNodesDoNotLockWhereFourDo) {
               0.06 * force(8, Elements::c3d10, 0.499));
 }
 
-// The middle meshes of docs/solver_validation.md's locking tables, against the limits of C3D10H's three.
+// The middle meshes of the locking tables in docs/solver_validation.md, against the limits of C3D10H's three
+// meshes.
 TEST(SolverScenes, SharedVolumesDoNotLock) {
   constexpr double kPoisson = 0.499;
   constexpr double kRise = 6.92;
@@ -299,7 +301,7 @@ TEST(SolverScenes, SharedVolumesDoNotLock) {
     EXPECT_NEAR(solved(test::indented_block(4 * refinement, elements, kPoisson), test::indentation_stiffness),
                 kStiffness, 0.03 * kStiffness);
   }
-  // Where nothing locks, sharing changes little.
+  // Without locking, shared volumes change little.
   const double apart = solved(test::bonded_block(8, Elements::c3d4, 0.3, true), test::plate_force);
   EXPECT_NEAR(solved(test::bonded_block(8, Elements::c3d4_mean_dilatation, 0.3, true), test::plate_force),
               apart, 0.01 * apart);

@@ -1,5 +1,5 @@
-// The solver on blocks of irregular tetrahedra against closed forms of Zhong et al. 2005 eq. (1). Homogeneous
-// deformations are in the space of linear tetrahedra, so what is left is the solver's tolerance and rounding.
+// The solver on blocks of irregular tetrahedra, compared with closed forms of Zhong et al. 2005 eq. (1).
+// Linear tetrahedra represent homogeneous deformations, so the error is the solver's tolerance and rounding.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,10 +19,10 @@ using test::nodes_on_plane;
 using test::TestRandom;
 using test::tetrahedral_block;
 
-// Of the size of the block (displacements) and of the reaction itself.
+// Over the block's size for displacements, over the reaction for forces.
 constexpr double kClosedForm = 1e-10;
-// The solver is asked for more than that: a residual of its default 1e-10 may leave 1.3e-10 in a small
-// reaction (stretch 1.1, lambda = 50 mu).
+// A tighter residual than the default 1e-10, which may leave 1.3e-10 in a small reaction (stretch 1.1, lambda
+// = 50 mu).
 constexpr double kResidual = 1e-12;
 
 const Eigen::Vector3d kSize(1.0, 1.3, 0.7);
@@ -34,7 +34,7 @@ Model block(const CompressibleNeoHookean& law) {
   return tetrahedral_block(shape);
 }
 
-// The root of a function that rises through zero once between `low` and `high`.
+// The root between `low` and `high` of a function that changes sign once, from negative to positive.
 double bisect(const std::function<double(double)>& f, double low, double high) {
   for (int i = 0; i < 200; ++i) {
     const double middle = 0.5 * (low + high);
@@ -128,7 +128,7 @@ TEST(StaticSolverClosedForm, UniaxialByForces) {
       bisect([&](double x) { return law.mu * (x - 1) + law.lambda * x * s * (x * s - 1); }, 0.0, 1.0);
   const double J = q * s;
   const double stress = law.mu * (s - 1 / s) + law.lambda * J * (J - 1) / s;
-  // The consistent forces of a constant traction: a third of a top triangle's to each of its corners.
+  // Consistent nodal forces of a uniform traction: a third of a top triangle's force to each corner.
   LoadCase load = on_rollers(model);
   for (const Tetrahedron& element : model.elements) {
     std::vector<int> corners;
@@ -179,7 +179,8 @@ TEST(StaticSolverClosedForm, EquibiaxialStretch) {
   }
 }
 
-// Every boundary node follows F; the interior must find it. sum_a f_a X_a^T = V P for a homogeneous state.
+// Every boundary node follows F, and the solver finds the interior. A homogeneous state has sum_a f_a X_a^T =
+// V P.
 void expect_patch(const Model& model, const Eigen::Matrix3d& F, const Eigen::Matrix3d& stress) {
   LoadCase load = LoadCase::rest(model);
   const Eigen::VectorXd expected = affine_displacement(model, F);
@@ -212,7 +213,7 @@ void expect_patch(const Model& model, const Eigen::Matrix3d& F, const Eigen::Mat
   ASSERT_TRUE(solver.ramp(LoadCase::rest(model), load, displacement, exact()).converged);
   check(displacement, "along the ramp");
 
-  // From an interior that was shaken.
+  // From a randomly disturbed interior.
   TestRandom random(71);
   for (int dof = 0; dof < model.num_dofs(); ++dof) {
     if (!load.held[static_cast<size_t>(dof)]) displacement[dof] += 0.02 * random();
@@ -261,10 +262,9 @@ TEST(StaticSolverClosedForm, TurnedSimpleShearOfAPatch) {
   expect_patch(model, Q * F, Q * stress);
 }
 
-// One element on a fixed face, its apex pressed straight at the face: F = diag(1, 1, s) and
-// P_33 = mu (s - 1/s) + lambda (s - 1), finite for s < 0 too, so that (mu + lambda) s^2 - (lambda + p) s - mu
-// = 0 has a root on either side of zero. Newton's first step from rest overshoots to the wrong side, where
-// the residual is smaller.
+// An element on a fixed face, with its apex pressed straight at the face: F = diag(1, 1, s). P_33 = mu (s -
+// 1/s) + lambda (s - 1) is finite for s < 0 too. (mu + lambda) s^2 - (lambda + p) s - mu = 0 has a root on
+// either side of zero. Newton's first step from rest overshoots to s < 0, where the residual is smaller.
 TEST(StaticSolverClosedForm, AnInvertedRootIsNotTaken) {
   const CompressibleNeoHookean law = {0.48, 0.2};
   Model model;

@@ -10,7 +10,7 @@
 //          M <- M - q s^-1 q^T                                                      3 n^2
 //
 // n = 3 x the nodes held. With S^-1 = R R^T and s^-1 = R R^T, the updates are products of (W R) and (q R)
-// with themselves, which keep M symmetric to the bit.
+// with themselves. M thus stays symmetric to the bit.
 //
 // Rounding adds up over changes. After every few changes a correction restores one node's columns k, each
 // node in turn:

@@ -125,14 +125,14 @@ void sum_own_stiffness(LinearState& state) {
 
 // S_PP, upper triangle, P the axes of given force. A row of S is E^T times a row of X.
 void gather_given(const pal_pack& pack, const uint32_t* axes, uint32_t count, LinearState& state) {
-  memset(state.given_factor, 0, size_t{count} * count * sizeof *state.given_factor);
+  memset(state.semidefinite_factor, 0, size_t{count} * count * sizeof *state.semidefinite_factor);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
     for (uint32_t k = 0; k < count; ++k) {
       const double* forces = set.unit_forces + axes[k] * set.stride;
       double of_contact[3];
       for (uint32_t j = k; j < count; ++j) {
         if (j == k || axes[j] / 3 != axes[j - 1] / 3) sum_patch(pack, set, axes[j] / 3, forces, of_contact);
-        state.given_factor[size_t{k} * count + j] += weight * of_contact[axes[j] % 3];
+        state.semidefinite_factor[size_t{k} * count + j] += weight * of_contact[axes[j] % 3];
       }
     }
   });
@@ -183,8 +183,9 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
   }
   gather_given(pack, state.given_axes, count, state);
   constexpr double kLeastPart = 1e-12;
-  if (!factor_semidefinite(count, kLeastPart, state.given_factor)) frame.flags |= PAL_FLAG_ILL_CONDITIONED;
-  solve_semidefinite(state.given_factor, count, x);
+  if (!factor_semidefinite(count, kLeastPart, state.semidefinite_factor))
+    frame.flags |= PAL_FLAG_ILL_CONDITIONED;
+  solve_semidefinite(state.semidefinite_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 
@@ -251,7 +252,7 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.fixed = arena.take<uint32_t>(max_fixed);
   state.nodal_force = arena.take<double>(inverse_stride(state.max_shown));
   state.set_force = arena.take<double>(inverse_stride(max_held));
-  state.given_factor = arena.take<double>(axes * axes);
+  state.semidefinite_factor = arena.take<double>(axes * axes);
   state.given_axes = arena.take<uint32_t>(axes);
   state.given_solution = arena.take<double>(axes);
   state.held_of = arena.take<uint32_t>(pack.num_contact_nodes);

@@ -32,7 +32,7 @@ inline bool acts_at_site(const pal_contact& contact, uint32_t count) {
   return count > kMostBetween || is_at_site(contact);
 }
 
-// Contacts, the corners of their places, and the sets of those corners.
+// Contacts, the corners of their places, and the sets of corners.
 struct LinearBlend {
   bool ready;
   uint32_t num_contacts;
@@ -46,7 +46,7 @@ struct LinearBlend {
   uint32_t* held;               // [max_shown] contact nodes
   uint32_t* places;             // for each set, [num_held of the set] places of its nodes in `held`
   // Results of the last place_contacts() or place_difference():
-  double weights[kMostBlended];  // of the sets
+  double weights[kMostBlended];  // weights of the sets
   double* own_stiffness;         // [max_contacts][3][3] of S
 };
 
@@ -65,10 +65,10 @@ struct LinearState {
   double* nodal_force;  // f of the last frame at the blend's held nodes, [max_shown][3]
   double* set_force;    // f of one set: [stride]
   // Contacts with given forces:
-  double* given_factor;    // [3 max_contacts][3 max_contacts]
-  uint32_t* given_axes;    // [3 max_contacts] axes of given force, ascending
-  double* given_solution;  // [3 max_contacts]
-  uint32_t* held_of;       // [num_contact_nodes] scratch: place in LinearBlend::held + 1
+  double* semidefinite_factor;  // [3 max_contacts][3 max_contacts]
+  uint32_t* given_axes;         // [3 max_contacts] axes of given force, ascending
+  double* given_solution;       // [3 max_contacts]
+  uint32_t* held_of;            // [num_contact_nodes] scratch: place in LinearBlend::held + 1
 };
 
 // Takes the arrays for these capacities from the arena.

@@ -37,7 +37,7 @@ struct LinearSet {
   uint32_t* held;          // [max_held] contact nodes
   uint32_t* patch_slots;   // [max_contacts][max_patch_nodes] places of a contact's nodes in `held`
   double* patch_shares;    // [max_contacts][max_patch_nodes] entries of E; 0: a fixed node
-  size_t stride;           // of the rows of X
+  size_t stride;           // doubles from one row of X to the next
   double* unit_forces;     // X: [3 max_contacts][stride], a row for each column of E
   double* own_stiffness;   // [max_contacts][3][3] of S
   // For turned gravity (gravity.hpp):
@@ -67,8 +67,8 @@ void carve_assembly(const pal_pack& pack, uint32_t max_held, Arena& arena, Linea
 void begin_set(const pal_pack& pack, const uint32_t* sites, uint32_t count, const uint32_t* fixed,
                uint32_t num_fixed, LinearSet& set, LinearAssembly& assembly);
 
-// Advances the set until it is ready, or by about so many multiply-adds; the last node may exceed them by 9
-// n^2, with n = 3 x the nodes held. Returns the multiply-adds. Total cost, at most that of a new assembly, 2
+// Advances the set until it is ready, or by about so many multiply-adds. The last node may exceed them by
+// 9 n^2, with n = 3 x the nodes held. Returns the multiply-adds. Total cost, at most that of a new assembly, 2
 // n^3 / 3:
 // - 6 n^2 for each node that comes, and 3 n^2 for each node that leaves,
 // - n^2 for the sums,

@@ -36,11 +36,11 @@ pal_real round_some(const pal_real* weights, uint32_t count, int16_t* integers) 
 
 void round_weights(BasisCombination& columns) {
   RoundedWeights& rounded = columns.rounded;
-  const uint32_t others = columns.num_weighed - 3;
-  rounded.num_pairs = pack::num_column_pairs(columns.num_weighed);
+  const uint32_t others = columns.num_weighted - 3;
+  rounded.num_pairs = pack::num_column_pairs(columns.num_weighted);
   rounded.first_unit = round_some(columns.weights, 3, rounded.weights);
   rounded.unit = round_some(columns.weights + 3, others, rounded.weights + 3);
-  if (others % 2 != 0) rounded.weights[columns.num_weighed] = 0;
+  if (others % 2 != 0) rounded.weights[columns.num_weighted] = 0;
 }
 
 void fill_columns(const BasisCombination& columns, uint32_t first, uint32_t count, const FieldKernel& kernel,
@@ -52,7 +52,7 @@ void fill_columns(const BasisCombination& columns, uint32_t first, uint32_t coun
       kernel.add_rounded(reinterpret_cast<const int16_t*>(panel), columns.rounded, onto, sum);
     } else {
       kernel.add_columns(reinterpret_cast<const pal_real*>(panel), pack::kPanelRows, columns.weights,
-                         columns.num_weighed, onto, sum);
+                         columns.num_weighted, onto, sum);
     }
   }
 }

@@ -12,7 +12,7 @@ struct BasisCombination {
   const unsigned char* field;  // pack::field_panel_bytes() each panel
   bool is_rounded;             // columns are int16
   uint32_t num_columns;        // at least 3 if columns are int16
-  uint32_t num_weighed;        // columns with weights, from the first; the other weights are zero
+  uint32_t num_weighted;       // columns with weights, from the first; the other weights are zero
   pal_real weights[3 + pack::kMostRank];
   RoundedWeights rounded;  // the weights for int16 columns
 };

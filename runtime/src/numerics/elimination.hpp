@@ -3,8 +3,8 @@
 //   [ A11  . ]        [ L    .            ]
 //   [ A21 A22 ]  ->   [ X   A22 - X X^T   ],   A11 = L L^T,  X = A21 L^-T
 //
-// A22 - A21 A11^-1 A21^T is the condensed matrix of the remaining rows. A load b^T may be one more row of
-// A21: the elimination turns this row into (L^-1 b)^T, and its entries in A22 into the condensed load.
+// A22 - A21 A11^-1 A21^T is the condensed matrix of the remaining rows. A load b^T may be one more row of A21. The elimination turns this row into (L^-1 b)^T, and its
+// entries in A22 into the condensed load.
 //
 // Storage is column-major, and only the lower triangle has meaning; the elimination overwrites entries above
 // the triangle.

@@ -103,7 +103,7 @@ __attribute__((target("avx2"))) inline Lanes256 widened(const int8_t* bytes) {
 #endif
 }
 
-// Products and sums stay unfused, so that the bits equal those of the scalar kernel.
+// Products and sums stay unfused, so that the bits equal the scalar kernel's bits.
 __attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const pal_real* weights,
                                                     uint32_t count, pal_real* sum) {
   constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);

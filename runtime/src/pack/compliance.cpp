@@ -27,7 +27,7 @@ void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint
                            const FieldKernel& kernel, bool onto, pal_real* sum) {
   const uint64_t panels = pack::num_panels(pack.num_nodes);
   BasisCombination columns;
-  columns.num_columns = columns.num_weighed = 3;
+  columns.num_columns = columns.num_weighted = 3;
   if (forces.count == 0 && !onto) clear_panels(count, sum);
   for (uint32_t slot = 0; slot < forces.count; ++slot, onto = true) {
     const uint32_t node = forces.nodes[slot];

@@ -1,10 +1,10 @@
 // The place of a contact: a site, or a point of the surface between up to three sites.
 //
-// The answer at a point blends the answers f_i(d) of its triangle's corners to the same displacement d of the
-// tool, with the point's barycentric weights w: f = sum_i w_i f_i(d). Energy, stiffness and field follow the
+// The answer at a point is f = sum_i w_i f_i(d), with the barycentric weights w of the point. f_i(d) are the
+// answers of its triangle's corners to the same displacement d of the tool. Energy, stiffness and field follow the
 // same sum.
-// - Weights are continuous over the surface, because a corner's weight is zero on the opposite edge. So displacement and
-//   force are continuous as a contact slides.
+// - Weights are continuous over the surface, because a corner's weight is zero on the opposite edge. So
+//   displacement and force are continuous as a contact slides.
 // - At a fixed point the force is the gradient of an energy.
 #pragma once
 

@@ -13,13 +13,13 @@ namespace palpate {
 
 // Bounds of a pack's numbers, far outside anything physical. Within these bounds no double overflows on the
 // way to a force, and no float32 on the way to a displacement.
-inline constexpr double kLargestScale = 1e15;   // of lengths and units; the smallest is 1 / this
-inline constexpr double kLargestEnergy = 1e60;  // of energy coefficients
+inline constexpr double kLargestScale = 1e15;   // limit of lengths and units; the smallest is 1 / this
+inline constexpr double kLargestEnergy = 1e60;  // limit of energy coefficients
 // Displacement of any node per displacement of the tool: a field coefficient relative to max_displacement, a
 // column of the field compliance relative to its diagonal.
 inline constexpr double kLargestAmplification = 1e6;
 inline constexpr double kLargestPush =
-    1e20;  // of forces: max_displacement in m over the compliance of a contact node
+    1e20;  // limit of forces: max_displacement in m over the compliance of a contact node
 // Force at a patch node per displacement of the patch, relative to the force that moves the node alone as
 // far.
 inline constexpr double kLargestNodalForce = 1e8;

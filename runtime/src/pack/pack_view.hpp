@@ -11,7 +11,7 @@ namespace palpate {
 
 static_assert(sizeof(pack::Real) == sizeof(pal_real), "PALPATE_FLOAT64 is one for schemas and API");
 
-// One bin of an error survey; ErrorBin in schemas/pack.fbs.
+// A bin of an error survey; ErrorBin in schemas/pack.fbs.
 struct ErrorBinView {
   double to;  // upper end of |d| / max_displacement
   // The error bounds at the upper end, and their slopes per |d| / max_displacement towards the lower end.
@@ -41,7 +41,7 @@ struct pal_pack {
   const unsigned char* bytes;
   size_t num_bytes;
   bool mapped;          // the library mapped the file and unmaps the file
-  uint32_t num_panels;  // of compressed_panels
+  uint32_t num_panels;  // length of compressed_panels
 
   // Geometry
   uint32_t num_nodes;

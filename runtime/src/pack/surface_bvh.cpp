@@ -106,7 +106,7 @@ void find_nearest_on(const double corners[3][3], Nearest& nearest) {
   double w = -1;
   if (ab_ab > 0) {
     const double shear = dot(ab, ac) / ab_ab;
-    double height[3];  // of corner 2 over the line through corners 0 and 1
+    double height[3];  // from the line through corners 0 and 1 to corner 2
     add_scaled(ac, -shear, ab, height);
     const double height_square = dot(height, height);
     if (height_square > kFlat * kFlat * ac_ac) {

@@ -20,7 +20,7 @@ inline constexpr double kLargestPosition = 1e15;
 struct SurfaceHit {
   uint32_t primitive;
   uint32_t sites[3];  // sites at the corners; three equal sites for a single site
-  double weights[3];  // of the corners: >= 0, their sum 1
+  double weights[3];  // weights of the corners: >= 0, their sum 1
   double point[3];    // the weighted mean of the corners
   double normal[3];   // unit, outward, of the feature of the point
   double distance;    // from the surface, negative inside

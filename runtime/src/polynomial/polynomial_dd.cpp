@@ -103,8 +103,10 @@ Fade fade_behind_surface(double c) {
           -60.0 * t * rest * (rest - t) / (kWidth * kWidth)};
 }
 
-// Adds g(s) E_n with t = x / s:  grad = g grad E + E g' t,
-// Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+// Adds g(s) E_n with t = x / s:
+//
+//   grad = g grad E + E g' t
+//   Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
 void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
   if (s <= 1.0) {
     sum.value += part.value;
@@ -165,10 +167,11 @@ void continue_beyond(const double* A, const double d[3], const double x[3], doub
     u[i] = r * d[i] / kLargestExtrapolation;
     g[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
   }
-  double pull[3];
-  for (int i = 0; i < 3; ++i) pull[i] = dot(answer.stiffness + 3 * i, u);
-  const double along = dot(u, pull);
-  for (int i = 0; i < 3; ++i) answer.force[i] += kLargestExtrapolation * (1.0 - r) * (pull[i] - along * g[i]);
+  double stiffness_u[3];
+  for (int i = 0; i < 3; ++i) stiffness_u[i] = dot(answer.stiffness + 3 * i, u);
+  const double along = dot(u, stiffness_u);
+  for (int i = 0; i < 3; ++i)
+    answer.force[i] += kLargestExtrapolation * (1.0 - r) * (stiffness_u[i] - along * g[i]);
 }
 
 }  // namespace

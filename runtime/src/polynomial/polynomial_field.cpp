@@ -29,7 +29,7 @@ void combine_polynomial_basis(const pal_pack& pack, const PolynomialFieldState& 
   const pack::PolynomialSite& site = pack.polynomial_sites[state.site];
   columns.field = pack.polynomial_field + site.field_start;
   columns.is_rounded = pack.basis_rounded;
-  columns.num_columns = columns.num_weighed = 3 + site.rank;
+  columns.num_columns = columns.num_weighted = 3 + site.rank;
 
   pal_real monomials[kMostMonomials];
   const pal_real* at = state.x;

@@ -32,7 +32,7 @@ double largest_of(const double* numbers, uint32_t count) {
 }  // namespace
 
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
-                            const PointResponse* moved, const double* couplings, double* displacements) {
+                            const PointResponse* transfer, const double* couplings, double* displacements) {
   uint32_t axes[kMostAxes];  // 3 x contact + axis
   uint32_t size = 0;
   double push = 1e-6 * pack.max_displacement;
@@ -47,12 +47,12 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
     const uint32_t axis = axes[i] % 3;
     const double given = contacts[contact].force[axis] / pack.newtons;
     step[i] = std::min(kLargestForce, std::max(-kLargestForce, given)) - set.force[axes[i]] -
-              moved[contact].force[axis];
+              transfer[contact].force[axis];
     for (uint32_t j = i; j < size; ++j) {
       double& entry = K[i * size + j];
       entry = set.stiffness[axes[i]][axes[j]];
       if (axes[j] / 3 == contact) {
-        entry += moved[contact].stiffness[3 * axis + axes[j] % 3];
+        entry += transfer[contact].stiffness[3 * axis + axes[j] % 3];
       } else if (couplings != nullptr) {
         entry += couplings[axes[i] * 3 * set.num_contacts + axes[j]];
       }

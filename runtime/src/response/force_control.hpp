@@ -35,9 +35,9 @@ struct ForceControl {
 // Limit of displacements under given forces along an axis, relative to the scene's largest displacement.
 inline constexpr double kMostGiven = 4.0;
 
-// Takes one step on displacements[contacts][3], model units. `moved`: transfer of the zone's answer to each
+// Takes one step on displacements[contacts][3], model units. `transfer`: transfer of the zone's answer to each
 // contact's place. `couplings`: [3 contacts][3 contacts] transferred stiffness between contacts, or null.
 ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_contact* contacts,
-                            const PointResponse* moved, const double* couplings, double* displacements);
+                            const PointResponse* transfer, const double* couplings, double* displacements);
 
 }  // namespace palpate

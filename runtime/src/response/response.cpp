@@ -3,17 +3,15 @@
 #include <math.h>
 #include <string.h>
 
-#include <algorithm>
-
 #include "runtime/src/linear/linear_blend.hpp"
 #include "runtime/src/linear/linear_point.hpp"
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/polynomial/polynomial_dd.hpp"
-#include "runtime/src/response/force_control.hpp"
+#include "runtime/src/response/error_estimate.hpp"
 #include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response_at_point.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
+#include "runtime/src/response/zone_response.hpp"
 #include "runtime/src/zone/zone_making.hpp"
 
 namespace palpate {
@@ -22,31 +20,6 @@ namespace {
 // Displacements are shortened to this multiple of the scene's largest displacement, so that no float32
 // overflows.
 constexpr double kAbsurdDisplacement = 1e6;
-// Relative rounding of lengths after a conversion of units and back.
-constexpr double kRounding = 1e-9;
-// The error estimate without a survey: the whole answer may be wrong.
-constexpr double kUnknownError = 1.0;
-
-double largest_component(const double d[3]) {
-  const double x = fabs(d[0]);
-  const double y = fabs(d[1]);
-  const double z = fabs(d[2]);
-  const double larger = x > y ? x : y;
-  return larger > z ? larger : z;
-}
-
-// |d|, without overflow or underflow of the squares.
-double length(const double d[3]) {
-  constexpr double kLeast = 1e-140;  // the square of a smaller component underflows
-  constexpr double kMost = 1e140;
-  const double largest = largest_component(d);
-  if (largest > kLeast && largest < kMost) return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  if (largest == 0) return 0;
-  const double x = d[0] / largest;
-  const double y = d[1] / largest;
-  const double z = d[2] / largest;
-  return largest * sqrt(x * x + y * y + z * z);
-}
 
 // Converts a given displacement to model units and shortens an absurd displacement.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
@@ -62,98 +35,6 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   const double to_model = scale / pack.metres;
   for (int i = 0; i < 3; ++i) out[i] = to_model * displacement[i];
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
-}
-
-// The bound of 95 % of errors at this |d|, with 95 % confidence; interpolated with the slope of its survey
-// bin. kUnknownError for a flagged answer, or a case outside the survey. The force error is relative to
-// `force`, in model units.
-void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
-                     double force, pal_contact_result& result) {
-  result.displacement_error = kUnknownError;
-  result.force_error = kUnknownError;
-  if (!surveyed || result.flags != 0) return;
-  const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
-  const double size = length(displacement) / pack.max_displacement;
-  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
-    // The tolerance keeps the scene's largest displacement in the last bin.
-    const ErrorBinView& of = survey.bins[bin];
-    if (size <= of.to * (1.0 + 1e-9)) {
-      const double below = std::max(0.0, of.to - size);
-      result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
-      // Relative to the survey's scale for a large force, else to the force less its bound.
-      const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
-      const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
-      const double left = force - bound * scale;
-      result.force_error = !(force < scale)       ? bound
-                           : left > bound * scale ? bound * scale / left
-                                                  : std::max(kUnknownError, bound);
-      return;
-    }
-  }
-}
-
-// Error estimates of several zone contacts, relative to their largest displacement and force. The bound is
-// the maximum of:
-// - the survey's bound for sets by load and by reach (ErrorSurvey in schemas/pack.fbs),
-// - the bound for one contact of the largest displacement.
-//
-// A flag of one contact counts for all contacts, as does an estimate of kUnknownError.
-void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
-                         pal_contact_result* results) {
-  const pal_pack& pack = *tissue.pack;
-  const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
-  const double* largest = tissue.displacements;
-  pal_contact_result of_set = {};
-  double largest_size = 0;
-  double reach = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    const double* d = tissue.displacements + size_t{3} * c;
-    const double size = length(d) / pack.max_displacement;
-    reach += size * size;
-    if (!(size > largest_size)) continue;
-    largest_size = size;
-    largest = d;
-  }
-  const double displacement_error =
-      std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
-  const double force_error = std::max(survey.set_force_bound * load, survey.set_force_reach_bound * reach);
-  for (uint32_t c = 0; c < count; ++c) {
-    if (displacement_error >= kUnknownError) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
-    of_set.flags |= results[c].flags;
-  }
-  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
-                  static_cast<double>(INFINITY), of_set);
-  for (uint32_t c = 0; c < count; ++c) {
-    results[c].displacement_error =
-        std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
-    results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
-  }
-}
-
-// Whether the survey sampled such displacements at every corner of a place.
-bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
-  for (uint32_t i = 0; i < place.count; ++i) {
-    if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
-  }
-  return true;
-}
-
-// The model that answers one contact alone at a site.
-pal_model model_alone(const pal_pack& pack, uint32_t site) {
-  if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
-  return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
-}
-
-// Raises the estimates to the largest estimate of the corners' own models.
-void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
-                     const double displacement[3], double force, pal_contact_result& result) {
-  for (uint32_t i = 0; i < place.count; ++i) {
-    pal_contact_result of_corner = {};
-    of_corner.flags = result.flags;
-    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
-    result.displacement_error = std::max(result.displacement_error, of_corner.displacement_error);
-    result.force_error = std::max(result.force_error, of_corner.force_error);
-  }
 }
 
 // Converts given forces to model units. Limits each force so that it moves its contact alone by at most
@@ -303,152 +184,6 @@ void answer_linear_point(TissueState& tissue, const pal_contact& contact, pal_co
   give_result(tissue, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
-// Whether one of the two blends serves these contacts. The function makes that blend the active blend.
-bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
-                      uint32_t fixed_version) {
-  if (linear.active.ready && is_for(linear.active, contacts, count, fixed_version)) return true;
-  if (!linear.next.ready || !is_for(linear.next, contacts, count, fixed_version)) return false;
-  swap_blends(linear);
-  return true;
-}
-
-// Whether a zone needs linear_dd of all contacts for its transfer to their places (response_at_point.hpp).
-bool is_moved_together(const pal_contact* contacts, uint32_t count, uint32_t num_fixed) {
-  if (count > kMostBetween || (count == 1 && num_fixed == 0)) return false;
-  return std::any_of(contacts, contacts + count,
-                     [](const pal_contact& contact) { return place_of(contact).count > 1; });
-}
-
-// Adds linear_dd of all contacts to the transfer of each contact and to the field. Call place_difference()
-// first. `couplings`: [3 count][3 count] stiffness above the diagonal, filled in if forces are given. Returns
-// the energy.
-double move_together(TissueState& tissue, const pal_contact* contacts, uint32_t count, PointResponse* moved,
-                     double* couplings, FieldState& field) {
-  const pal_pack& pack = *tissue.pack;
-  const ZoneSet& set = tissue.zone.active;
-  LinearState& linear = tissue.linear;
-  LinearFrame frame = {};
-  frame.displacements = set.followed;
-  frame.forces = tissue.forces;
-  evaluate_linear(pack, linear, frame);
-  const bool are_forces_given = std::any_of(
-      contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
-  for (uint32_t c = 0; c < count; ++c) {
-    moved[c].flags |= frame.flags;
-    for (uint32_t i = 0; i < 3; ++i) moved[c].force[i] += frame.forces[3 * c + i];
-    for (uint32_t i = 0; i < 9; ++i) moved[c].stiffness[i] += linear.active.own_stiffness[9 * c + i];
-    for (uint32_t other = c + 1; other < count && are_forces_given; ++other) {
-      double block[9];
-      stiffness_between(pack, linear, c, other, block);
-      for (uint32_t i = 0; i < 9; ++i) couplings[(3 * c + i / 3) * 3 * count + 3 * other + i % 3] = block[i];
-    }
-  }
-  const uint32_t end = field.num_held + field.num_moved;
-  const LinearBlend& blend = linear.active;
-  memcpy(field.held + end, blend.held, blend.num_held * sizeof *field.held);
-  for (uint32_t i = 0; i < 3 * blend.num_held; ++i)
-    field.weights[3 * end + i] = static_cast<pal_real>(linear.nodal_force[i] * pack.metres);
-  field.num_moved += blend.num_held;
-  return frame.energy;
-}
-
-void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count, const double* turns,
-                 pal_contact_result* results) {
-  const pal_pack& pack = *tissue.pack;
-  FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
-  const ZoneSet& set = tissue.zone.active;
-  const bool is_together = is_moved_together(contacts, count, set.num_fixed) &&
-                           find_ready_blend(tissue.linear, contacts, count, set.fixed_version);
-  tissue.moved_together = is_together;
-  if (is_together) place_difference(contacts, set.sites, tissue.linear);
-  for (uint32_t at = 0; at < 3 * count; ++at) {
-    if (is_force_given(contacts[at / 3], at % 3))
-      tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
-  }
-  const bool is_turned = take_turns(tissue, contacts, count, turns);
-  ZoneAnswer answer;
-  ForceControl control;
-  PointResponse moved[pack::kMostZoneContacts];
-  double couplings[9 * kMostBetween * kMostBetween] = {};
-  // The steps of force control share the frame's iterations.
-  for (uint32_t left = tissue.config->zone_iterations;;) {
-    answer = solve_zone(pack, tissue.displacements, left, tissue.zone);
-    left -= answer.iterations;
-    fill_zone_field(pack, tissue.zone, field);
-    for (uint32_t c = 0; c < count; ++c) {
-      moved[c] = {};
-      // Contacts in one zone share nodes: a transfer of one contact alone would move the patches of the
-      // others. Fixed nodes would move too.
-      if (!is_alone_in_zone(set, c) || set.num_fixed > 0) continue;
-      moved[c] = (is_together ? move_beyond_linear : move_to_place)(pack, set.sites[c], place_of(contacts[c]),
-                                                                    set.followed + size_t{3} * c, field);
-      answer.energy += moved[c].energy;
-    }
-    if (is_together) answer.energy += move_together(tissue, contacts, count, moved, couplings, field);
-    control =
-        control_forces(pack, set, contacts, moved, is_together ? couplings : nullptr, tissue.displacements);
-    if (control.has_ended || answer.went_back || left == 0) break;
-  }
-  for (uint32_t at = 0; at < 3 * count; ++at) {
-    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
-    set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
-  }
-  if (!answer.went_back) answer.flags |= control.flags;
-  if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
-  tissue.stored_energy = answer.energy * pack.newtons * pack.metres;
-  if (results == nullptr) return;
-  // A neighbour may load a contact beyond the survey, and the exterior passes this nonlinearity to all
-  // contacts.
-  double largest = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
-    if (is_turned)
-      largest =
-          std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
-  }
-  double farthest = largest;  // includes the displacements that the zone has followed so far
-  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
-  bool is_beyond = false;
-  double load = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
-    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
-  }
-  bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
-                     set.num_fixed == 0 && !is_turned;
-  for (uint32_t c = 0; c < count; ++c) {
-    const double* d = tissue.displacements + size_t{3} * c;
-    pal_contact_result& result = results[c];
-    result = {};
-    result.model = PAL_MODEL_ZONE;
-    result.flags = answer.flags | moved[c].flags | tissue.input_flags[c];
-    if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
-    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
-      result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // The survey covers converged contacts at sites with all rings.
-    const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    if (difference.count > 0 && !is_together && (count > 1 || set.num_fixed > 0))
-      result.flags |= PAL_FLAG_NEAREST_SITE;
-    is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
-    double force[3];
-    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + moved[c].force[i];
-    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
-    worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
-    for (uint32_t i = 0; i < 3; ++i) {
-      result.force[i] = force[i] * pack.newtons;
-      result.displacement[i] = set.followed[3 * c + i] * pack.metres;
-      for (uint32_t j = 0; j < 3; ++j)
-        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + moved[c].stiffness[3 * i + j]) *
-                                 (pack.newtons / pack.metres);
-    }
-  }
-  if (count > 1) estimate_set_errors(tissue, is_surveyed, count, load, results);
-  for (uint32_t c = 0; c < count && largest > 0; ++c) {
-    for (double* error : {&results[c].displacement_error, &results[c].force_error})
-      *error = std::min(kUnknownError, *error + answer.left / largest);
-  }
-}
-
 // Whether the ready zone is unsound for these contacts. Then linear_dd answers, if the config allows.
 bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   const ZoneSet& set = tissue.zone.active;
@@ -475,7 +210,7 @@ bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool f
 // Whether the zone's transfer to these contacts' places needs a blend that is not ready.
 bool lacks_blend(TissueState& tissue, const pal_contact* contacts, uint32_t count, uint32_t num_fixed,
                  uint32_t fixed_version) {
-  return is_moved_together(contacts, count, num_fixed) &&
+  return needs_joint_transfer(contacts, count, num_fixed) &&
          !find_ready_blend(tissue.linear, contacts, count, fixed_version);
 }
 
@@ -611,7 +346,7 @@ void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_co
   if (row != column && answered == ResponseKind::zone) {
     for (uint32_t i = 0; i < 9; ++i)
       block[i] = tissue.zone.active.stiffness[3 * row + i / 3][3 * column + i % 3];
-    if (tissue.moved_together) {
+    if (tissue.has_joint_transfer) {
       double of_move[9];
       stiffness_between(pack, tissue.linear, row, column, of_move);
       for (uint32_t i = 0; i < 9; ++i) block[i] += of_move[i];

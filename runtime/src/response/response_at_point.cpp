@@ -27,36 +27,36 @@ namespace {
 
 // Adds `sign` times linear_dd at a difference of places.
 void add_linear(const pal_pack& pack, const ContactPlace& difference, double sign, const double d[3],
-                PointResponse& moved, FieldState& field) {
+                PointResponse& transfer, FieldState& field) {
   const double signed_d[3] = {sign * d[0], sign * d[1], sign * d[2]};
   const uint32_t end = field.num_held + field.num_moved;
   LinearPointAnswer answer;
   field.num_moved += evaluate_linear_point(pack, difference, signed_d, answer, field.held + end,
                                            field.weights + size_t{3} * end);
-  moved.energy += sign * answer.energy;
-  for (int k = 0; k < 3; ++k) moved.force[k] += answer.force[k];
-  for (int k = 0; k < 9; ++k) moved.stiffness[k] += sign * answer.stiffness[k];
+  transfer.energy += sign * answer.energy;
+  for (int k = 0; k < 3; ++k) transfer.force[k] += answer.force[k];
+  for (int k = 0; k < 9; ++k) transfer.stiffness[k] += sign * answer.stiffness[k];
 }
 
 }  // namespace
 
-PointResponse move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place, const double d[3],
-                            FieldState& field) {
+PointResponse transfer_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                                const double d[3], FieldState& field) {
   const ContactPlace difference = difference_from(place, site);
   if (difference.count == 0) return {};
   if (pack.polynomial_sites != nullptr) return blend_polynomials(pack, difference, d, field);
-  PointResponse moved = {};
-  add_linear(pack, difference, 1.0, d, moved, field);
-  return moved;
+  PointResponse transfer = {};
+  add_linear(pack, difference, 1.0, d, transfer, field);
+  return transfer;
 }
 
-PointResponse move_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
-                                 const double d[3], FieldState& field) {
+PointResponse transfer_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                                     const double d[3], FieldState& field) {
   const ContactPlace difference = difference_from(place, site);
   if (difference.count == 0 || pack.polynomial_sites == nullptr) return {};
-  PointResponse moved = blend_polynomials(pack, difference, d, field);
-  add_linear(pack, difference, -1.0, d, moved, field);
-  return moved;
+  PointResponse transfer = blend_polynomials(pack, difference, d, field);
+  add_linear(pack, difference, -1.0, d, transfer, field);
+  return transfer;
 }
 
 }  // namespace palpate

@@ -40,11 +40,11 @@ PointResponse blend_polynomials(const pal_pack& pack, const ContactPlace& place,
 
 // The transfer of a zone's answer from `site` to `place`: zero where `place` is that site. Adds its field to
 // the zone's field.
-PointResponse move_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
-                            const double displacement[3], FieldState& field);
+PointResponse transfer_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                                const double displacement[3], FieldState& field);
 
-// move_to_place() less its linear_dd part. Zero in a pack without polynomials.
-PointResponse move_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
-                                 const double displacement[3], FieldState& field);
+// transfer_to_place() less its linear_dd part. Zero in a pack without polynomials.
+PointResponse transfer_beyond_linear(const pal_pack& pack, uint32_t site, const ContactPlace& place,
+                                     const double displacement[3], FieldState& field);
 
 }  // namespace palpate

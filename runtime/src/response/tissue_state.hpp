@@ -1,5 +1,5 @@
-// The tissue of one session: its contacts, the models that answer them, and the field that they leave. Tools and
-// recordings are not part of it.
+// The tissue of one session: its contacts, the response models and the displacement field. Tools and
+// recordings have their own state.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -21,7 +21,7 @@ struct GravityTurn {
 
 struct TissueState {
   const pal_pack* pack;
-  const pal_session_config* config;  // of the session
+  const pal_session_config* config;  // config of the session
   FieldKernel kernel;
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
@@ -32,12 +32,12 @@ struct TissueState {
   uint32_t* given_axes;   // [max_contacts] pal_contact::force_axes
   double* given_forces;   // [max_contacts][3] model units
   GravityTurn gravity;
-  double stored_energy;  // of the last answer: J, or the model's units of energy
+  double stored_energy;  // energy of the last answer: J, or the model's units of energy
   double
       energy_brought;  // part of stored_energy that gravity or an inclusion has brought since the last frame
   LinearState linear;
-  bool linear_begun;    // linear.next is being prepared
-  bool moved_together;  // linear.active has moved the zone that answered last
+  bool linear_begun;        // linear.next is being prepared
+  bool has_joint_transfer;  // linear.active has transferred the last answer of a zone
   ZoneState zone;
   bool zone_begun;      // zone.next is being prepared
   uint64_t operations;  // multiply-adds that a haptic frame may spend on preparation

@@ -28,7 +28,7 @@ double length(const double v[3]) {
 constexpr double kLeastStiffness = 0.01;
 constexpr double kMostStiffness = 100;
 constexpr double kLargestLength = 1e100;
-constexpr uint32_t kFirstInclusionBytes = 48;  // of pal_inclusion in the first release
+constexpr uint32_t kFirstInclusionBytes = 48;  // size of pal_inclusion in the first release
 static_assert(sizeof(pal_inclusion) >= kFirstInclusionBytes);
 
 pal_status check_inclusion(const pal_pack& pack, const pal_inclusion& given, Inclusion& inclusion) {

@@ -1,7 +1,7 @@
 // Tools: their poses, their contacts (tool_holds.hpp) and the force on each.
 //
-// A contact is welded to its tool. Let (p0, R0) be the tool's pose where the contact is unstrained, x the
-// contact's place at rest, and a = R0^T (x - p0) its arm in the tool's frame. At the pose (p, R) the contact
+// A contact is welded to its tool. Let (p0, R0) be the tool's pose where the contact is unstrained, and x the
+// contact's place at rest. The contact's arm in the tool's frame is a = R0^T (x - p0). At the pose (p, R) the contact
 // has moved by
 //
 //    d = (p - p0) + (R a - R0 a).

@@ -338,11 +338,11 @@ void add_exterior_field(const pal_pack& pack, const FieldState& field, uint32_t 
     static_assert(pack::num_monomials(2, pack::kMostZoneDegree) <= sizeof columns.weights / sizeof(pal_real));
     columns.field = panel_of_site(pack, field.exterior_rings, site, 0);
     columns.is_rounded = pack.zone_rounded;
-    columns.num_columns = columns.num_weighed = pack.zone_columns;
+    columns.num_columns = columns.num_weighted = pack.zone_columns;
     memcpy(columns.weights, field.exterior_weights + size_t{c} * pack.zone_columns,
            pack.zone_columns * sizeof *columns.weights);
     // Of near contacts the higher degrees weigh nothing.
-    while (columns.num_weighed > 3 && columns.weights[columns.num_weighed - 1] == 0) --columns.num_weighed;
+    while (columns.num_weighted > 3 && columns.weights[columns.num_weighted - 1] == 0) --columns.num_weighted;
     if (columns.is_rounded) round_weights(columns);
     fill_columns(columns, first, count, kernel, true, sum);
     for (uint32_t other = 0; other < c && pack.num_pair_fields > 0; ++other) {

@@ -1,0 +1,116 @@
+#include "runtime/src/response/error_estimate.hpp"
+
+#include <math.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/polynomial/polynomial_dd.hpp"
+
+namespace palpate {
+namespace {
+
+// The model that answers one contact alone at a site.
+pal_model model_alone(const pal_pack& pack, uint32_t site) {
+  if (pack.polynomial_sites == nullptr) return PAL_MODEL_LINEAR;
+  return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
+}
+
+}  // namespace
+
+double largest_component(const double d[3]) {
+  const double x = fabs(d[0]);
+  const double y = fabs(d[1]);
+  const double z = fabs(d[2]);
+  const double larger = x > y ? x : y;
+  return larger > z ? larger : z;
+}
+
+double length(const double d[3]) {
+  constexpr double kLeast = 1e-140;  // the square of a smaller component underflows
+  constexpr double kMost = 1e140;
+  const double largest = largest_component(d);
+  if (largest > kLeast && largest < kMost) return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  if (largest == 0) return 0;
+  const double x = d[0] / largest;
+  const double y = d[1] / largest;
+  const double z = d[2] / largest;
+  return largest * sqrt(x * x + y * y + z * z);
+}
+
+bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
+  }
+  return true;
+}
+
+void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
+                     double force, pal_contact_result& result) {
+  result.displacement_error = kUnknownError;
+  result.force_error = kUnknownError;
+  if (!surveyed || result.flags != 0) return;
+  const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
+  const double size = length(displacement) / pack.max_displacement;
+  for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
+    // The tolerance keeps the scene's largest displacement in the last bin.
+    const ErrorBinView& of = survey.bins[bin];
+    if (size <= of.to * (1.0 + 1e-9)) {
+      const double below = std::max(0.0, of.to - size);
+      result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
+      // Relative to the survey's scale for a large force, else to the force less its bound.
+      const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
+      const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
+      const double left = force - bound * scale;
+      result.force_error = !(force < scale)       ? bound
+                           : left > bound * scale ? bound * scale / left
+                                                  : std::max(kUnknownError, bound);
+      return;
+    }
+  }
+}
+
+void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
+                     const double displacement[3], double force, pal_contact_result& result) {
+  for (uint32_t i = 0; i < place.count; ++i) {
+    pal_contact_result of_corner = {};
+    of_corner.flags = result.flags;
+    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
+    result.displacement_error = std::max(result.displacement_error, of_corner.displacement_error);
+    result.force_error = std::max(result.force_error, of_corner.force_error);
+  }
+}
+
+void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
+                         pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
+  const double* largest = tissue.displacements;
+  pal_contact_result of_set = {};
+  double largest_size = 0;
+  double reach = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = tissue.displacements + size_t{3} * c;
+    const double size = length(d) / pack.max_displacement;
+    reach += size * size;
+    if (!(size > largest_size)) continue;
+    largest_size = size;
+    largest = d;
+  }
+  const double displacement_error =
+      std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
+  const double force_error = std::max(survey.set_force_bound * load, survey.set_force_reach_bound * reach);
+  for (uint32_t c = 0; c < count; ++c) {
+    if (displacement_error >= kUnknownError) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
+    of_set.flags |= results[c].flags;
+  }
+  estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
+                  static_cast<double>(INFINITY), of_set);
+  for (uint32_t c = 0; c < count; ++c) {
+    results[c].displacement_error =
+        std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
+    results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
+  }
+}
+
+}  // namespace palpate
