@@ -110,7 +110,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.compliance, ComplianceForm::compressed);
 }
 
-TEST_F(SceneFile, SurfaceSitesAreWhatIsNotFixed) {
+TEST_F(SceneFile, SurfaceSitesAreTheFreeSurfaceNodes) {
   const LoadedScene loaded = read(
       "model = \"organ.inp\"\ncontact = {sites = \"surface\", max_displacement = 1}\noutput.nodes = "
       "\"all\"\n");
@@ -137,7 +137,7 @@ TEST_F(SceneFile, WarnsOfSteps) {
             "organ.inp: the part with node 10 can still move along x; hold more of it with *BOUNDARY");
 }
 
-TEST_F(SceneFile, PassesOnWhatIsWrongWithTheModel) {
+TEST_F(SceneFile, PassesOnErrorsOfTheModel) {
   EXPECT_EQ(refusal(kScene, "*DENSITY\n1\n"),
             "organ.inp:1: *DENSITY belongs to no material; move it below *MATERIAL");
 }
