@@ -1,3 +1,4 @@
+// The scene reader: defaults, every key, and a message with its line for every mistake.
 #include "offline/precompute/scene.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// The outer surface of a mesh: triangles, neighbours, distances along the surface, normals.
 #include "offline/mesh/surface.hpp"
 
 #include <gtest/gtest.h>
