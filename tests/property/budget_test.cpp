@@ -54,8 +54,8 @@ TEST_F(Budget, ASecondContactJoinsWhenPrepared) {
   for (size_t tool = 0; tool < 4; ++tool)
     EXPECT_TRUE(same_bits(small_.last()[tool], both[tool])) << "made in pieces or at once";
   EXPECT_EQ(small_.field(), unbounded_.field());
-  // Two patches of 5 to 7 nodes with common nodes: n = 24 to 36. Factor and solve take n^3/6 + 6 n^2 thousand
-  // operations, gathering 2 n^2, less the part of the last frame.
+  // Two patches of 5 to 7 nodes with common nodes: n = 24 to 36. Factor and solve take n^3/6 + 6 n^2
+  // operations, gathering takes 2 n^2. The last frame does less than its budget.
   EXPECT_GE(frames, 6);
   EXPECT_LE(frames, 18);
 }
