@@ -1,3 +1,4 @@
+// linear_dd on the brain: times and errors of forces, fields, and joining and leaving contacts.
 #include <cstring>
 
 #include "bench/peers/method_frames.hpp"

@@ -1,4 +1,4 @@
-// Three panels of an organ whose probe is at T while S is where it was prepared to be: the paper's figure 6.
+// The paper's figure 6: three panels of an organ whose probe touches at T and was prepared for S.
 //
 //     +----------------------------------------------------+
 //     | title                                              |

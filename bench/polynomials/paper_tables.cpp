@@ -1,7 +1,7 @@
 // Tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's sampling and fit and with ours, and
 // the error of each off its ray.
 //
-// palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
+//   palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
 #include <fmt/format.h>
 
 #include <Eigen/Core>

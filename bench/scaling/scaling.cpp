@@ -1,7 +1,7 @@
 // Growth of frames, packs and builds with the organ and the request, on blocks held at the base and touched
 // on top.
 //
-// palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
+//   palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
 //
 // A polynomial's cost does not depend on its coefficients, so they are random and no sample needs a solve.
 #include <fmt/format.h>

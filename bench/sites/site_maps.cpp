@@ -1,7 +1,7 @@
 // Error of a sampled site's response transferred to other sites, by the paper's map and by ours: on the
 // brain, against full solves.
 //
-// palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs; keeps solves in DIR/samples
+//   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs; keeps solves in DIR/samples
 #include <fmt/format.h>
 
 #include <Eigen/LU>

@@ -1,6 +1,6 @@
 // Jumps of the force on a tool while its contact slides over an organ's surface, with a pack's own responses.
 //
-// palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
+//   palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
 //
 // Paths are straight lines between random sites, projected onto the surface, so they cross fissures, edges
 // and sites. A jump of the surface itself, as over a fissure, ends the path's frames. The push is constant

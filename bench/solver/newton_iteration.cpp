@@ -88,7 +88,7 @@ void back_solve(benchmark::State& state) {
   state.counters["error"] = residual_of(cholesky, stiffness);
 }
 
-// One thread.
+// On a single thread.
 void dense_product(benchmark::State& state) {
   constexpr int kSize = 1024;
   openblas_set_num_threads(1);

@@ -1,7 +1,7 @@
 // Figures 3, 4 and 5 of Zhong et al. 2005 section 2.4 on its cylinder, the difference between its eq. (1) and
 // Abaqus' eq. (11), and its experiment with 0.998 x 2 ln J.
 //
-// palpate_study_paper DIR     writes DIR/paper_*.csv, which plot_paper.py draws, and the tables DIR/paper.md
+//   palpate_study_paper DIR     writes DIR/paper_*.csv, which plot_paper.py draws, and the tables DIR/paper.md
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -267,8 +267,8 @@ class Study {
   }
 
   // At small strain, - d ln C / d ln kappa is the volumetric part of the energy, because the compliance is
-  // twice the energy of a unit force. The part is between 0 and 1 on any body and mesh, so the tip differs by
-  // at most the difference of the bulk moduli.
+  // twice the energy of a unit force. The part is between 0 and 1 on any body and mesh. The tip therefore
+  // differs by at most the difference of the bulk moduli.
   void small_loads() {
     table(
         "At rest, on four-node / ten-node tetrahedra: the tip's compliance, the volumetric part of "

@@ -1,7 +1,7 @@
-// Speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of `palpate
-// report`: the same mesh, and the same moduli at small strain.
+// Speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of `palpate report`.
+// Mesh and small-strain moduli are the same.
 //
-// palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
+//   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
 //
 // Pushes are the first pushes of each |d| in the report of this scene and seed. The tool comes straight from
 // rest in as many frames as a moving zone's, each timed alone: the first row. Then the body settles: the
@@ -117,7 +117,7 @@ Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, dou
 struct Course {
   int pushes = 0;
   int diverged = 0;
-  // Of the settled pushes:
+  // For the settled pushes:
   std::vector<int> frames_to_settle;
   double imbalance = 0;  // the largest
   int inverted = 0;      // with inverted elements

@@ -1,11 +1,10 @@
-// Can a tool feel a nodule? Force on a tool that swipes over the brain's stiff inclusion at constant depth,
-// by the full model and each response model, with the inclusion and with tissue in its place.
+// Can a tool feel a nodule? A tool swipes over the brain's stiff inclusion at constant depth. The study compares
+// its force by the full model and each response model, with the inclusion and with tissue in its place.
 //
-// palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
+//   palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
 //
-// Between sites the reference is the blend of the full solves at the triangle's corners. Contrast is the
-// largest relative excess along the path of the force with the inclusion over the force without it, each
-// within a model.
+// Between sites the reference is the blend of the full solves at the triangle's corners. Contrast is a
+// model's largest relative excess, along the path, of the force with the inclusion over the force without.
 #include <fmt/format.h>
 
 #include <Eigen/Core>

@@ -119,7 +119,7 @@ TEST(CorruptSurfaceBvh, CornersThatAreNoSites) {
   }
 }
 
-TEST(CorruptSurfaceBvh, BoxesThatDoNotHoldWhatIsBelowThem) {
+TEST(CorruptSurfaceBvh, BoxesThatDoNotHoldTheirChildren) {
   const uint32_t leaf = first_node(true);
   const float nan = std::nanf("");
   const float infinity = std::numeric_limits<float>::infinity();

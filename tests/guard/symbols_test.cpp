@@ -102,7 +102,7 @@ class Symbols : public ::testing::Test {
   TempDir dir_;
 };
 
-TEST_F(Symbols, ArchiveNeedsOnlyWhatIsAllowed) {
+TEST_F(Symbols, ArchiveNeedsOnlyAllowedSymbols) {
   EXPECT_EQ(forbidden_symbols(PALPATE_RUNTIME_ARCHIVE), "");
   // Opening a file needs these symbols, so the list was read.
   const std::set<std::string> undefined = undefined_symbols(PALPATE_RUNTIME_ARCHIVE);

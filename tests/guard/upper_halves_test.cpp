@@ -76,7 +76,7 @@ class UpperHalves : public ::testing::Test {
 };
 
 // Breaks the guard on purpose.
-TEST_F(UpperHalves, ThoseThatAreSetAreSeen) {
+TEST_F(UpperHalves, SetHalvesAreSeen) {
   set_upper_halves();
   const bool in_use = upper_halves_in_use();
   clear_upper_halves();

@@ -74,7 +74,7 @@ TEST(WrittenOnly, CountsLoadsAndStores) {
   EXPECT_EQ(page.stores(), 2);
 }
 
-TEST(WrittenOnly, WhateverAnswers) {
+TEST(WrittenOnly, HoldsForEveryModel) {
   const OpenPack pack(zone_pack_bytes());
   ASSERT_GE(pack.info().num_nodes, 32U);  // a whole panel
   ASSERT_LE(2 * kNodeBytes * pack.info().num_nodes, WatchedPage::kBytes);

@@ -1,3 +1,4 @@
+// The list of all groups.
 #include "tests/hard/hard_cases.hpp"
 
 namespace palpate::hard {

@@ -1,6 +1,6 @@
 // Prints the table of hard cases; each case runs in a process of its own.
 //
-// palpate_hard_cases DIR [CASE ...]     writes DIR/GROUP.md, DIR/summary.md and DIR/hard_cases.csv
+//   palpate_hard_cases DIR [CASE ...]     writes DIR/GROUP.md, DIR/summary.md and DIR/hard_cases.csv
 //
 // CASE words select the cases whose group_name contains a word. Exit code 1 if a case misses its expected
 // outcome.
@@ -49,7 +49,7 @@ struct Counts {
   int unsound = 0;
   int not_present = 0;
   int without_answer = 0;
-  int refused = 0;  // of those
+  int refused = 0;  // part of without_answer
   int to_answer = 0;
   int answered = 0;
   std::vector<std::string> cannot;

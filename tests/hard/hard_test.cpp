@@ -50,7 +50,7 @@ Answer with_errors(double displacement, double force) {
   return answer;
 }
 
-TEST(Judge, TellsWhatIsWrongInSilence) {
+TEST(Judge, FindsSilentErrors) {
   const Bar bar = {0.01, 0.02};
   EXPECT_EQ(judge(with_errors(0.009, 0.019), bar), Verdict::answered);
   EXPECT_EQ(judge(with_errors(0.009, 0.021), bar), Verdict::silent);

@@ -227,7 +227,7 @@ TEST(AffineSite, EnergyIsThatOfThePushTurnedBack) {
   EXPECT_LE((field_at(remainder, at_contact) + linear - actual).norm(), 1e-12);
 }
 
-TEST(SiteWeights, ReproduceWhatIsLinearAlongTheSurface) {
+TEST(SiteWeights, ReproduceLinearFunctionsAlongTheSurface) {
   const std::vector<Eigen::Vector3d> places = {{0, 0, 0},     {1, 0.1, 0},    {0.2, 1, 0},
                                                {-1, -0.3, 0}, {0.4, -1.2, 0}, {2, 2, 0}};
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();

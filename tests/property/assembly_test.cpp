@@ -172,7 +172,7 @@ TEST_P(AssemblyOfEachKind, RigidMotionsCostNothing) {
   }
 }
 
-TEST_P(AssemblyOfEachKind, ForcesBalanceInEveryState) {
+TEST_P(AssemblyOfEachKind, ForcesSumToZeroInEveryState) {
   const Model model = several_materials(GetParam());
   const Assembly assembly(model, no_dofs(model));
   const Eigen::VectorXd displacement = distorted(model);

@@ -34,7 +34,7 @@ class Budget : public ::testing::Test {
   const std::vector<pal_pose> poses_ = {at({0.01, 0, -0.02}), at({0, 0.01, -0.03}), at({0, 0, -0.01})};
 };
 
-TEST_F(Budget, ASecondContactComesInWhenItIsReady) {
+TEST_F(Budget, ASecondContactJoinsWhenPrepared) {
   for (ToolSession* tools : {&small_, &unbounded_}) tools->hold(0, pal_default_hold(4));
   const pal_tool_result alone = unbounded_.frame(poses_)[0];
   EXPECT_TRUE(same_bits(small_.frame(poses_)[0], alone)) << "a polynomial is always ready";
@@ -54,8 +54,8 @@ TEST_F(Budget, ASecondContactComesInWhenItIsReady) {
   for (size_t tool = 0; tool < 4; ++tool)
     EXPECT_TRUE(same_bits(small_.last()[tool], both[tool])) << "made in pieces or at once";
   EXPECT_EQ(small_.field(), unbounded_.field());
-  // Two patches of 5 to 7 nodes with common nodes: n = 24 to 36. Factor and solve take n^3/6 + 6 n^2 thousand
-  // operations, gathering 2 n^2, less the part of the last frame.
+  // Two patches of 5 to 7 nodes with common nodes: n = 24 to 36. Factor and solve take n^3/6 + 6 n^2
+  // operations, gathering takes 2 n^2. The last frame does less than its budget.
   EXPECT_GE(frames, 6);
   EXPECT_LE(frames, 18);
 }
@@ -75,7 +75,7 @@ TEST_F(Budget, TheWorstFrameIsBounded) {
   EXPECT_EQ(before, 0) << "a millisecond is enough";
 }
 
-TEST_F(Budget, WhatIsLetGoStaysWhereItWasUntilTheRestIsReady) {
+TEST_F(Budget, AReleasedContactStaysUntilTheRestIsPrepared) {
   for (uint32_t tool = 0; tool < 3; ++tool) small_.hold(tool, pal_default_hold(3 * tool));
   while (is_preparing(small_.frame(poses_)[2])) {
   }
@@ -95,7 +95,7 @@ TEST_F(Budget, WhatIsLetGoStaysWhereItWasUntilTheRestIsReady) {
   for (size_t tool = 0; tool < 2; ++tool) EXPECT_TRUE(are_alike(small_.last()[tool], two[tool]));
 }
 
-TEST_F(Budget, FixedNodesComeInWhenReadyToo) {
+TEST_F(Budget, FixedNodesJoinWhenPrepared) {
   small_.hold(0, pal_default_hold(4));
   unbounded_.hold(0, pal_default_hold(4));
   const pal_tool_result before = small_.frame(poses_)[0];
@@ -148,7 +148,7 @@ TEST_F(Budget, LettingGoMeanwhileFadesToo) {
 
 // A tool presses on while its zone is prepared, or comes back out. The tool has not paid for the zone's
 // force, so the force must fade in or be reduced, never jump.
-TEST(BudgetOfZones, WhatIsReadyLateDoesNotKick) {
+TEST(BudgetOfZones, LatePreparationDoesNotKick) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 4.0});
   struct Felt {
     double largest = 0;

@@ -24,7 +24,7 @@ TEST(StaticSolverProperty, ConjugateGradientsAgree) {
   }
 }
 
-TEST(ConjugateGradientProperty, SolvesWhatIsPositiveDefiniteAndRefusesTheRest) {
+TEST(ConjugateGradientProperty, SolvesPositiveDefiniteSystemsAndRefusesOthers) {
   const Model model = organ();
   const Assembly assembly(model, model.fixed_dofs());
   Assembly::SparseLower stiffness;

@@ -179,7 +179,7 @@ TEST_P(ContactPlaces, TakeAWeightOfOneForTheSiteItself) {
   EXPECT_EQ(result.flags, 0U);
 }
 
-TEST(ContactPlace, OfWeightsThatMakeNoSenseIsRefused) {
+TEST(ContactPlace, RefusesSenselessWeights) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const OpenPack pack(small_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_AUTO);

@@ -101,7 +101,7 @@ TEST(ContactSets, DependOnTheirSeedAlone) {
   EXPECT_GE(sizes.size(), 4U) << "every quarter of the range";
 }
 
-TEST(ContactSets, OfInwardScenesPushInward) {
+TEST(ContactSets, InwardScenesPushInward) {
   TouchedBlock block = block_of(2);
   block.scene.directions = Directions::inward;
   for (const ContactSet& set : drawn(block, 20)) {
@@ -115,7 +115,7 @@ TEST(ContactSets, PatchesThatAllOverlapLeaveNone) {
 }
 
 // A build reuses stored solves, and neither they nor the number of threads change a digit.
-TEST(ContactSets, AreKeptAsTheyWereSolved) {
+TEST(ContactSets, AreReusedAsTheyWereSolved) {
   TouchedBlock block = touched_block(4, 0);
   block.scene.max_contacts = 3;
   const Assembly assembly(block.model, block.model.fixed_dofs());
@@ -163,7 +163,7 @@ SetAnswer answer(SetKind kind, double error, bool is_solved = true, bool is_flag
   return {kind, is_solved, is_flagged, error, 2 * error, load, reach};
 }
 
-TEST(SetSurvey, CountsWhatIsAnsweredAndBoundsWhatHasNoFlag) {
+TEST(SetSurvey, CountsAnswersAndBoundsErrorsWithoutAFlag) {
   const SetKind kind = SetKind::two_near;
   std::vector<SetAnswer> answers;
   for (int i = 1; i <= 20; ++i) answers.push_back(answer(kind, 0.01 * i));

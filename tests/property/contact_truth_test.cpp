@@ -23,7 +23,7 @@ struct Block {
 
 const std::string kApart = "[contact]\nsites = [19, 27]\nmax_displacement = 0.03\nmax_contacts = 2\n";
 
-TEST(ContactTruth, OfOneContactIsThatOfASurvey) {
+TEST(ContactTruth, OneContactEqualsTheSurvey) {
   const Block block(kContact);
   const Eigen::Vector3d d(0.01, -0.005, -0.02);
   const SurveySample survey = solve_pushes(block.assembly, block.sites, {{1, d, 2}}, 1).front();
@@ -36,7 +36,7 @@ TEST(ContactTruth, OfOneContactIsThatOfASurvey) {
   EXPECT_EQ(truth.largest_displacement(), d.norm());
 }
 
-TEST(ContactTruth, OfSmallPushesIsTheLinearAnswer) {
+TEST(ContactTruth, SmallPushesAreLinear) {
   const Block block(kApart);
   StaticSolver solver(block.assembly);
   factor_at_rest(solver);
@@ -57,7 +57,7 @@ TEST(ContactTruth, OfSmallPushesIsTheLinearAnswer) {
 }
 
 // The block is 0.25 x 0.25 x 0.25. Node 19 is a corner of its top; pushes lead inwards or outwards.
-TEST(LocalThickness, OfABlockIsItsHeight) {
+TEST(LocalThickness, ABlocksThicknessIsItsHeight) {
   const Block block(kContact);
   const Surface surface = extract_surface(block.loaded.model);
   Eigen::AlignedBox3d box;

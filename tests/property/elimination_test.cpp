@@ -186,7 +186,7 @@ TEST(Elimination, AddsSymmetricProducts) {
   }
 }
 
-TEST(Elimination, RefusesWhatIsNotPositiveDefinite) {
+TEST(Elimination, RefusesIndefiniteMatrices) {
   for (const EliminationKernel& kernel : kernels()) {
     SCOPED_TRACE(kernel.name);
     for (const double wrong : {-1.0, 0.0, std::nan(""), HUGE_VAL}) {

@@ -84,7 +84,7 @@ TEST_P(ForceDerivativesTest, AreThoseOfTheForce) {
   }
 }
 
-TEST_P(ForceDerivativesTest, OfNoThirdOrderHaveTheSecond) {
+TEST_P(ForceDerivativesTest, SecondOrderAloneIsTheSame) {
   const ForceDerivatives both(assembly, at_rest, along, 3e-3, true);
   const ForceDerivatives second(assembly, at_rest, along, 3e-3, false);
   for (int a = 0; a < 3; ++a) EXPECT_EQ(both.second(a, v), second.second(a, v));

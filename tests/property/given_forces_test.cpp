@@ -90,7 +90,7 @@ TEST_F(GivenForces, EveryChoiceOfAxesOfOneContact) {
   }
 }
 
-TEST_F(GivenForces, OfSeveralContactsTogether) {
+TEST_F(GivenForces, EveryChoiceOfAxesOfSeveralContacts) {
   for (uint32_t axes = 0; axes < 64; axes += 5) {
     SCOPED_TRACE(axes);
     expect_right({contact(0, axes % 8), contact(5, axes / 8), contact(11, (axes * 3) % 8)});
@@ -98,7 +98,7 @@ TEST_F(GivenForces, OfSeveralContactsTogether) {
 }
 
 // A contact with zero force follows the other contacts.
-TEST_F(GivenForces, OfZeroFollowTheRest) {
+TEST_F(GivenForces, ZeroForcesFollowTheOtherContacts) {
   pal_contact free = contact(11, 7);
   std::fill_n(free.force, 3, 0.0);
   const auto results = session_.touch({{0, {0.02, 0.01, -0.02}, 0, {}, {}, {}}, free});
@@ -127,7 +127,7 @@ TEST_F(GivenForces, AbsurdOnesAreCut) {
   }
 }
 
-TEST_F(GivenForces, OnlyWhatIsReadMustBeFinite) {
+TEST_F(GivenForces, OnlyEntriesInUseMustBeFinite) {
   pal_contact pushed = contact(4, 4);
   const auto expected = session_.touch({pushed}).front();
   for (const double unread : {0.0, 1e300, std::nan(""), std::numeric_limits<double>::infinity()}) {

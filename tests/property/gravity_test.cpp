@@ -245,7 +245,7 @@ TEST_F(GravityOfALinearOrgan, DamageIsRefused) {
 }
 
 // Fixed nodes keep their positions, with or without contacts.
-TEST_F(GravityOfALinearOrgan, HoldsWhatIsFixedUntouchedToo) {
+TEST_F(GravityOfALinearOrgan, HoldsFixedNodesWithoutContacts) {
   session_.fix({0, 1});
   const Eigen::Vector3d turned = -gravity_;
   require(pal_session_set_gravity(session_.get(), turned.data()), "gravity");

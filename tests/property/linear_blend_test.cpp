@@ -333,7 +333,7 @@ TEST_F(LinearBlends, InterruptionsDelayButDoNotMislead) {
 }
 
 // Tools hold points between sites, and their blend takes many frames to prepare.
-TEST_F(LinearBlends, AreMadeReadyWithinABudget) {
+TEST_F(LinearBlends, ArePreparedWithinABudget) {
   Grasped grasped = grasp_between_sites();
   auto& [at_once, tools, poses] = grasped;
   int frames = 0;

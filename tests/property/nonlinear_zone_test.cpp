@@ -209,7 +209,7 @@ int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts,
   return goings_back;
 }
 
-TEST(NonlinearZone, GoesBackWhole) {
+TEST(NonlinearZone, RejectsAStepAsAWhole) {
   const std::vector<pal_contact> one = {{0, {0.0003, -0.0002, -0.0012}, 0, {}, {}, {}}};
   const std::vector<pal_contact> two = {one[0], {8, {0, 0.0004, 0.0003}, 0, {}, {}, {}}};
   constexpr CompressibleNeoHookean kAlmostIncompressible = {1.0, 1e4};

@@ -40,8 +40,8 @@ TEST_F(Passivity, AClosedPathMakesNoEnergy) {
   EXPECT_EQ(work.reduced(), 0);
 }
 
-// Beyond four radii the runtime shortens displacements. Its force there is no gradient, so closed paths could
-// create energy.
+// The runtime shortens displacements far outside the domain. The force of a shortened displacement is no
+// gradient, so closed paths could create energy.
 TEST_F(Passivity, ClampedPathsMakeNoEnergy) {
   constexpr double kRadius = 0.5;
   constexpr int kTurn = 1000;

@@ -71,7 +71,7 @@ void expect_exact(const Errors& errors) {
   EXPECT_LE(errors.torque, 1e-6);
 }
 
-TEST(PatchRotation, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
+TEST(PatchRotation, EqualsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   const ZoneBlock& organ = tissue_block(8);
   expect_exact(errors_of(organ, kPress, {kTwist}));
   expect_exact(errors_of(organ, kTwoThatShareNodes, {kTwist, -0.5 * kTwist}));
@@ -85,7 +85,7 @@ TEST(PatchRotation, AreTheFullSolveWhereTheZoneIsTheWholeOrgan) {
 }
 
 // Two rings, half an edge, 20 degrees. The exterior answers the torque to first order; docs state the errors.
-TEST(PatchRotation, AreNearTheFullSolve) {
+TEST(PatchRotation, IsNearTheFullSolve) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const Errors errors = errors_of(organ, {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}}, {kTwist});
   RecordProperty("field", std::to_string(errors.field));
@@ -141,7 +141,7 @@ TEST(PatchRotation, StiffnessIsTheDerivative) {
   }
 }
 
-TEST(PatchRotation, LeaveAloneWhatDoesNotTurn) {
+TEST(PatchRotation, LeavesOtherContactsAlone) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession still(organ.pack->get(), organ.config(3));
   OwnedSession turns(organ.pack->get(), turning(organ));
@@ -157,7 +157,7 @@ TEST(PatchRotation, LeaveAloneWhatDoesNotTurn) {
 
 // Contacts join, leave and slide while others stay rotated. Each keeps its rotation, and every frame gives
 // finite numbers.
-TEST(PatchRotation, StayWithTheirContacts) {
+TEST(PatchRotation, StaysWithItsContact) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   const std::vector<pal_contact> both = {{0, {0, 0, -0.03}, 0, {}, {}, {}},
                                          {24, {0, 0, -0.03}, 0, {}, {}, {}}};

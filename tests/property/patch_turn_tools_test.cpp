@@ -68,7 +68,7 @@ TEST(PatchRotation, ToolsFeelTheTorqueAndGiveItBack) {
   EXPECT_LE(std::abs(work), 2e-3 * given);
 }
 
-TEST(PatchRotation, StopAtAQuarterTurn) {
+TEST(PatchRotation, StopsAtAQuarterTurn) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), turning(organ));
   const pal_contact press = {4, {0, 0, -0.01}, 0, {}, {}, {}};
@@ -121,7 +121,7 @@ TEST(PatchRotation, ToolsSlipBeyondAQuarterTurn) {
 }
 
 // Tools that hold and release while rotated get no more energy out than they put in.
-TEST(PatchRotation, ArePassive) {
+TEST(PatchRotation, IsPassive) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
   config.max_tools = 2;
@@ -168,7 +168,7 @@ TEST(PatchRotation, ArePassive) {
 }
 
 // A grasp of twisted tissue brings its energy along, and gets the energy back without a reduced force.
-TEST(PatchRotation, BringTheirEnergy) {
+TEST(PatchRotation, BringsItsEnergy) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
   config.max_tools = 2;
@@ -189,7 +189,7 @@ TEST(PatchRotation, BringTheirEnergy) {
   EXPECT_GT(largest, 1e-3);
 }
 
-TEST(PatchRotation, AreRecorded) {
+TEST(PatchRotation, IsRecorded) {
   const ZoneBlock& organ = tissue_block(1);
   alignas(8) static std::array<unsigned char, 1 << 16> buffer;
   OwnedSession session(organ.pack->get(), turning(organ));

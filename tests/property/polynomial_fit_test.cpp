@@ -31,7 +31,7 @@ TEST(PolynomialFit, GivesBackThePolynomialThatWasSampled) {
 }
 
 // Coefficients of high degrees cancel, so the test compares functions.
-TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
+TEST(PolynomialFit, TheHighestDegreeGivesBackTheFunction) {
   constexpr int kDegree = pack::kMaxDegree;
   ASSERT_EQ(highest_fit_degree(false), kDegree);
   EXPECT_LT(highest_fit_degree(true), kDegree);
@@ -48,7 +48,7 @@ TEST(PolynomialFit, OfTheHighestDegreeGivesBackTheFunction) {
 }
 
 // Without samples the fit is the linear response.
-TEST(PolynomialFit, OfDegreeOneIsTheLinearAnswer) {
+TEST(PolynomialFit, DegreeOneIsTheLinearResponse) {
   const Synthetic truth(1);
   const SitePolynomial fit = fit_polynomial(truth.samples(2), 1);
   EXPECT_EQ(fit.basis.cols(), 0);
@@ -91,7 +91,7 @@ double weight_at(const Eigen::Vector3d& x, int degree) {
 
 // Samples of a higher degree than the fit's: the normal equations hold, so the fit minimises the weighted sum
 // of squares.
-TEST(PolynomialFit, WhatItLeavesOutIsLeastSquares) {
+TEST(PolynomialFit, TheResidualIsLeastSquares) {
   constexpr int kDegree = 3;
   SiteSamples samples = rough_samples(12, kDegree);
   add_beyond(kDegree, samples);

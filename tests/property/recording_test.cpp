@@ -130,7 +130,7 @@ TEST(Recording, ReplaysToTheSameBits) {
   EXPECT_GT(outcome.at.seconds, 0.1);
 }
 
-TEST(Recording, ItselfChangesNothing) {
+TEST(Recording, ChangesNothing) {
   const OpenPack pack(small_pack_bytes());
   ToolSession plain(pack.get(), config_of(pack));
   ToolSession recording(pack.get(), config_of(pack));

@@ -198,7 +198,7 @@ TEST_P(RuntimePolynomialDd, ClampedForceIsTheGradientOfItsEnergy) {
 }
 
 // The bound on the rounding of x and z distinguishes fields, and has little slack.
-TEST_F(FittedPolynomialDd, RoundedFieldsAreNearThoseThatAreNot) {
+TEST_F(FittedPolynomialDd, RoundedFieldsAreNearUnroundedFields) {
   const Organ& rounded = organ(Kind::any_rounded, false);
   const Organ& plain = organ(Kind::any, false);
   const OpenPack pack(rounded.bytes);
@@ -245,7 +245,7 @@ TEST_F(FittedPolynomialDd, WithoutLinearDdSeveralContactsAreRefused) {
 }
 
 // Outside an ellipsoid, though no further than the longest axis: both models set the flag.
-TEST_F(FittedPolynomialDd, WhatWasNotSampledAlongAShortAxisIsSaid) {
+TEST_F(FittedPolynomialDd, FlagsUnsampledPushesAlongAShortAxis) {
   const Organ& any = organ(Kind::any, false);
   const OpenPack pack(any.bytes);
   for (const pal_model model : {PAL_MODEL_POLYNOMIAL, PAL_MODEL_LINEAR}) {

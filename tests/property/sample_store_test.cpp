@@ -58,7 +58,7 @@ TEST_F(StoredSolves, AreThoseOfTheirSiteAndScene) {
   EXPECT_FALSE(SampleFile(store.file_of(7), other.binding_of(7)).find(kRequest, 2, 3).has_value());
 }
 
-TEST(StoredSolvesOfAFullDisk, AreSaidNotToBeKept) {
+TEST(StoredSolvesOfAFullDisk, AreReportedAsNotStored) {
   SampleFile file("/dev/full");
   EXPECT_FALSE(file.keep(kRequest, push_of(1)));
   EXPECT_FALSE(file.find(kRequest, 2, 3).has_value());

@@ -239,7 +239,7 @@ TEST_F(SampledDomainOf, AFitIsMeasuredByTheFewestSamplesInTheDomain) {
 }
 
 // A plan with the smallest number of solves.
-TEST_F(SampledDomainOf, PlansOfFewSolvesAreKept) {
+TEST_F(SampledDomainOf, PlansOfFewSolvesSucceed) {
   SamplingPlan plan;
   plan.target = 1e-9;
   plan.survey_samples = 1;

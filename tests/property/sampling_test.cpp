@@ -150,7 +150,7 @@ TEST_F(SamplingSite, EveryDerivativeIsThatOfTheOneBefore) {
   EXPECT_GT(hardened, 0.1 * middle.stiffness.norm());
 }
 
-TEST_F(SamplingSite, WhatWasSampledBeforeDoesNotMatter) {
+TEST_F(SamplingSite, EarlierSamplesDoNotMatter) {
   const Eigen::Vector3d d(0.05, 0.0, -0.1);
   SiteSampler alone(solver, block.sites, site, rest);
   const Sample expected = solved(alone, d);

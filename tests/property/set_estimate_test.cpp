@@ -78,7 +78,7 @@ void expect_estimate(const pal_contact_result& result, double displacement, doub
   EXPECT_NEAR(result.force_error, force, 1e-12);
 }
 
-TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
+TEST_F(SetEstimate, GrowsWithTheForcesOfZones) {
   for (const double part : {0.1, 0.4, 0.8}) {
     const auto results = settled(
         PAL_MODEL_ZONE, {push_at(one_, {0, 0, -part * kMost}), push_at(other_, {0, 0.5 * part * kMost, 0})});
@@ -90,7 +90,7 @@ TEST_F(SetEstimate, OfZonesGrowsWithTheForces) {
 }
 
 // The sum of (|d| / max_displacement)^2, whatever the forces.
-TEST_F(SetEstimate, OfZonesGrowsWithTheSquareOfTheReach) {
+TEST_F(SetEstimate, GrowsWithTheSquareOfTheReach) {
   constexpr double kNothing = 1e-9;  // zero would mean "no estimate"
   const SetBounds over_reach = {0.3, 0.2};
   const AlignedBytes bytes = surveyed_pack({kNothing, kNothing}, over_reach);
@@ -154,7 +154,7 @@ TEST_F(SetEstimate, FlagsSetsOfWhichNothingIsKnown) {
 }
 
 // An older pack, without surveys of sets.
-TEST_F(SetEstimate, OfPacksWithoutSuchSurveysIsNotKnown) {
+TEST_F(SetEstimate, IsUnknownWithoutASurveyOfSets) {
   const AlignedBytes bytes = small_.write_with_zone();
   const OpenPack pack(bytes);
   for (const pal_model model : {PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {

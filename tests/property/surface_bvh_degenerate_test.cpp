@@ -59,7 +59,7 @@ struct LooseTriangles {
   pal_pack pack = {};
 };
 
-TEST(SurfaceBvh, DegenerateTrianglesAreAnsweredByWhatIsLeftOfThem) {
+TEST(SurfaceBvh, DegenerateTrianglesKeepTheirEdges) {
   const Vector3d o(0.3, -0.2, 0.1);
   const Vector3d e(0.6, 0.7, -0.4);
   const Vector3d f(-0.1, 0.9, 0.8);

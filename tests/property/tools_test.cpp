@@ -141,7 +141,7 @@ TEST_F(Tools, ReleasingFreesTheTissue) {
   for (const pal_real u : tools_.field()) EXPECT_EQ(u, 0.0f);
 }
 
-TEST_F(Tools, WhatCannotBeHeldIsRefusedAndNothingChanges) {
+TEST_F(Tools, ARefusedHoldChangesNothing) {
   tools_.hold(0, pal_default_hold(1));
   const auto before = tools_.frame({at({0, 0, -0.01})})[0];
   const auto refuse = [&](uint32_t tool, const pal_hold& hold, pal_status expected) {

@@ -110,7 +110,7 @@ TEST_F(Touch, SaysWhenThereIsNoRoom) {
   EXPECT_FALSE(results[0].flags & PAL_FLAG_NO_ROOM);
 }
 
-TEST_F(Touch, WhatMakesNoSenseIsRefused) {
+TEST_F(Touch, RefusesSenselessArguments) {
   pal_touch bad = touch(PAL_LAW_TOUCH);
   bad.tip[1] = std::nan("");
   EXPECT_EQ(pal_tool_set_touch(tools_.get(), 0, &bad), PAL_STATUS_NOT_FINITE);

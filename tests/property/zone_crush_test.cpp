@@ -110,7 +110,7 @@ TEST(ZoneCrush, LongStepsLeadWhereShortOnesDo) {
 
 // Two neighbours go from crush to crush and flatten the tissue between them, where no step keeps det F > 0. A
 // push from rest reaches the same place, so the zone restarts from rest and then follows.
-TEST(ZoneCrush, NeighboursThatJamBeginAnewAtRest) {
+TEST(ZoneCrush, JammedNeighboursRestartFromRest) {
   const ZoneBlock organ(2, kStiffInVolume, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   struct Case {
     std::vector<uint32_t> sites;
@@ -149,7 +149,7 @@ TEST(ZoneCrush, NeighboursThatJamBeginAnewAtRest) {
 
 // Two neighbours pushed through each other jam from rest, too. The zone tries once, then waits until the
 // contacts' goals change.
-TEST(ZoneCrush, WhatJamsFromRestWaitsUntilItIsToBeElsewhere) {
+TEST(ZoneCrush, AJamFromRestWaitsForAnotherGoal) {
   const ZoneBlock organ(2, kStiffInVolume, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
   const std::vector<uint32_t> sites = {4, 5};
   const double edge = organ.block.sites.mean_surface_edge;
@@ -173,7 +173,7 @@ TEST(ZoneCrush, WhatJamsFromRestWaitsUntilItIsToBeElsewhere) {
 
 // While Newton searches, it passes nearly inverted elements with huge forces. The results never show these
 // forces.
-TEST(ZoneCrush, WhatIsPassedOnTheWayIsNotFelt) {
+TEST(ZoneCrush, IntermediateStatesAreNotFelt) {
   const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   Walk walk(organ, {5, 7, 8});
   const Goal goal = {{-0.196, 0.228, 0.004}, {-0.19, 0.02, 0.025}, {0.289, -0.097, 0.025}};
@@ -204,7 +204,7 @@ TEST(ZoneCrush, SmallStrainsKnowNoInversion) {
 
 // Two and three neighbours jump anywhere within some edges; the zone is the whole organ. Every displayed
 // state has det F > 0, converged or not.
-TEST(ZoneCrush, WhatIsShownIsUpright) {
+TEST(ZoneCrush, DisplayedElementsAreNotInverted) {
   constexpr StVenantKirchhoff kKnowsNoInversion = {1.0, 2.0};  // its energy stays finite at inversion
   constexpr double kSinglePrecision = 0.9;
   constexpr bool kSharesVolumes = true;
@@ -234,7 +234,7 @@ TEST(ZoneCrush, WhatIsShownIsUpright) {
 
 // Where no path leads to the goal, the zone waits. If rest is nearer to the goal, the zone restarts from rest
 // after a while.
-TEST(ZoneCrush, WhatFindsNoWayBackBeginsAnewAtRest) {
+TEST(ZoneCrush, RestartsFromRestWithoutAPath) {
   const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(1));
   const auto pressed_by = [](double depth) {

@@ -168,7 +168,7 @@ TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
 }
 
 // Tangents are prepared in slices too, so the first frame of a new set assembles none.
-TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
+TEST(ZoneMotion, PreparedSetsHaveTheirTangents) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
@@ -195,7 +195,7 @@ TEST(ZoneMotion, SetsThatAreReadyHaveTheirTangents) {
 }
 
 // However small the budget, each slice does a step, and no step is most of the work.
-TEST(ZoneMotion, SetsAreMadeReadyStepByStep) {
+TEST(ZoneMotion, SetsArePreparedStepByStep) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
@@ -320,7 +320,7 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
 
 // A third tool grasps beside two that crush tissue. The device feels no force of the new zone before
 // convergence.
-TEST(ZoneMotion, ANewZoneIsFeltOnceInBalance) {
+TEST(ZoneMotion, ANewZoneIsFeltOnceConverged) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.1, true);
   pal_session_config config = organ.config(3);
   config.max_tools = 3;

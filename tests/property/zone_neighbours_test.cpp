@@ -12,7 +12,7 @@ namespace palpate::test {
 namespace {
 
 // A new contact finds the organ deformed by the contacts before and after it in the list.
-TEST(ZoneNeighbours, ContactsThatComeFeelThoseThatAreThere) {
+TEST(ZoneNeighbours, NewContactsFeelPresentContacts) {
   const ZoneBlock& organ = tissue_block(1);
   OwnedSession session(organ.pack->get(), organ.config(4));
   const std::vector<pal_contact> both = {{0, {0, 0, -0.001}, 0, {}, {}, {}},
@@ -110,7 +110,7 @@ TEST(ZoneNeighbours, NearContactsAddToOthersToSecondOrder) {
 // Neighbours that shear the tissue between them. The series has only second order for elements beside both
 // zones. A common zone holds these elements in full, and the error then falls with the square of the loads,
 // by 16 to a quarter.
-TEST(ZoneNeighbours, NearContactsHoldWhatIsBetween) {
+TEST(ZoneNeighbours, NearContactsHoldTheTissueBetween) {
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 12.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_TRUE(organ.zone.between);
   ZoneTables apart = organ.zone;

@@ -7,7 +7,7 @@ namespace palpate::test::zone_place_fixture {
 namespace {
 
 // Two contacts that share a zone are near the blend of zone responses at all corners of both.
-TEST_P(ZonePlaces, OfContactsThatShareAZoneTheyAreNearlyTheBlendToo) {
+TEST_P(ZonePlaces, ContactsThatShareAZoneAreNearTheBlend) {
   const Eigen::Vector3d places[2] = {{0.09, 0.14, 0.375}, {0.2, 0.16, 0.375}};
   const Eigen::Vector3d pushes[2] = {kPush, {0, 0.004, -0.015}};
   const auto answer = [&](const std::vector<pal_contact>& contacts) {
@@ -69,7 +69,7 @@ TEST_P(ZonePlaces, SlideBesideAnotherWithoutJumps) {
 }
 
 // Energy, forces and stiffness of contacts that share a zone are consistent between sites, too.
-TEST_P(ZonePlaces, OfContactsThatShareAZoneForcesAreGradients) {
+TEST_P(ZonePlaces, ForcesInASharedZoneAreGradients) {
   const pal_contact other = at_site(small_pack().site_at(60), {0, 0.004, -0.015});
   OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
   const auto settle_at = [&](const Eigen::Vector3d& d) {

@@ -50,7 +50,7 @@ TEST_P(ZonePlaces, BesideFixedNodesTheyAreNearlyTheBlendToo) {
 
 // A contact with all weight at a neighbouring corner equals a contact at the corner's site, whatever came
 // before.
-TEST_P(ZonePlaces, OfAllOfTheWeightAtANeighbourTheyAreThere) {
+TEST_P(ZonePlaces, AllWeightAtANeighbourEqualsTheNeighbour) {
   const std::vector<pal_contact> there = {at_site(small_pack().site_at(54), kPush),
                                           at_site(small_pack().site_at(60), {0, 0.004, -0.015})};
   std::vector<pal_contact> said_so = there;

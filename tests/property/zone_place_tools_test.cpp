@@ -35,7 +35,7 @@ class ZonePlacesOfTools : public ZonePlaces {
 INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlacesOfTools, testing::Bool(),
                          [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
 
-TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
+TEST_P(ZonePlacesOfTools, ArePreparedWithinABudget) {
   ToolSession tools(pack_.get(), config_with(20000));
   ToolSession at_once(pack_.get(), config_with(0));
   for (uint32_t tool = 0; tool < 2; ++tool) {
@@ -59,7 +59,7 @@ TEST_P(ZonePlacesOfTools, AreMadeReadyWithinABudget) {
 }
 
 // A third tool grasps and releases all the time; the preparation still ends.
-TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
+TEST_P(ZonePlacesOfTools, AreAnsweredWhileContactsChange) {
   ToolSession tools(pack_.get(), config_with(20000));
   for (uint32_t tool = 0; tool < 2; ++tool) tools.hold(tool, hold_at(places_[tool]));
   int answered = 0;
@@ -73,7 +73,7 @@ TEST_P(ZonePlacesOfTools, ThatChangeAllTheTimeAreAnsweredToo) {
 }
 
 // A tool's stiffness over its two points, with their interaction.
-TEST_P(ZonePlacesOfTools, OfOneToolHaveItsStiffness) {
+TEST_P(ZonePlacesOfTools, SumToTheStiffnessOfTheTool) {
   ToolSession tools(pack_.get(), config_with(0));
   for (int i = 0; i < 2; ++i) tools.hold(0, hold_at(places_[i]));
   const auto settled_at = [&](const Eigen::Vector3d& p) {

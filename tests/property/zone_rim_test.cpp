@@ -170,7 +170,7 @@ TEST(ZoneRim, MovingNeighboursAreAsThoseHeld) {
 
 // Near-field rings of groups may share nodes and elements, zones may not: as many contacts as a small block
 // takes.
-TEST(ZoneRim, OfSeveralGroupsThereIsRoom) {
+TEST(ZoneRim, SeveralGroupsFit) {
   const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const std::vector<uint32_t>& sites :
        {std::vector<uint32_t>{3, 5, 9, 10, 20, 23, 24}, {0, 1, 3, 4, 20, 21, 23, 24}, {0, 1, 23, 24}}) {

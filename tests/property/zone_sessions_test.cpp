@@ -17,7 +17,7 @@ ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = 
 }
 
 // A nearly incompressible law leaves larger high orders, so its packs store more of them.
-TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
+TEST(NonlinearZone, StoredOrdersFollowTheLaw) {
   const ZoneTables soft = planned(CompressibleNeoHookean{1.0, 4.0}, 0.005);
   EXPECT_EQ(soft.exterior_degree, 3);
   EXPECT_FALSE(soft.between);
@@ -27,7 +27,7 @@ TEST(NonlinearZone, WhatIsCarriedGoesWithTheLaw) {
 }
 
 // Zones of near contacts hold the tissue between them, so any free node may be on a boundary.
-TEST(NonlinearZone, WhatMayBeBoundaryHasRows) {
+TEST(NonlinearZone, PossibleBoundaryNodesHaveRows) {
   const TouchedBlock block = touched_block(4, 0.1);
   const ZoneTables zone = planned(kTissue, 1e-5, block);
   ASSERT_TRUE(zone.between);
@@ -207,7 +207,7 @@ TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
 
 // A zone prepared in slices equals a zone prepared at once: one contact, and three with double-counting
 // correction. Until then the old set answers.
-TEST(NonlinearZone, IsMadeReadyWithinABudget) {
+TEST(NonlinearZone, IsPreparedWithinABudget) {
   const ZoneBlock& one = tissue_block(2);
   const ZoneBlock& three = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   for (const auto& [organ, sites] :

@@ -16,7 +16,7 @@ TEST(BlasKernels, AreNotThoseOfSse3WhereTheProcessorHasAvx2) {
   EXPECT_STRNE(openblas_get_corename(), "Prescott");
 }
 
-TEST(BlasKernels, AreThoseThatTheUserNames) {
+TEST(BlasKernels, FollowTheUsersChoice) {
   const CommandResult run = run_command("OPENBLAS_VERBOSE=2 OPENBLAS_CORETYPE=Prescott " +
                                         shell_word(PALPATE_PROGRAM) + " --version");
   EXPECT_EQ(run.exit_code, 0);

@@ -97,7 +97,7 @@ TEST(CholeskyReference, FactorsNewValuesOnTheSamePattern) {
   }
 }
 
-TEST(CholeskyReference, RefusesWhatIsNotPositiveDefinite) {
+TEST(CholeskyReference, RefusesIndefiniteMatrices) {
   const int n = 60;
   const RandomMatrix good = random_matrix(n, 4, 51, 52);
   Cholesky cholesky{CholeskyAnalysis(good.lower)};

@@ -130,7 +130,7 @@ TEST_F(Eval, SeveralContactsAreAnsweredByAZone) {
   }
 }
 
-TEST_F(Eval, WhatNoNonlinearModelAnswersIsLinearAndSaysSo) {
+TEST_F(Eval, FallsBackToTheLinearModelWithAFlag) {
   std::vector<std::string> nine;  // one more than a zone's capacity
   for (int i = 0; i < 9; ++i) {
     nine.push_back("--contact");

@@ -46,7 +46,7 @@ TEST(Build, GoesOnAfterItWasKilled) {
   EXPECT_TRUE(file_text(files.pack) == whole);
 }
 
-TEST(Build, SamplesThatCannotBeKeptAreSaidBeforeTheWork) {
+TEST(Build, ReportsAnUnwritableStoreBeforeTheWork) {
   const SceneFiles files;
   const ProgramRun run = run_program({"build", files.scene.string(), "-o", files.pack.string(), "--samples",
                                       (files.inp / "below").string()});

@@ -241,7 +241,7 @@ TEST(Report, ABrokenFitTurnsItRed) {
             std::string::npos);
 }
 
-TEST(Report, SaysWhatIsMissing) {
+TEST(Report, NamesMissingPrograms) {
   const SceneFiles files;
   const std::string folder = (files.dir.path() / "report").string();
   EXPECT_EQ(refusal_of({"report", "/nowhere/organ.pack", "-o", folder}), "/nowhere/organ.pack: no such file");

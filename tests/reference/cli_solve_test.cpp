@@ -87,7 +87,7 @@ TEST_F(Solve, OneTetrahedronAnswersAsItsLawSays) {
   EXPECT_NEAR(summary()["steps"][0]["min_J"].get<double>(), jacobian, 1e-12);
 }
 
-TEST_F(Solve, WritesATableOfTheCylinderInBalance) {
+TEST_F(Solve, WritesATableOfTheCylinderInEquilibrium) {
   run_cleanly({"solve", kCylinderPush, "-o", folder().string()});
   EXPECT_EQ(names_in(folder()), (std::vector<std::string>{"result.vtu", "step1.csv", "summary.json"}));
   const std::vector<CsvRow> rows = read_csv(folder() / "step1.csv");

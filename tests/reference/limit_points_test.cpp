@@ -175,7 +175,7 @@ TEST(LimitPoints, BergansSignIsMisledWhereTheDisplacementTurnsBack) {
   EXPECT_LT(run.points[last - 1].current_stiffness, 0) << "at the first point where it is";
 }
 
-TEST_P(LimitPointsBy, WhatLoadedTheBodyBeforeStays) {
+TEST_P(LimitPointsBy, EarlierLoadsStay) {
   const Truss truss;
   PathScene scene = truss_scene(truss);
   constexpr double kDead = 0.1;
@@ -234,7 +234,7 @@ TEST_P(LimitPointsBy, AStateWithoutForcesIsPassed) {
   EXPECT_NEAR(run.report.load_factor, 0, 1e-6);
 }
 
-TEST_P(LimitPointsBy, EndsAndIncrementsAreKept) {
+TEST_P(LimitPointsBy, EndsAndIncrementsKeepTheirBounds) {
   const Truss truss;
   const PathScene scene = truss_scene(truss);
   ArcLengthSettings settings;

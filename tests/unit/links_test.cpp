@@ -121,7 +121,7 @@ std::vector<fs::path> pages_below(const fs::path& folder) {
   return pages;
 }
 
-TEST(Links, OfEveryPageLeadSomewhere) {
+TEST(Links, EveryLinkHasATarget) {
   const std::vector<fs::path> pages = pages_below(kSource);
   ASSERT_GT(pages.size(), 20U);
   for (const fs::path& page : pages) {

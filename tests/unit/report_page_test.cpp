@@ -16,7 +16,7 @@
 namespace palpate::test {
 namespace {
 
-TEST(ReportPage, TheFrontIsWhatNothingBeatsInBoth) {
+TEST(ReportPage, TheFrontIsUnbeatenInTimeAndError) {
   // (time, error). The second point is slower and worse than the first. The last is as slow as the third and
   // worse.
   const std::vector<std::array<double, 2>> points = {{1, 5}, {2, 6}, {3, 1}, {0.5, 9}, {3, 2}};

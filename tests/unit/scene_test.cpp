@@ -1,3 +1,4 @@
+// The scene reader: defaults, every key, and a message with its line for every mistake.
 #include "offline/precompute/scene.hpp"
 
 #include <gtest/gtest.h>
@@ -110,7 +111,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.compliance, ComplianceForm::compressed);
 }
 
-TEST_F(SceneFile, SurfaceSitesAreWhatIsNotFixed) {
+TEST_F(SceneFile, SurfaceSitesAreTheFreeSurfaceNodes) {
   const LoadedScene loaded = read(
       "model = \"organ.inp\"\ncontact = {sites = \"surface\", max_displacement = 1}\noutput.nodes = "
       "\"all\"\n");
@@ -163,7 +164,7 @@ TEST_F(SceneFile, MayLeaveItsFilesOutOfThePack) {
   EXPECT_FALSE(read(kScene + "[output]\nembed_inputs = false\n").scene.embed_inputs);
 }
 
-TEST_F(SceneFile, PassesOnWhatIsWrongWithTheModel) {
+TEST_F(SceneFile, PassesOnErrorsOfTheModel) {
   EXPECT_EQ(refusal(kScene, "*DENSITY\n1\n"),
             "organ.inp:1: *DENSITY belongs to no material; move it below *MATERIAL");
 }

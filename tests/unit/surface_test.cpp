@@ -1,3 +1,4 @@
+// The outer surface of a mesh: triangles, neighbours, distances along the surface, normals.
 #include "offline/mesh/surface.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +35,7 @@ Model cube() {
                   {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}});
 }
 
-TEST(Surface, OfACubeIsItsTwelveTriangles) {
+TEST(Surface, ACubeHasTwelveTriangles) {
   const Model model = cube();
   const Surface surface = extract_surface(model);
   EXPECT_EQ(surface.triangles.size(), 12U);

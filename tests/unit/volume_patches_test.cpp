@@ -80,7 +80,7 @@ TEST(VolumePatches, StayWithinTheirSection) {
   for (const auto& [number, of_patch] : groups_of_patch) EXPECT_EQ(of_patch.size(), 1U);
 }
 
-TEST(VolumePatches, OfAFewElementsAreOne) {
+TEST(VolumePatches, FewElementsMakeOnePatch) {
   for (const size_t kept : {1U, 2U, 3U, 6U}) {
     Model model = block_of(1);
     model.elements.resize(kept);
@@ -89,7 +89,7 @@ TEST(VolumePatches, OfAFewElementsAreOne) {
   }
 }
 
-TEST(VolumePatches, OfTenNodesAreTheElements) {
+TEST(VolumePatches, TenNodeElementsAreTheirOwnPatches) {
   Model model = test::with_middle_nodes(block_of(2));
   form_volume_patches(model, std::vector<int>(model.elements.size(), 0));
   for (const auto& [number, patch] : patches_of(model)) EXPECT_EQ(patch.size(), 1U);

@@ -120,7 +120,7 @@ TEST(VtuWriter, EmptyMeshIsAFileToo) {
   std::filesystem::remove(scratch("empty.vtu"));
 }
 
-TEST(VtuWriter, WhatDoesNotFitIsRefusedAndTheOldFileKept) {
+TEST(VtuWriter, RefusesMismatchedArraysAndKeepsTheOldFile) {
   const std::filesystem::path path = scratch("kept.vtu");
   write_vtu(two_tetrahedra(), path);
   const std::uintmax_t size = std::filesystem::file_size(path);

@@ -55,7 +55,6 @@ struct FieldKernel {
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 
-// The fastest kernel of this processor.
 FieldKernel choose_field_kernel();
 
 }  // namespace palpate

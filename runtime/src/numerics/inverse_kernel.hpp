@@ -26,7 +26,6 @@ struct InverseKernel {
 inline constexpr uint32_t kMostInverseKernels = 3;
 uint32_t list_inverse_kernels(InverseKernel kernels[kMostInverseKernels]);
 
-// The fastest kernel of this processor.
 InverseKernel choose_inverse_kernel();
 
 }  // namespace palpate

@@ -53,6 +53,63 @@ double add_joint_transfer(TissueState& tissue, const pal_contact* contacts, uint
   return frame.energy;
 }
 
+// The results of a zone's contacts, with their error estimates. `is_turned`: some patch is rotated.
+void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32_t count, bool is_turned,
+                  const ZoneAnswer& answer, const PointResponse* transfer, pal_contact_result* results) {
+  const pal_pack& pack = *tissue.pack;
+  const ZoneSet& set = tissue.zone.active;
+  // A neighbour may load a contact beyond the survey, and the exterior passes this nonlinearity to all
+  // contacts.
+  double largest = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
+    if (is_turned)
+      largest =
+          std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
+  }
+  double farthest = largest;  // includes the displacements that the zone has followed so far
+  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
+  bool is_beyond = false;
+  double load = 0;
+  for (uint32_t c = 0; c < count; ++c) {
+    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
+    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
+  }
+  bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
+                     set.num_fixed == 0 && !is_turned;
+  for (uint32_t c = 0; c < count; ++c) {
+    const double* d = tissue.displacements + size_t{3} * c;
+    pal_contact_result& result = results[c];
+    result = {};
+    result.model = PAL_MODEL_ZONE;
+    result.flags = answer.flags | transfer[c].flags | tissue.input_flags[c];
+    if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
+    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
+      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    // The survey covers converged contacts at sites with all rings.
+    const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
+    if (difference.count > 0 && !tissue.has_joint_transfer && (count > 1 || set.num_fixed > 0))
+      result.flags |= PAL_FLAG_NEAREST_SITE;
+    is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
+    double force[3];
+    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + transfer[c].force[i];
+    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
+    worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
+    for (uint32_t i = 0; i < 3; ++i) {
+      result.force[i] = force[i] * pack.newtons;
+      result.displacement[i] = set.followed[3 * c + i] * pack.metres;
+      for (uint32_t j = 0; j < 3; ++j)
+        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + transfer[c].stiffness[3 * i + j]) *
+                                 (pack.newtons / pack.metres);
+    }
+  }
+  if (count > 1) estimate_set_errors(tissue, is_surveyed, count, load, results);
+  for (uint32_t c = 0; c < count && largest > 0; ++c) {
+    for (double* error : {&results[c].displacement_error, &results[c].force_error})
+      *error = std::min(kUnknownError, *error + answer.left / largest);
+  }
+}
+
 }  // namespace
 
 bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
@@ -114,56 +171,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;
   if (results == nullptr) return;
-  // A neighbour may load a contact beyond the survey, and the exterior passes this nonlinearity to all
-  // contacts.
-  double largest = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
-    if (is_turned)
-      largest =
-          std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
-  }
-  double farthest = largest;  // includes the displacements that the zone has followed so far
-  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
-  bool is_beyond = false;
-  double load = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
-    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
-  }
-  bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
-                     set.num_fixed == 0 && !is_turned;
-  for (uint32_t c = 0; c < count; ++c) {
-    const double* d = tissue.displacements + size_t{3} * c;
-    pal_contact_result& result = results[c];
-    result = {};
-    result.model = PAL_MODEL_ZONE;
-    result.flags = answer.flags | transfer[c].flags | tissue.input_flags[c];
-    if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
-    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
-      result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // The survey covers converged contacts at sites with all rings.
-    const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
-    if (difference.count > 0 && !is_joint && (count > 1 || set.num_fixed > 0))
-      result.flags |= PAL_FLAG_NEAREST_SITE;
-    is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
-    double force[3];
-    for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + transfer[c].force[i];
-    estimate_errors(pack, PAL_MODEL_ZONE, is_surveyed, d, length(force), result);
-    worsen_estimate(pack, difference, is_surveyed, d, length(force), result);
-    for (uint32_t i = 0; i < 3; ++i) {
-      result.force[i] = force[i] * pack.newtons;
-      result.displacement[i] = set.followed[3 * c + i] * pack.metres;
-      for (uint32_t j = 0; j < 3; ++j)
-        result.stiffness[i][j] = (set.stiffness[3 * c + i][3 * c + j] + transfer[c].stiffness[3 * i + j]) *
-                                 (pack.newtons / pack.metres);
-    }
-  }
-  if (count > 1) estimate_set_errors(tissue, is_surveyed, count, load, results);
-  for (uint32_t c = 0; c < count && largest > 0; ++c) {
-    for (double* error : {&results[c].displacement_error, &results[c].force_error})
-      *error = std::min(kUnknownError, *error + answer.left / largest);
-  }
+  fill_results(tissue, contacts, count, is_turned, answer, transfer, results);
 }
 
 }  // namespace palpate

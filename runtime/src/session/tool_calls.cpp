@@ -64,7 +64,7 @@ extern "C" pal_status pal_tool_hold(pal_session* session, uint32_t tool, const p
 extern "C" pal_status pal_tool_release(pal_session* session, uint32_t tool) noexcept {
   if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (tool >= session->config.max_tools) return PAL_STATUS_NO_SUCH_TOOL;
-  palpate::let_go_of_all(tool, session->tools);
+  palpate::release_contacts(tool, session->tools);
   session->used = true;
   palpate::record_release(*session, tool);
   return PAL_STATUS_OK;

@@ -10,7 +10,7 @@ namespace {
 
 // |K|: linear_dd sums the nodal forces on the patch; without linear_dd, K is the Hessian of the polynomial
 // energy.
-double stiffness_of(const pal_pack& pack, uint32_t site) {
+double rest_stiffness_norm(const pal_pack& pack, uint32_t site) {
   PolynomialAnswer at_rest = {};
   if (pack.site_forces != nullptr) {
     for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
@@ -31,7 +31,7 @@ double stiffness_of(const pal_pack& pack, uint32_t site) {
 double largest_linear_force(const pal_pack& pack) {
   double largest = 0;
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
-    const double force = pack.max_displacement * stiffness_of(pack, site);
+    const double force = pack.max_displacement * rest_stiffness_norm(pack, site);
     if (force > largest && isfinite(force)) largest = force;
   }
   return largest;

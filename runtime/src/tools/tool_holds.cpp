@@ -79,13 +79,13 @@ void hold_place(const TissueState& tissue, uint32_t tool, const uint32_t sites[3
   rotate(states.organ, normal, contact.normal);
 }
 
-// Keeps the order of the remaining contacts, so that linear_dd need not factor anew when the last contacts
-// go.
-template <typename Goes>
-void let_go(ToolStates& states, Goes&& goes) {
+// Releases contacts and keeps the order of the remaining contacts. linear_dd then need not factor anew when
+// only the last contacts leave.
+template <typename IsReleased>
+void release_where(ToolStates& states, IsReleased&& is_released) {
   uint32_t kept = 0;
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    if (goes(states.contacts[c])) continue;
+    if (is_released(states.contacts[c])) continue;
     if (kept != c) states.contacts[kept] = states.contacts[c];
     ++kept;
   }
@@ -93,7 +93,7 @@ void let_go(ToolStates& states, Goes&& goes) {
   states.num_contacts = kept;
 }
 
-// The surface point nearest to the tool's tip. False if the surface has none within reach.
+// The surface point nearest to the tool's tip. False if the pack has no surface tree.
 bool find_near_tip(const TissueState& tissue, const Rotation& organ, ToolState& state, SurfaceHit& hit) {
   double tip[3];
   rotate(rotation_of(state.pose.orientation), state.touch.tip, tip);
@@ -114,8 +114,8 @@ void take_hold(const TissueState& tissue, uint32_t tool, const pal_hold& hold, T
   hold_place(tissue, tool, hold.sites, hold.weights, hold.law, hold.unstrained, normal, states);
 }
 
-void let_go_of_all(uint32_t tool, ToolStates& states) {
-  let_go(states, [&](const HeldContact& contact) { return contact.tool == tool; });
+void release_contacts(uint32_t tool, ToolStates& states) {
+  release_where(states, [&](const HeldContact& contact) { return contact.tool == tool; });
   states.tools[tool].must_leave = true;
 }
 
@@ -134,11 +134,11 @@ bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states) 
   return true;
 }
 
-void let_go_of_what_came_out(const TissueState& tissue, ToolRotation& last, ToolStates& states) {
+void release_departed(const TissueState& tissue, ToolRotation& last, ToolStates& states) {
   const double height = kReleaseHeight * tissue.pack->mean_surface_edge * tissue.pack->metres;
   uint32_t is_outside = 0;  // one bit a tool
   uint32_t is_known = 0;
-  let_go(states, [&](const HeldContact& contact) {
+  release_where(states, [&](const HeldContact& contact) {
     if (contact.law != PAL_LAW_TOUCH) return false;
     ToolState& tool = states.tools[contact.tool];
     const uint32_t bit = 1u << contact.tool;

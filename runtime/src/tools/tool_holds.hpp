@@ -9,8 +9,7 @@ namespace palpate {
 // Adds a contact to the tool. The caller has checked the capacity.
 void take_hold(const TissueState& tissue, uint32_t tool, const pal_hold& hold, ToolStates& states);
 
-// Releases all contacts of the tool.
-void let_go_of_all(uint32_t tool, ToolStates& states);
+void release_contacts(uint32_t tool, ToolStates& states);
 
 // Holds the surface near the tool's tip, if any. False if the tool found a contact and the session has no
 // room.
@@ -19,6 +18,6 @@ bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states);
 // Releases contacts of PAL_LAW_TOUCH in two cases:
 // - The tool has come out beyond the place where the contact began.
 // - The tool has a known tip, and this tip is outside the organ.
-void let_go_of_what_came_out(const TissueState& tissue, ToolRotation& last, ToolStates& states);
+void release_departed(const TissueState& tissue, ToolRotation& last, ToolStates& states);
 
 }  // namespace palpate

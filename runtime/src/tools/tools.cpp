@@ -181,7 +181,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
   }
   ToolRotation last = {{}, kMostTools};
-  let_go_of_what_came_out(tissue, last, states);
+  release_departed(tissue, last, states);
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     if (!state.touches || !state.has_pose || holds_anything(states, tool)) continue;
