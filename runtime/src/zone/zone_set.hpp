@@ -205,7 +205,7 @@ struct ZoneSet {
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
   double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
-  // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_turns.hpp)
+  // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_rotation.hpp)
   uint32_t num_axes;
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
