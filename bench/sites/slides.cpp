@@ -3,7 +3,7 @@
 //   palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
 //
 // Paths are straight lines between random sites, projected onto the surface, so they cross fissures, edges
-// and sites. A jump of the surface itself, as over a fissure, ends the path's frames. The push is constant
+// and sites. A jump of the surface itself, as over a fissure, does not count. The push is constant
 // along a path. Several contacts slide at once in two series: at least two edges apart, and without a limit.
 #include <fmt/format.h>
 
