@@ -88,7 +88,7 @@ TEST_F(InpReader, TakesAbaqusSpelling) {
 }
 
 // A model of a stranger names /etc/passwd, a file beside its folder, or a link in its folder.
-TEST_F(InpFile, IncludesStayBelowTheModelsFolder) {
+TEST_F(InpReader, IncludesStayBelowTheModelsFolder) {
   const TempDir outside;
   const std::filesystem::path secret = outside.write("secret.inc", "3, 0, 1, 0\n");
   std::filesystem::create_symlink(secret, dir_.path() / "link.inc");
