@@ -63,7 +63,7 @@ void free(void* memory) {
 #endif
 
 namespace palpate::test {
-namespace {
+namespace allocation_test {
 
 // Number of allocations and releases during `call`.
 template <typename Call>
@@ -253,5 +253,5 @@ TEST_F(Allocation, NoneInOpenAndClose) {
   EXPECT_EQ(refused, PAL_STATUS_TRUNCATED);
 }
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace palpate::test

@@ -9,7 +9,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace arena_test {
 
 constexpr unsigned char kCanary = 0xa5;
 
@@ -255,5 +255,5 @@ TEST(Arena, ConfigOutsideItsRangeIsRefused) {
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_STRUCT_SIZE);
 }
 
-}  // namespace
+}  // namespace arena_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/mutated_pack_fixture.hpp"
 
 namespace palpate::test::mutated_pack_fixture {
-namespace {
+namespace contradicting_pack_test {
 
 TEST_F(Contradiction, Geometry) {
   const pack::Geometry& geometry = *tables().geometry();
@@ -166,5 +166,5 @@ TEST_F(Contradiction, NoModelAtAll) {
   EXPECT_EQ(open_status(write_pack(content).bytes()), PAL_STATUS_CORRUPT_CONTENT);
 }
 
-}  // namespace
+}  // namespace contradicting_pack_test
 }  // namespace palpate::test::mutated_pack_fixture

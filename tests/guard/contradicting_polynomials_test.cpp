@@ -4,7 +4,7 @@
 #include "tests/support/mutated_pack_fixture.hpp"
 
 namespace palpate::test::mutated_pack_fixture {
-namespace {
+namespace contradicting_polynomials_test {
 
 const pack::PolynomialDd& polynomials_of(const AlignedBytes& bytes) {
   return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->polynomial_dd();
@@ -199,5 +199,5 @@ TEST_F(Contradiction, PolynomialsNobodyVerified) {
   }
 }
 
-}  // namespace
+}  // namespace contradicting_polynomials_test
 }  // namespace palpate::test::mutated_pack_fixture

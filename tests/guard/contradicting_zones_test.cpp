@@ -4,7 +4,7 @@
 #include "tests/support/mutated_pack_fixture.hpp"
 
 namespace palpate::test::mutated_pack_fixture {
-namespace {
+namespace contradicting_zones_test {
 
 // Status with an array of `num_bytes` bytes in place of the whole array.
 pal_status status_with_bytes(flatbuffers::voffset_t table, flatbuffers::voffset_t field, uint64_t num_bytes,
@@ -247,5 +247,5 @@ TEST_F(Contradiction, ColumnsOfZones) {
   }
 }
 
-}  // namespace
+}  // namespace contradicting_zones_test
 }  // namespace palpate::test::mutated_pack_fixture

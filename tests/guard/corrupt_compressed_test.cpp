@@ -14,7 +14,7 @@
 #include "tests/support/sanitizer.hpp"
 
 namespace palpate::test {
-namespace {
+namespace corrupt_compressed_test {
 
 // Small, with blocks of every kind.
 const AlignedBytes& good_bytes() {
@@ -238,5 +238,5 @@ TEST(CorruptCompressed, ASessionLivesInTheBytesItAskedFor) {
   EXPECT_GE(with, without + size_t{8} * config.max_requested);  // the list, and the list in order of panels
 }
 
-}  // namespace
+}  // namespace corrupt_compressed_test
 }  // namespace palpate::test

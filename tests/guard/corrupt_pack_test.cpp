@@ -20,7 +20,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace corrupt_pack_test {
 
 pal_status file_status(const std::filesystem::path& file) {
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
@@ -314,5 +314,5 @@ TEST(CorruptPack, EveryStatusHasItsOwnText) {
   }
 }
 
-}  // namespace
+}  // namespace corrupt_pack_test
 }  // namespace palpate::test

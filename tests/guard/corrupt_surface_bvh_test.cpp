@@ -14,7 +14,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace corrupt_surface_bvh_test {
 
 using Tree = pack::SurfaceBvh;
 
@@ -290,5 +290,5 @@ TEST(CorruptSurfaceBvh, DepthIsBounded) {
   }
 }
 
-}  // namespace
+}  // namespace corrupt_surface_bvh_test
 }  // namespace palpate::test

@@ -11,7 +11,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace example_test {
 
 const std::filesystem::path kSource = PALPATE_SOURCE_DIR;
 
@@ -93,5 +93,5 @@ TEST(Example, QuoteCheckSeesADifference) {
   EXPECT_NE(quoted_block("```c\n" + example, example), example);
 }
 
-}  // namespace
+}  // namespace example_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace floating_point_mode_test {
 
 double halved(double value) {
   volatile double half = 0.5;  // volatile: the compiler must not compute the product
@@ -85,5 +85,5 @@ TEST_P(FloatingPointMode, TheCallersModeChangesNothing) {
 #endif
 }
 
-}  // namespace
+}  // namespace floating_point_mode_test
 }  // namespace palpate::test

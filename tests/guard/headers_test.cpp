@@ -11,7 +11,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace headers_test {
 
 const std::string kInclude = kPublicHeaders.parent_path().string();
 
@@ -124,5 +124,5 @@ TEST_F(Headers, StatusMustBeLookedAt) {
   EXPECT_NE(compiled.output.find("nodiscard"), std::string::npos) << compiled.output;
 }
 
-}  // namespace
+}  // namespace headers_test
 }  // namespace palpate::test

@@ -13,7 +13,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace include_directions_test {
 
 // A room and the rooms that it may include, as prefixes of include paths. An include of another path of this project is
 // a violation. Includes of the system and of libraries are not looked at.
@@ -167,5 +167,5 @@ TEST(IncludeDirections, RightDirectionsPass) {
   EXPECT_EQ(files, 3);
 }
 
-}  // namespace
+}  // namespace include_directions_test
 }  // namespace palpate::test

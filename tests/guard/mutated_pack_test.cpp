@@ -5,7 +5,7 @@
 #include "tests/support/mutated_pack_fixture.hpp"
 
 namespace palpate::test::mutated_pack_fixture {
-namespace {
+namespace mutated_pack_test {
 
 // Makes every kind of call on an open pack. False when a result with status OK is not finite.
 bool serves_finite_numbers(const pal_pack* pack) {
@@ -223,5 +223,5 @@ TEST(MutatedPack, Header) {
   check_mutations(small_pack_bytes().bytes(), 0, sizeof(pack::PackHeader), num_rounds(), 3, accepted);
 }
 
-}  // namespace
+}  // namespace mutated_pack_test
 }  // namespace palpate::test::mutated_pack_fixture

@@ -6,7 +6,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace snapshot_test {
 
 TEST(Snapshot, TheFieldIsThatOfTheLastHapticFrame) {
   const OpenPack pack(small_pack_bytes());
@@ -61,5 +61,5 @@ TEST(Snapshot, TwoReadersAreARaceAndAreFound) {
 }
 #endif
 
-}  // namespace
+}  // namespace snapshot_test
 }  // namespace palpate::test

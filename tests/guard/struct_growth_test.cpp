@@ -8,7 +8,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace struct_growth_test {
 
 // The struct of a caller that was compiled with a later header.
 template <typename T>
@@ -88,5 +88,5 @@ TEST(StructGrowth, SizesThatNobodyWroteAreRefused) {
 // Sizes in the first release. They must never change.
 static_assert(sizeof(pal_pack_info) >= 88 && sizeof(pal_geometry) >= 40 && sizeof(pal_session_config) >= 16);
 
-}  // namespace
+}  // namespace struct_growth_test
 }  // namespace palpate::test

@@ -13,7 +13,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace symbols_test {
 
 // libc without heap, stdio, signals, threads and exit; libm; symbols of the compiler and linker.
 const std::set<std::string> kAllowed = {
@@ -157,5 +157,5 @@ TEST_F(Symbols, ArchiveIsSmall) {
   EXPECT_GT(std::filesystem::file_size(copy), 1024U);
 }
 
-}  // namespace
+}  // namespace symbols_test
 }  // namespace palpate::test

@@ -14,7 +14,7 @@
 #endif
 
 namespace palpate::test {
-namespace {
+namespace upper_halves_test {
 
 #if defined(__x86_64__)
 // Whether XGETBV with ECX = 1 reports the registers in use on this processor, and reports them truly.
@@ -138,5 +138,5 @@ TEST_F(UpperHalves, ClearAfterEveryFrame) {
   EXPECT_GT(answered, 1100);  // else few frames were answered
 }
 
-}  // namespace
+}  // namespace upper_halves_test
 }  // namespace palpate::test

@@ -11,7 +11,7 @@
 #include <ucontext.h>
 
 namespace palpate::test {
-namespace {
+namespace written_only_test {
 
 // Traps every access to a page: counts the access, single-steps over it, and protects the page again.
 class WatchedPage {
@@ -100,6 +100,6 @@ TEST(WrittenOnly, HoldsForEveryModel) {
   }
 }
 
-}  // namespace
+}  // namespace written_only_test
 }  // namespace palpate::test
 #endif

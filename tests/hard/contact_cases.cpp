@@ -12,12 +12,12 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kMost = 0.2;  // about an edge
+constexpr double kMostOfContacts = 0.2;  // about an edge
 
 // Sixteen sites with overlapping patches, two rings.
 const Organ& cluster() {
   return shared_organ("cluster", [] {
-    OrganSpec spec = touched(unit_block(5), kMost, 0.21);
+    OrganSpec spec = touched(unit_block(5), kMostOfContacts, 0.21);
     spec.zone_rings = 2;
     spec.max_contacts = 8;
     return spec;
@@ -27,7 +27,7 @@ const Organ& cluster() {
 // The same with single nodes as patches: neighbours have no common node.
 const Organ& points() {
   return shared_organ("points", [] {
-    OrganSpec spec = touched(unit_block(5), kMost, 0);
+    OrganSpec spec = touched(unit_block(5), kMostOfContacts, 0);
     spec.zone_rings = 2;
     spec.max_contacts = 3;
     return spec;
@@ -168,7 +168,7 @@ std::vector<Answer> fixed_while_running(bool within_patch, double part) {
   const std::uint32_t site = at(organ, 0.4, 0.4);
   const ContactSite& touched = organ.sites().sites[within_patch ? site : at(organ, 0.8, 0.4)];
   const int node = touched.node;
-  const std::vector<pal_contact> contacts = {push(site, {0, 0, -part * kMost})};
+  const std::vector<pal_contact> contacts = {push(site, {0, 0, -part * kMostOfContacts})};
   const Truth truth = organ.solve(contacts, 8, {node});
   std::vector<Answer> answers;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
@@ -215,7 +215,7 @@ Group contact_cases() {
                            run});
   };
   const Bar bar = {0.02, 0.02};
-  const Eigen::Vector3d in(0, 0, -0.5 * kMost);
+  const Eigen::Vector3d in(0, 0, -0.5 * kMostOfContacts);
   add("coincident", "two contacts at one site, moved alike by half an edge", [=] {
     const std::uint32_t site = at(cluster(), 0.4, 0.4);
     return ask_all(cluster(), {push(site, in), push(site, in)});
@@ -250,7 +250,7 @@ Group contact_cases() {
     return ask_all(points(), {push(at(points(), 0.4, 0.4), in), push(at(points(), 0.6, 0.4), in)});
   });
   const auto apart = [](double size) {
-    const Eigen::Vector3d aside(size * kMost, 0, 0);
+    const Eigen::Vector3d aside(size * kMostOfContacts, 0, 0);
     return ask_all(points(), {push(at(points(), 0.4, 0.4), -aside), push(at(points(), 0.6, 0.4), aside)});
   };
   add("neighbours_apart_quarter", "two neighbouring nodes pulled apart by a quarter of an edge each",
@@ -260,13 +260,13 @@ Group contact_cases() {
   add(
       "triples_of_nodes", "twenty sets of three neighbouring nodes in random directions",
       [bar] {
-        return random_triples(points(), {1, 0.5, 0.1}, kMost, 20, bar);
+        return random_triples(points(), {1, 0.5, 0.1}, kMostOfContacts, 20, bar);
       },
       against);
   add(
       "triples_of_patches", "twenty sets of three neighbouring patches that share nodes in random directions",
       [bar] {
-        return random_triples(cluster(), {1, 0.5, 0.1}, kMost, 20, bar);
+        return random_triples(cluster(), {1, 0.5, 0.1}, kMostOfContacts, 20, bar);
       },
       against);
   add("nine", "nine contacts, one more than zones take, pushed in by a tenth of an edge", [=] {

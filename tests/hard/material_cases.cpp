@@ -10,8 +10,8 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kDepth = 0.15;
-constexpr double kRadius = 0.26;
+constexpr double kNoduleDepth = 0.15;
+constexpr double kNoduleRadius = 0.26;
 
 std::vector<Answer> top_solved(Model block) {
   const test::SolverScene scene = test::moved_top(std::move(block), {0.15, 0.05, -0.2});
@@ -38,7 +38,7 @@ Model with_lump(Model model, const Eigen::Vector3d& place, double radius, double
 std::vector<Answer> pack_of(const std::string& name, const std::function<Model()>& model, const Bar& bar,
                             bool polynomial = true) {
   const Organ& organ = shared_organ(name, [&] {
-    OrganSpec spec = touched(model(), kDepth, kRadius);
+    OrganSpec spec = touched(model(), kNoduleDepth, kNoduleRadius);
     std::sort(spec.sites.begin(), spec.sites.end(), [&](int a, int b) {
       const auto aside = [&](int node) {
         return (spec.model.positions[static_cast<size_t>(node)] - Eigen::Vector3d(0.4, 0.45, 1)).norm();
@@ -51,7 +51,7 @@ std::vector<Answer> pack_of(const std::string& name, const std::function<Model()
     spec.polynomial = polynomial;
     return spec;
   });
-  return pushed_four_ways(organ, organ.site_near({0.4, 0.45, 1}), kDepth, bar);
+  return pushed_four_ways(organ, organ.site_near({0.4, 0.45, 1}), kNoduleDepth, bar);
 }
 
 std::vector<Answer> rigid_inclusion() {

@@ -9,12 +9,12 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kMost = 0.1;
+constexpr double kMostOfPrecision = 0.1;
 
 // linear_dd of the runtime, fields in float32, compared with back-solves in double.
 std::vector<Answer> linear_fields(const std::string& name, const std::function<Model()>& model, double size) {
   const Organ& organ = shared_organ("precision " + name, [&] {
-    OrganSpec spec = touched(model(), kMost, 0.2);
+    OrganSpec spec = touched(model(), kMostOfPrecision, 0.2);
     spec.sites.resize(4);
     spec.polynomial = false;
     spec.survey_samples = 4;
@@ -38,7 +38,7 @@ std::vector<Answer> linear_fields(const std::string& name, const std::function<M
 std::vector<Answer> tiny(double size, FieldPrecision precision) {
   const bool rounded = precision == FieldPrecision::rounded;
   const Organ& organ = shared_organ(rounded ? "precision tiny rounded" : "precision tiny", [&] {
-    OrganSpec spec = touched(unit_block(5), kMost, 0.2);
+    OrganSpec spec = touched(unit_block(5), kMostOfPrecision, 0.2);
     spec.sites.resize(4);
     spec.precision = precision;
     return spec;
@@ -49,7 +49,7 @@ std::vector<Answer> tiny(double size, FieldPrecision precision) {
   const Eigen::Vector3d d(0.3, -0.2, -0.9);
   const LinearContactAnswer exact = solve_contacts(solver, organ.sites(), {{0, d}});
   const Truth truth{true, size * exact.field, {size * exact.forces[0]}};
-  const double part = std::min(1.0, size / (1e-9 * kMost));
+  const double part = std::min(1.0, size / (1e-9 * kMostOfPrecision));
   std::vector<Answer> answers;
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
     answers.push_back(organ.ask(model, {push(0, size * d)}, truth));
@@ -72,7 +72,7 @@ Group precision_cases() {
   const Bar bar = {2e-6, 1e-8};
   const auto add = [&](const std::string& name, const std::string& hard, auto model) {
     group.cases.push_back({"precision", name, hard, bar, Expected::answer, "",
-                           [=] { return linear_fields(name, model, kMost); }});
+                           [=] { return linear_fields(name, model, kMostOfPrecision); }});
   };
   add("plain", "a block", [] { return unit_block(5); });
   add("inclusion", "a block with an inclusion 1e6 times stiffer",
@@ -88,7 +88,7 @@ Group precision_cases() {
                                [] {
                                  return unit_block(5, CompressibleNeoHookean{1, 1e4});
                                },
-                               kMost);
+                               kMostOfPrecision);
                          }});
   for (const auto& [size, shown] :
        {std::pair{1e-9, "1e9"}, {1e-20, "1e20"}, {1e-37, "1e37"}, {1e-60, "1e60"}}) {

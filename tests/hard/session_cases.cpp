@@ -13,11 +13,11 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kMost = 0.15;
+constexpr double kMostOfSessions = 0.15;
 
 const Organ& organ() {
   return shared_organ("session", [] {
-    OrganSpec spec = touched(unit_block(4), kMost, 0.26);
+    OrganSpec spec = touched(unit_block(4), kMostOfSessions, 0.26);
     spec.zone_rings = 2;
     return spec;
   });
@@ -26,7 +26,7 @@ const Organ& organ() {
 // A domain of twice the depth.
 const Organ& deep() {
   return shared_organ("deep", [] {
-    OrganSpec spec = touched(unit_block(4), 2 * kMost, 0.26);
+    OrganSpec spec = touched(unit_block(4), 2 * kMostOfSessions, 0.26);
     spec.zone_rings = 2;
     return spec;
   });
@@ -90,7 +90,7 @@ std::vector<Answer> restless() {
     truth.field = fresh.visual_frame();
     ModelUnitSession session(organ().opened(), model, 3, 0);
     std::mt19937 random(3);
-    std::uniform_real_distribution<double> component(-kMost, kMost);
+    std::uniform_real_distribution<double> component(-kMostOfSessions, kMostOfSessions);
     std::vector<pal_contact_result> results;
     bool is_finite = true;
     for (int frame = 0; frame < 400; ++frame) {
@@ -145,7 +145,7 @@ std::vector<Answer> wild_tool() {
         const Eigen::Vector3d force(result.force);
         answer.finite = answer.finite && force.allFinite() && Eigen::Vector3d(result.torque).allFinite();
         largest = std::max(largest, force.norm());
-        const bool is_doubtful = std::abs(z) > kMost * 1.01 || std::isnan(z);
+        const bool is_doubtful = std::abs(z) > kMostOfSessions * 1.01 || std::isnan(z);
         if (is_doubtful && result.flags == 0) flagged.push_back(fmt::format("{}", z));
       }
     }
@@ -173,22 +173,24 @@ Group session_cases() {
   };
   const Bar bar = {0.02, 0.02};
   add("jump_across", "from one end of the domain to the other in one frame", bar, Expected::answer, [] {
-    return jump(organ(), middle(), {{0, 0, kMost}, {0, 0, -kMost}});
+    return jump(organ(), middle(), {{0, 0, kMostOfSessions}, {0, 0, -kMostOfSessions}});
   });
   add("jump_aside", "from one side of the domain to the other in one frame", bar, Expected::answer, [] {
-    return jump(organ(), middle(), {{-kMost, 0, 0}, {kMost, 0, 0}});
+    return jump(organ(), middle(), {{-kMostOfSessions, 0, 0}, {kMostOfSessions, 0, 0}});
   });
   add("jump_and_back", "ten jumps across the domain", bar, Expected::answer, [] {
     std::vector<Eigen::Vector3d> path;
-    for (int i = 0; i < 10; ++i) path.push_back((i % 2 == 0 ? kMost : -kMost) * Eigen::Vector3d(0.6, 0, 0.8));
+    for (int i = 0; i < 10; ++i)
+      path.push_back((i % 2 == 0 ? kMostOfSessions : -kMostOfSessions) * Eigen::Vector3d(0.6, 0, 0.8));
     return jump(organ(), middle(), path);
   });
   add("jump_outside", "four times out of the domain in one frame, and back in", bar, Expected::answer, [] {
-    return jump(organ(), middle(), {{0, 0, -4 * kMost}, {0.05, 0, -0.1}});
+    return jump(organ(), middle(), {{0, 0, -4 * kMostOfSessions}, {0.05, 0, -0.1}});
   });
   add("jump_far_outside", "a million times out of the domain in one frame, and back in", bar,
       Expected::answer, [] {
-        return jump(organ(), middle(), {{0, 0, -1e6 * kMost}, {0, 1e6 * kMost, 0}, {0.05, 0, -0.1}});
+        return jump(organ(), middle(),
+                    {{0, 0, -1e6 * kMostOfSessions}, {0, 1e6 * kMostOfSessions, 0}, {0.05, 0, -0.1}});
       });
   add("restless",
       "up to three contacts that change place in each of 400 frames, then two that rest: beside a new "
@@ -212,7 +214,7 @@ Group session_cases() {
       "a tool through the haptic loop: out of the domain, to 1e200, infinite, not a number, back", bar,
       Expected::nothing, [] { return wild_tool(); });
   add("swipe", "a swipe over sites and between them", bar, Expected::answer, [] {
-    return swipe(organ(), {0.26, 0.3, 1}, {0.74, 0.65, 1}, {0, 0, -0.5 * kMost});
+    return swipe(organ(), {0.26, 0.3, 1}, {0.74, 0.65, 1}, {0, 0, -0.5 * kMostOfSessions});
   });
   for (const double step : {0.01, 0.1}) {
     group.cases.push_back(

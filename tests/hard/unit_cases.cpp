@@ -7,11 +7,12 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kDepth = 0.15;
+constexpr double kPushDepth = 0.15;
 
 OrganSpec changed(double length, double modulus, const Eigen::Vector3d& away) {
-  OrganSpec spec = touched(
-      unit_block(4, CompressibleNeoHookean{modulus * kTissue.mu, modulus * kTissue.lambda}), kDepth, 0.26);
+  OrganSpec spec =
+      touched(unit_block(4, CompressibleNeoHookean{modulus * kTissue.mu, modulus * kTissue.lambda}),
+              kPushDepth, 0.26);
   spec.sites.resize(4);
   for (Eigen::Vector3d& position : spec.model.positions) position = length * (position + away);
   spec.max_displacement *= length;
@@ -25,9 +26,9 @@ std::vector<Answer> in_units(double length, double modulus, const Eigen::Vector3
   const Organ& organ = shared_organ(fmt::format("units {} {} {}", length, modulus, away.norm()),
                                     [&] { return changed(length, modulus, away); });
   const std::uint32_t site = 1;
-  std::vector<Answer> answers = pushed_four_ways(organ, site, length * kDepth, bar);
+  std::vector<Answer> answers = pushed_four_ways(organ, site, length * kPushDepth, bar);
   std::vector<std::vector<Answer>> beside;
-  for (const Eigen::Vector3d& d : four_ways(kDepth)) {
+  for (const Eigen::Vector3d& d : four_ways(kPushDepth)) {
     Truth truth = plain.solve({push(site, d)});
     truth.field *= length;
     for (Eigen::Vector3d& force : truth.forces) force *= modulus * length * length;

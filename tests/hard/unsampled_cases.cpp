@@ -11,11 +11,11 @@
 namespace palpate::hard {
 namespace {
 
-constexpr double kMost = 0.1;  // half an edge
-constexpr double kRadius = 0.26;
+constexpr double kMostUnsampled = 0.1;  // half an edge
+constexpr double kTipRadius = 0.26;
 
 OrganSpec fewest(Model model, double most, double target) {
-  OrganSpec spec = touched(std::move(model), most, kRadius);
+  OrganSpec spec = touched(std::move(model), most, kTipRadius);
   spec.zone_rings = 2;
   spec.fewest = true;
   spec.target = target;
@@ -43,7 +43,7 @@ std::uint32_t site_near(const Organ& organ, bool sampled, const Eigen::Vector3d&
 const Eigen::Vector3d kMiddle(0.5, 0.5, 1);
 
 const Organ& tissue() {
-  return shared_organ("unsampled", [] { return fewest(unit_block(5), kMost, 0.01); });
+  return shared_organ("unsampled", [] { return fewest(unit_block(5), kMostUnsampled, 0.01); });
 }
 
 // Pushes of one and a half edges; only some sites are sampled.
@@ -70,7 +70,7 @@ Group unsampled_cases() {
     group.cases.push_back({"unsampled", name, hard, {0.02, 0.02}, expected, reason, run});
   };
   const Bar bar = {0.02, 0.02};
-  const Eigen::Vector3d across(0.6 * kMost, 0, 0.8 * kMost);
+  const Eigen::Vector3d across(0.6 * kMostUnsampled, 0, 0.8 * kMostUnsampled);
   add("to_the_edge", "pushed four ways to the edge of the domain", Expected::answer,
       [bar] { return pushed(tissue(), bar); });
   add("mixture_to_the_edge",
@@ -95,8 +95,8 @@ Group unsampled_cases() {
   add("two_contacts", "two contacts at sites without samples, pushed in by a quarter of an edge",
       Expected::answer, [bar] {
         const Organ& organ = tissue();
-        return ask_all(organ, {push(organ.site_near({0.2, 0.2, 1}), {0, 0, -0.5 * kMost}),
-                               push(organ.site_near({0.8, 0.8, 1}), {0, 0, -0.5 * kMost})});
+        return ask_all(organ, {push(organ.site_near({0.2, 0.2, 1}), {0, 0, -0.5 * kMostUnsampled}),
+                               push(organ.site_near({0.8, 0.8, 1}), {0, 0, -0.5 * kMostUnsampled})});
       });
   add("outside_1_5", "half as far again as the domain, at a site without samples", Expected::answer,
       [] { return outside(tissue(), site_near(tissue(), false, kMiddle), 1.5); });

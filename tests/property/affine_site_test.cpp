@@ -13,7 +13,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace affine_site_test {
 
 constexpr std::array kMaps = {SiteMap::printed, SiteMap::inverse, SiteMap::affine, SiteMap::rigid};
 
@@ -251,5 +251,5 @@ TEST(SiteWeights, ReproduceLinearFunctionsAlongTheSurface) {
   for (size_t i = 0; i < places.size(); ++i) EXPECT_NEAR(at_a_site[i], i == 2 ? 1 : 0, 1e-6);
 }
 
-}  // namespace
+}  // namespace affine_site_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/assembly_fixture.hpp"
 
 namespace palpate::assembly_fixture {
-namespace {
+namespace assembly_exactness_test {
 
 TEST(AssemblyProperty, ProjectionOfOneElementLeavesTheOthers) {
   BlockShape shape;
@@ -304,5 +304,5 @@ TEST(AssemblyProperty, SharedVolumesHaveNoSoftModes) {
       << "half as far apart, an eighth of the volume";
 }
 
-}  // namespace
+}  // namespace assembly_exactness_test
 }  // namespace palpate::assembly_fixture

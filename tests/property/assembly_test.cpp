@@ -5,7 +5,7 @@
 #include "tests/support/assembly_fixture.hpp"
 
 namespace palpate::assembly_fixture {
-namespace {
+namespace assembly_test {
 
 // Properties of every kind of element. Ten-node elements have curved edges here.
 class AssemblyOfEachKind : public ::testing::TestWithParam<Kind> {};
@@ -191,5 +191,5 @@ TEST_P(AssemblyOfEachKind, ForcesSumToZeroInEveryState) {
   EXPECT_LE(moment.norm(), kRounding * force.norm());
 }
 
-}  // namespace
+}  // namespace assembly_test
 }  // namespace palpate::assembly_fixture

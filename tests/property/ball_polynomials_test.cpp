@@ -15,7 +15,7 @@
 #include "schemas/monomials.hpp"
 
 namespace palpate {
-namespace {
+namespace ball_polynomials_test {
 
 struct Node {
   double at;
@@ -127,5 +127,5 @@ TEST(BallPolynomials, OthersAreSeen) {
   EXPECT_GT(off(orthonormal_on_ball(2, 4, true).transpose(), true), 0.1);
 }
 
-}  // namespace
+}  // namespace ball_polynomials_test
 }  // namespace palpate

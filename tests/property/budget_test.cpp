@@ -10,7 +10,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace budget_test {
 
 constexpr double kSecondsPerOperation = 1e-9;
 
@@ -306,5 +306,5 @@ TEST_F(Budget, CountersCount) {
   EXPECT_EQ(pal_session_get_counters(nullptr, &counters), PAL_STATUS_NULL_ARGUMENT);
 }
 
-}  // namespace
+}  // namespace budget_test
 }  // namespace palpate::test

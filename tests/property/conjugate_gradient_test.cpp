@@ -4,7 +4,7 @@
 #include "tests/support/static_solver_fixture.hpp"
 
 namespace palpate::static_solver_fixture {
-namespace {
+namespace conjugate_gradient_test {
 
 // Conjugate gradients reach the same equilibria as the factorisation, also through indefinite tangents.
 TEST(StaticSolverProperty, ConjugateGradientsAgree) {
@@ -42,5 +42,5 @@ TEST(ConjugateGradientProperty, SolvesPositiveDefiniteSystemsAndRefusesOthers) {
   EXPECT_EQ(b, x) << "a refused right-hand side stays";
 }
 
-}  // namespace
+}  // namespace conjugate_gradient_test
 }  // namespace palpate::static_solver_fixture

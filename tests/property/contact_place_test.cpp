@@ -12,7 +12,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace contact_place_test {
 
 using Point = pal_surface_point;
 
@@ -261,5 +261,5 @@ TEST(ContactPlace, HeldByATool) {
   EXPECT_FALSE(tools.frame({at(grip), at_rest()})[0].flags & PAL_FLAG_NEAREST_SITE);
 }
 
-}  // namespace
+}  // namespace contact_place_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace contact_sets_test {
 
 constexpr double kMost = 0.1;
 constexpr std::uint64_t kSeed = 4;
@@ -204,5 +204,5 @@ TEST(SetSurvey, CountsAnswersAndBoundsErrorsWithoutAFlag) {
   EXPECT_NEAR(uneven.over_reach.displacement, 0.3, 1e-12);
 }
 
-}  // namespace
+}  // namespace contact_sets_test
 }  // namespace palpate::test

@@ -17,7 +17,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace contact_stiffness_test {
 
 // All instruction sets of this processor agree with the plain loops. Kernels with fused multiply-add agree
 // with one another to the bit.
@@ -261,5 +261,5 @@ TEST_F(ContactStiffnessTest, AMillionChangesLeaveNoTrace) {
   EXPECT_GT(worst, 0) << "then nothing was kept";
 }
 
-}  // namespace
+}  // namespace contact_stiffness_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace contact_truth_test {
 
 struct Block {
   SceneFiles files;
@@ -73,5 +73,5 @@ TEST(LocalThickness, ABlocksThicknessIsItsHeight) {
   EXPECT_NEAR(along(slanted), height * slanted.norm(), 1e-12);
 }
 
-}  // namespace
+}  // namespace contact_truth_test
 }  // namespace palpate::test

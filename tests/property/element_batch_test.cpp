@@ -14,7 +14,7 @@
 #include "offline/material/invariant_law.hpp"
 
 namespace palpate {
-namespace {
+namespace element_batch_test {
 
 // A different element and stretch in each lane, and a law with all terms.
 template <int kNodes>
@@ -135,5 +135,5 @@ TEST(ElementBatch, HasTheSameBitsWithEveryInstructionSet) {
   expect_the_same_bits<10>();
 }
 
-}  // namespace
+}  // namespace element_batch_test
 }  // namespace palpate

@@ -10,7 +10,7 @@
 #include "offline/pack/pack_writer.hpp"
 
 namespace palpate {
-namespace {
+namespace elimination_test {
 
 std::vector<EliminationKernel> kernels() {
   EliminationKernel listed[kMostEliminationKernels];
@@ -205,5 +205,5 @@ TEST(Elimination, RefusesIndefiniteMatrices) {
   }
 }
 
-}  // namespace
+}  // namespace elimination_test
 }  // namespace palpate

@@ -9,7 +9,7 @@
 #include "offline/precompute/error_survey.hpp"
 
 namespace palpate {
-namespace {
+namespace error_survey_test {
 
 // The bound for the errors 1, 2, ... n.
 double bound_of_the_first(int n) {
@@ -129,5 +129,5 @@ TEST(ForceScale, CoversErrorsOfForcesThatAreSmall) {
   }
 }
 
-}  // namespace
+}  // namespace error_survey_test
 }  // namespace palpate

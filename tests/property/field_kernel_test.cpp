@@ -15,7 +15,7 @@
 #include "offline/pack/pack_writer.hpp"
 
 namespace palpate {
-namespace {
+namespace field_kernel_test {
 
 constexpr double kEpsilon = static_cast<double>(std::numeric_limits<pal_real>::epsilon());
 
@@ -273,5 +273,5 @@ TEST(FieldKernel, SaturatedAndWrappedSumsAreSeen) {
   EXPECT_LE(error_over_bound(kWrapped, panel, {}), 0.5);
 }
 
-}  // namespace
+}  // namespace field_kernel_test
 }  // namespace palpate

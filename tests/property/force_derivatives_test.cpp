@@ -9,7 +9,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace force_derivatives_test {
 
 // u(x) at free nodes: three smooth fields, and two directions for the products.
 Eigen::MatrixXd smooth_fields(const Model& model) {
@@ -92,5 +92,5 @@ TEST_P(ForceDerivativesTest, SecondOrderAloneIsTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Elements, ForceDerivativesTest, testing::Bool());
 
-}  // namespace
+}  // namespace force_derivatives_test
 }  // namespace palpate::test

@@ -11,7 +11,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace given_forces_test {
 
 // Two float64 factorisations, as in runtime_linear_dd_test.cpp.
 constexpr double kForceTolerance = 1e-10;
@@ -167,5 +167,5 @@ TEST_F(GivenForces, AreInNewtons) {
             1e-12 * vector(result.displacement).norm());
 }
 
-}  // namespace
+}  // namespace given_forces_test
 }  // namespace palpate::test

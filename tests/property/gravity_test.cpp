@@ -16,7 +16,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace gravity_test {
 
 constexpr double kForceTolerance = 1e-10;  // as in runtime_linear_dd_test.cpp
 constexpr double kFieldTolerance = field_tolerance(1e-5);
@@ -393,5 +393,5 @@ TEST(GravityRest, TooMuchIsSaid) {
   EXPECT_THROW(find_rest(assembly, block.scene), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace gravity_test
 }  // namespace palpate::test

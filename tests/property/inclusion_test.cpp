@@ -12,7 +12,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace inclusion_test {
 
 using Eigen::Vector3d;
 
@@ -249,5 +249,5 @@ TEST(Inclusion, AnswersArgumentsWithAStatus) {
   EXPECT_EQ(pal_session_set_inclusion(linear.get(), nullptr), PAL_STATUS_NO_SUCH_MODEL);
 }
 
-}  // namespace
+}  // namespace inclusion_test
 }  // namespace palpate::test

@@ -12,7 +12,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace linear_blend_test {
 
 using Contacts = std::vector<pal_contact>;
 
@@ -349,5 +349,5 @@ TEST_F(LinearBlends, ArePreparedWithinABudget) {
             kFieldTolerance * kMaxDisplacement);
 }
 
-}  // namespace
+}  // namespace linear_blend_test
 }  // namespace palpate::test

@@ -13,7 +13,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace material_test {
 
 using test::rotation_about;
 using test::TestRandom;
@@ -372,5 +372,5 @@ TEST(LinearElasticLaw, IsLinear) {
   }
 }
 
-}  // namespace
+}  // namespace material_test
 }  // namespace palpate

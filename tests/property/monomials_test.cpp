@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace palpate {
-namespace {
+namespace monomials_test {
 
 constexpr std::uint32_t kDegree = pack::kMaxDegree + 1;  // degree of an energy
 
@@ -98,5 +98,5 @@ TEST(Monomials, WritesNoMoreThanItSays) {
   }
 }
 
-}  // namespace
+}  // namespace monomials_test
 }  // namespace palpate

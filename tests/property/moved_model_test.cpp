@@ -10,7 +10,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace moved_model_test {
 
 struct BuiltOrgan {
   BuiltOrgan(TouchedBlock block, Directions directions) : block_(std::move(block)) {
@@ -74,5 +74,5 @@ TEST_P(MovedModel, GivesTheSameAnswers) {
 
 INSTANTIATE_TEST_SUITE_P(All, MovedModel, ::testing::Values(Directions::all, Directions::inward));
 
-}  // namespace
+}  // namespace moved_model_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/nonlinear_zone_fixture.hpp"
 
 namespace palpate::test::nonlinear_zone_fixture {
-namespace {
+namespace nonlinear_zone_test {
 
 constexpr double kFieldTolerance = field_tolerance(2e-6);
 
@@ -265,5 +265,5 @@ TEST(NonlinearZone, HoldsWholeVolumePatches) {
   EXPECT_LT(before, 0.01);
 }
 
-}  // namespace
+}  // namespace nonlinear_zone_test
 }  // namespace palpate::test::nonlinear_zone_fixture

@@ -13,7 +13,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace pack_writer_test {
 
 const pack::Pack& tables_of(const AlignedBytes& bytes) {
   return *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader));
@@ -267,5 +267,5 @@ TEST(PackWriter, UnreadableInputIsSaid) {
   EXPECT_EQ(empty.hash, "99aa06d3014798d86001c324468d497f");  // XXH3-128 of no bytes, from its specification
 }
 
-}  // namespace
+}  // namespace pack_writer_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace paper_quadratic_test {
 
 using test::TestRandom;
 
@@ -95,5 +95,5 @@ TEST(PaperQuadratic, OnARayItIsTheSmallestThatFits) {
   EXPECT_LE((coefficients * vanishing).cwiseAbs().maxCoeff(), kRounding);
 }
 
-}  // namespace
+}  // namespace paper_quadratic_test
 }  // namespace palpate

@@ -4,7 +4,7 @@
 #include "tests/support/passivity_fixture.hpp"
 
 namespace palpate::test::passivity_fixture {
-namespace {
+namespace passivity_of_zones_test {
 
 // Neighbours pushed into and through each other jam the tissue between them. Contacts lag behind their tools,
 // forces rise many times, zones restart. A tool that retreats gets out no more energy than it put in.
@@ -135,5 +135,5 @@ TEST_F(PassivityOfZones, ForcesComeBackToWhoPushesIn) {
   EXPECT_TRUE(go_on(0.01, 30, [&] { return work.force(0).norm() > before + 0.01; }));
 }
 
-}  // namespace
+}  // namespace passivity_of_zones_test
 }  // namespace palpate::test::passivity_fixture

@@ -5,7 +5,7 @@
 #include "tests/support/passivity_fixture.hpp"
 
 namespace palpate::test::passivity_fixture {
-namespace {
+namespace passivity_test {
 
 class Passivity : public ::testing::Test {
  protected:
@@ -323,5 +323,5 @@ TEST_F(Passivity, RandomCyclesMakeNoEnergy) {
   EXPECT_GT(reduced_cycles, 10) << "else this shows little";
 }
 
-}  // namespace
+}  // namespace passivity_test
 }  // namespace palpate::test::passivity_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/patch_turns_fixture.hpp"
 
 namespace palpate::test::patch_turns_fixture {
-namespace {
+namespace patch_rotation_test {
 
 using Stiffness = Eigen::Matrix<double, 6, 6>;
 
@@ -190,5 +190,5 @@ TEST(PatchRotation, StaysWithItsContact) {
   }
 }
 
-}  // namespace
+}  // namespace patch_rotation_test
 }  // namespace palpate::test::patch_turns_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/patch_turns_fixture.hpp"
 
 namespace palpate::test::patch_turns_fixture {
-namespace {
+namespace patch_turn_tools_test {
 
 Vector3d place_of(const ZoneBlock& organ, uint32_t site) {
   return organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[site].node)];
@@ -250,5 +250,5 @@ TEST(PatchRotation, RefusesWhatMakesNoSense) {
   EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_NO_SUCH_MODEL);
 }
 
-}  // namespace
+}  // namespace patch_turn_tools_test
 }  // namespace palpate::test::patch_turns_fixture

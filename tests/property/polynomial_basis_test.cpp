@@ -4,7 +4,7 @@
 #include "tests/support/polynomial_fit_fixture.hpp"
 
 namespace palpate::polynomial_fit_fixture {
-namespace {
+namespace polynomial_basis_test {
 
 // ---- Rank of the basis
 
@@ -145,5 +145,5 @@ TEST(PolynomialBasis, NoneWhereNoneIsNeeded) {
   EXPECT_LE(rounded.basis_error, 1e-3);
 }
 
-}  // namespace
+}  // namespace polynomial_basis_test
 }  // namespace palpate::polynomial_fit_fixture

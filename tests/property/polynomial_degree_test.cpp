@@ -4,7 +4,7 @@
 #include "tests/support/polynomial_fit_fixture.hpp"
 
 namespace palpate::polynomial_fit_fixture {
-namespace {
+namespace polynomial_degree_test {
 
 // ---- Leave-one-out error
 
@@ -135,5 +135,5 @@ TEST(PolynomialFit, HeldOutErrorOfWhatItHoldsIsRounding) {
   EXPECT_LE(held_out_force_error(Synthetic(4).samples(14), 4).all, 1e3 * kDouble);
 }
 
-}  // namespace
+}  // namespace polynomial_degree_test
 }  // namespace palpate::polynomial_fit_fixture

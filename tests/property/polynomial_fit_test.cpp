@@ -4,7 +4,7 @@
 #include "tests/support/polynomial_fit_fixture.hpp"
 
 namespace palpate::polynomial_fit_fixture {
-namespace {
+namespace polynomial_fit_test {
 
 TEST(PolynomialFit, GivesBackThePolynomialThatWasSampled) {
   for (const int degree : {2, 3, 5, 7}) {
@@ -215,5 +215,5 @@ TEST(PolynomialFitDesign, RowsAreValuesAndDerivatives) {
   }
 }
 
-}  // namespace
+}  // namespace polynomial_fit_test
 }  // namespace palpate::polynomial_fit_fixture

@@ -15,7 +15,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace random_calls_test {
 
 constexpr unsigned char kCanary = 0xa5;
 constexpr size_t kRecordingBytes = 1 << 16;
@@ -319,5 +319,5 @@ TEST_P(RandomCalls, NeverCrashOrAnswerNonsense) {
   EXPECT_GT(refused, calls / 50);
 }
 
-}  // namespace
+}  // namespace random_calls_test
 }  // namespace palpate::test

@@ -7,7 +7,7 @@
 #include "tests/support/hard_scenes.hpp"
 
 namespace palpate {
-namespace {
+namespace reciprocity_test {
 
 TEST(ReciprocityProperty, ForceAtADueToBIsForceAtBDueToA) {
   for (const bool ten_nodes : {false, true}) {
@@ -32,5 +32,5 @@ TEST(ReciprocityProperty, ForceAtADueToBIsForceAtBDueToA) {
   }
 }
 
-}  // namespace
+}  // namespace reciprocity_test
 }  // namespace palpate

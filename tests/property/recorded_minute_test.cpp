@@ -13,7 +13,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace recorded_minute_test {
 
 int num_frames() {
   return 1000 * static_cast<int>(rounds_by("PALPATE_RECORDED_SECONDS", 4, 60));
@@ -165,5 +165,5 @@ TEST(RecordedMinute, IsTheSameInAnotherSession) {
   EXPECT_EQ(one.field(), other.field());
 }
 
-}  // namespace
+}  // namespace recorded_minute_test
 }  // namespace palpate::test

@@ -9,7 +9,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace recording_test {
 
 constexpr int kFrames = 400;
 
@@ -261,5 +261,5 @@ TEST(Recording, BelongsToItsPack) {
   EXPECT_EQ(replayed(other, recorded(pack, kRoom, true)).status, PAL_STATUS_RECORDING_OF_OTHER_PACK);
 }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/runtime_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace runtime_compressed_test {
 
 // For an entry tolerance of 1e-4: over the largest force, and over the tool's displacement.
 constexpr double kForceError = 5e-4;
@@ -200,5 +200,5 @@ TEST(RuntimeCompressedSmall, EverythingNear) {
   for (size_t i = 0; i < field.size(); ++i) EXPECT_NEAR(field[i], exact[i], kFieldError * 0.03);
 }
 
-}  // namespace
+}  // namespace runtime_compressed_test
 }  // namespace palpate::test

@@ -11,7 +11,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace runtime_inputs_test {
 
 constexpr unsigned char kCanary = 0xa5;
 const double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -326,5 +326,5 @@ TEST_P(RuntimeInputs, ModelThatThePackLacksIsRefused) {
   }
 }
 
-}  // namespace
+}  // namespace runtime_inputs_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/runtime_polynomial_dd_fixture.hpp"
 
 namespace palpate::test::runtime_polynomial_dd_fixture {
-namespace {
+namespace runtime_inward_polynomial_dd_test {
 
 // ---- Sites sampled only for inward displacements
 
@@ -120,5 +120,5 @@ TEST_P(InwardPolynomialDd, StiffnessHasNoStepWhereItBeginsOrEndsToFade) {
   }
 }
 
-}  // namespace
+}  // namespace runtime_inward_polynomial_dd_test
 }  // namespace palpate::test::runtime_polynomial_dd_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/runtime_linear_dd_fixture.hpp"
 
 namespace palpate::test::runtime_linear_dd_fixture {
-namespace {
+namespace runtime_linear_dd_estimates_test {
 
 // Two contact nodes with identical columns: displacements do not determine both forces.
 TEST_F(RuntimeLinearDd, SingularComplianceIsFlaggedAndFinite) {
@@ -93,5 +93,5 @@ TEST_F(RuntimeLinearDd, AutoFallsBackToItAndSaysSo) {
   EXPECT_EQ(automatic.touch({contacts[0]})[0].model, PAL_MODEL_POLYNOMIAL);
 }
 
-}  // namespace
+}  // namespace runtime_linear_dd_estimates_test
 }  // namespace palpate::test::runtime_linear_dd_fixture

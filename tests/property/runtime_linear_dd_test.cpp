@@ -4,7 +4,7 @@
 #include "tests/support/runtime_linear_dd_fixture.hpp"
 
 namespace palpate::test::runtime_linear_dd_fixture {
-namespace {
+namespace runtime_linear_dd_test {
 
 // Rounding of the same float64 sums in another order.
 constexpr double kRounding = 1e-12;
@@ -275,5 +275,5 @@ TEST_F(RuntimeLinearDd, FixingANodeChangesNothingBeforeTheNextFrame) {
   EXPECT_NE(session.field(), before);
 }
 
-}  // namespace
+}  // namespace runtime_linear_dd_test
 }  // namespace palpate::test::runtime_linear_dd_fixture

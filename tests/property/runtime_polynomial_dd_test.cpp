@@ -5,7 +5,7 @@
 #include "tests/support/runtime_polynomial_dd_fixture.hpp"
 
 namespace palpate::test::runtime_polynomial_dd_fixture {
-namespace {
+namespace runtime_polynomial_dd_test {
 
 // All kinds of fit and of storage.
 class RuntimePolynomialDd : public PolynomialDdTest, public ::testing::WithParamInterface<Kind> {
@@ -265,5 +265,5 @@ TEST_F(FittedPolynomialDd, FlagsUnsampledPushesAlongAShortAxis) {
   }
 }
 
-}  // namespace
+}  // namespace runtime_polynomial_dd_test
 }  // namespace palpate::test::runtime_polynomial_dd_fixture

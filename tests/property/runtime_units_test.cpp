@@ -7,7 +7,7 @@
 #include "tests/support/small_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace runtime_units_test {
 
 constexpr double kMetres = 1e-3;
 constexpr double kNewtons = 1e-3;
@@ -81,5 +81,5 @@ TEST_F(RuntimeUnits, AnswersScale) {
   }
 }
 
-}  // namespace
+}  // namespace runtime_units_test
 }  // namespace palpate::test

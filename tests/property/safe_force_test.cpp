@@ -14,7 +14,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace safe_force_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFrame = 0.001;
@@ -174,5 +174,5 @@ TEST(SafeForce, BlendBackBeginsWhereTheForceHasFadedTo) {
   EXPECT_GE(next, 0.4);
 }
 
-}  // namespace
+}  // namespace safe_force_test
 }  // namespace palpate::test

@@ -12,7 +12,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace sample_store_test {
 
 const PushRequest kRequest = {PushRequest::Kind::sample, 0, {0.1, -0.2, 1e-300}};
 
@@ -177,5 +177,5 @@ TEST_F(StoredSolves, ASurveyGoesOnWhereItWas) {
   EXPECT_EQ(longer.counts.solves, static_cast<long>(longer.samples - alone.samples));
 }
 
-}  // namespace
+}  // namespace sample_store_test
 }  // namespace palpate::test

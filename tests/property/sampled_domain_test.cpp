@@ -14,7 +14,7 @@
 #include "tests/support/sampling_site.hpp"
 
 namespace palpate {
-namespace {
+namespace sampled_domain_test {
 
 // A domain with a given number of samples.
 struct SampledDomainOf : test::SamplingSite {
@@ -255,5 +255,5 @@ TEST_F(SampledDomainOf, PlansOfFewSolvesSucceed) {
   }
 }
 
-}  // namespace
+}  // namespace sampled_domain_test
 }  // namespace palpate

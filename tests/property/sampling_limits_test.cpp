@@ -22,7 +22,7 @@
 #include "tests/support/sampling_site.hpp"
 
 namespace palpate {
-namespace {
+namespace sampling_limits_test {
 
 using test::BlockShape;
 using test::nodes_on_plane;
@@ -233,5 +233,5 @@ TEST_F(SamplingLimit, AHopelessOneNamesTheNode) {
   }
 }
 
-}  // namespace
+}  // namespace sampling_limits_test
 }  // namespace palpate

@@ -22,7 +22,7 @@
 #include "tests/support/sampling_site.hpp"
 
 namespace palpate {
-namespace {
+namespace sampling_points_test {
 
 std::vector<Eigen::Vector3d> first_points(size_t count, bool half) {
   SamplePoints points(half);
@@ -195,5 +195,5 @@ TEST(SamplingPoints, ThereAreEnough) {
   }
 }
 
-}  // namespace
+}  // namespace sampling_points_test
 }  // namespace palpate

@@ -22,7 +22,7 @@
 #include "tests/support/sampling_site.hpp"
 
 namespace palpate {
-namespace {
+namespace sampling_test {
 
 using test::SamplingSite;
 
@@ -222,5 +222,5 @@ TEST_F(SamplingSite, ScheduleDoesNotChangeABit) {
   }
 }
 
-}  // namespace
+}  // namespace sampling_test
 }  // namespace palpate

@@ -10,7 +10,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace set_estimate_test {
 
 constexpr double kMost = 0.05;
 constexpr double kBound = 0.3;
@@ -165,5 +165,5 @@ TEST_F(SetEstimate, IsUnknownWithoutASurveyOfSets) {
   }
 }
 
-}  // namespace
+}  // namespace set_estimate_test
 }  // namespace palpate::test

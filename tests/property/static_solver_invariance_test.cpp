@@ -4,7 +4,7 @@
 #include "tests/support/static_solver_fixture.hpp"
 
 namespace palpate::static_solver_fixture {
-namespace {
+namespace static_solver_invariance_test {
 
 using test::rotation_about;
 
@@ -116,5 +116,5 @@ TEST(StaticSolverProperty, TinyPushesConverge) {
   }
 }
 
-}  // namespace
+}  // namespace static_solver_invariance_test
 }  // namespace palpate::static_solver_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/static_solver_fixture.hpp"
 
 namespace palpate::static_solver_fixture {
-namespace {
+namespace static_solver_test {
 
 // The load case between rest and `to` at a fraction of a ramp.
 LoadCase part_of(const LoadCase& to, double factor) {
@@ -352,5 +352,5 @@ TEST(StaticSolverProperty, AfterForgettingNothingIsRemembered) {
   EXPECT_EQ(report.factorizations, first.factorizations);
 }
 
-}  // namespace
+}  // namespace static_solver_test
 }  // namespace palpate::static_solver_fixture

@@ -10,7 +10,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace step_loads_test {
 
 struct Resultant {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
@@ -105,5 +105,5 @@ TEST(StepLoads, AmplitudesCountFromTheStepOrFromTheBegin) {
   EXPECT_EQ(loads.at(1.0).force.segment<3>(15), Eigen::Vector3d(1.5, 4.0, 2.0 * 5.0 + 4.0));
 }
 
-}  // namespace
+}  // namespace step_loads_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/surface_bvh_fixture.hpp"
 
 namespace palpate::test::surface_bvh_fixture {
-namespace {
+namespace surface_bvh_degenerate_test {
 
 TEST(SurfaceBvh, ASiteAloneIsAPrimitive) {
   const TouchableSurface& surface = single_sites();
@@ -183,5 +183,5 @@ TEST(SurfaceBvh, TreeIsNeverTooDeep) {
   }
 }
 
-}  // namespace
+}  // namespace surface_bvh_degenerate_test
 }  // namespace palpate::test::surface_bvh_fixture

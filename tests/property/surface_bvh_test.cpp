@@ -5,7 +5,7 @@
 #include "tests/support/surface_bvh_fixture.hpp"
 
 namespace palpate::test::surface_bvh_fixture {
-namespace {
+namespace surface_bvh_test {
 
 // The top of a block, with a boundary.
 const TouchableSurface& block_top() {
@@ -226,5 +226,5 @@ TEST(SurfaceBvh, SameSurfaceSameBytes) {
   EXPECT_EQ(again.bvh.site_normals, block().bvh.site_normals);
 }
 
-}  // namespace
+}  // namespace surface_bvh_test
 }  // namespace palpate::test::surface_bvh_fixture

@@ -8,7 +8,7 @@
 #include "tests/support/tool_session.hpp"
 
 namespace palpate::test {
-namespace {
+namespace surface_normals_test {
 
 constexpr double kFloat = 1e-5;  // a few float32 roundings of numbers near 1
 
@@ -121,5 +121,5 @@ TEST_F(SurfaceNormals, StayFiniteWhateverTheDisplacements) {
   EXPECT_TRUE(all_finite(normals(flat)));
 }
 
-}  // namespace
+}  // namespace surface_normals_test
 }  // namespace palpate::test

@@ -11,7 +11,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace surface_pressure_test {
 
 // Every outer face of `model`, or only the faces in the plane z = top.
 FacePressures on_outer_faces(const Model& model, double pressure, double top = -1) {
@@ -241,5 +241,5 @@ TEST(SurfacePressureSolve, AnIndefiniteSymmetricPartDoesNotStopIt) {
 INSTANTIATE_TEST_SUITE_P(Faces, SurfacePressure, ::testing::Bool(),
                          [](const auto& kind) { return kind.param ? "SixNodes" : "ThreeNodes"; });
 
-}  // namespace
+}  // namespace surface_pressure_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/static_solver_fixture.hpp"
 
 namespace palpate::static_solver_fixture {
-namespace {
+namespace tangent_response_test {
 
 TEST(StaticSolverProperty, TangentResponseIsTheDerivativeOfTheSolution) {
   const Model model = organ();
@@ -118,5 +118,5 @@ TEST(StaticSolverProperty, TangentResponseOfAnIllConditionedModelConverges) {
   EXPECT_LE(unbalanced, 1e-12 * force.norm());
 }
 
-}  // namespace
+}  // namespace tangent_response_test
 }  // namespace palpate::static_solver_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/tools_fixture.hpp"
 
 namespace palpate::test::tools_fixture {
-namespace {
+namespace tool_force_test {
 
 constexpr double kFrame = 0.001;
 
@@ -242,5 +242,5 @@ TEST_F(ToolForce, LimitsThatAreNoneAreRefused) {
   EXPECT_EQ(pal_session_required_bytes(pack_.get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
 }
 
-}  // namespace
+}  // namespace tool_force_test
 }  // namespace palpate::test::tools_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/tools_fixture.hpp"
 
 namespace palpate::test::tools_fixture {
-namespace {
+namespace tools_test {
 
 TEST_F(Tools, HeldAtTheOriginThePositionIsTheDisplacement) {
   const Eigen::Vector3d d(0.01, -0.02, -0.03);
@@ -257,5 +257,5 @@ TEST_F(Tools, ResultsMayBeWiderThanOurs) {
   EXPECT_EQ(pal_haptic_frame(tools_.get(), &input, nullptr), PAL_STATUS_OK);
 }
 
-}  // namespace
+}  // namespace tools_test
 }  // namespace palpate::test::tools_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/tools_fixture.hpp"
 
 namespace palpate::test::tools_fixture {
-namespace {
+namespace touch_test {
 
 // ---- Touch
 
@@ -138,5 +138,5 @@ TEST_F(Touch, FindsSurfacePointsInTheOrgansFrame) {
   EXPECT_EQ(pal_pack_find_surface_point(pack_.get(), far.data(), &point), PAL_STATUS_BAD_ARGUMENT);
 }
 
-}  // namespace
+}  // namespace touch_test
 }  // namespace palpate::test::tools_fixture

@@ -11,7 +11,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_crush_test {
 
 constexpr CompressibleNeoHookean kStiffInVolume = {1.0, 9.0};
 
@@ -260,5 +260,5 @@ TEST(ZoneCrush, RestartsFromRestWithoutAPath) {
   EXPECT_LE(worst_force_error(found, settle(another, pressed_by(0.01))), 1e-6);
 }
 
-}  // namespace
+}  // namespace zone_crush_test
 }  // namespace palpate::test

@@ -14,7 +14,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_exterior_test {
 
 struct Outside {
   double left_out = 0;  // |q - its series|
@@ -141,5 +141,5 @@ TEST_F(LinearExterior, AddsNothing) {
   for (const auto& fields : tables(5).exterior) EXPECT_TRUE(fields.isZero(0));
 }
 
-}  // namespace
+}  // namespace zone_exterior_test
 }  // namespace palpate::test

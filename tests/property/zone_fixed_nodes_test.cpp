@@ -7,7 +7,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_fixed_nodes_test {
 
 using Eigen::Vector3d;
 
@@ -169,5 +169,5 @@ TEST(ZoneFixedNodes, AreLinearWhereTheyAreMany) {
   EXPECT_EQ(session.touch({contact})[0].model, PAL_MODEL_ZONE);
 }
 
-}  // namespace
+}  // namespace zone_fixed_nodes_test
 }  // namespace palpate::test

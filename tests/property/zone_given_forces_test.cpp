@@ -11,7 +11,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_given_forces_test {
 
 constexpr double kNotRead = 77;  // fills the entries that the runtime must not read
 
@@ -154,5 +154,5 @@ TEST(GivenForcesOfAZone, BeyondWhatItBearsAreFiniteAndFlagged) {
   EXPECT_LE(vector(result.displacement).norm(), 1e-3 * kMaxDisplacement);
 }
 
-}  // namespace
+}  // namespace zone_given_forces_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/nonlinear_zone_fixture.hpp"
 
 namespace palpate::test::nonlinear_zone_fixture {
-namespace {
+namespace zone_linearity_test {
 
 // To first order every zone equals linear_dd, because the exterior is exact.
 TEST(NonlinearZone, IsLinearForSmallDisplacements) {
@@ -102,5 +102,5 @@ TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
   }
 }
 
-}  // namespace
+}  // namespace zone_linearity_test
 }  // namespace palpate::test::nonlinear_zone_fixture

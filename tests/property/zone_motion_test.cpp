@@ -17,7 +17,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_motion_test {
 
 constexpr double kReach = 0.1;
 constexpr double kTurn = 0.01;  // radians a frame
@@ -352,5 +352,5 @@ TEST(ZoneMotion, ANewZoneIsFeltOnceConverged) {
   EXPECT_LE(jump, 0.25 * peak);
 }
 
-}  // namespace
+}  // namespace zone_motion_test
 }  // namespace palpate::test

@@ -9,7 +9,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_neighbours_test {
 
 // A new contact finds the organ deformed by the contacts before and after it in the list.
 TEST(ZoneNeighbours, NewContactsFeelPresentContacts) {
@@ -178,5 +178,5 @@ TEST(ZoneNeighbours, ThreeContactsCountNothingTwice) {
   }
 }
 
-}  // namespace
+}  // namespace zone_neighbours_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/zone_place_fixture.hpp"
 
 namespace palpate::test::zone_place_fixture {
-namespace {
+namespace zone_place_neighbours_test {
 
 // Two contacts that share a zone are near the blend of zone responses at all corners of both.
 TEST_P(ZonePlaces, ContactsThatShareAZoneAreNearTheBlend) {
@@ -152,5 +152,5 @@ TEST(ZonePlacesApart, AreEachBetweenTheirSites) {
   EXPECT_LE((force_of(results[1]) - others).norm(), 0.3 * (force_of(at_nearest[1]) - others).norm());
 }
 
-}  // namespace
+}  // namespace zone_place_neighbours_test
 }  // namespace palpate::test::zone_place_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/zone_place_fixture.hpp"
 
 namespace palpate::test::zone_place_fixture {
-namespace {
+namespace zone_place_test {
 
 INSTANTIATE_TEST_SUITE_P(MovedBy, ZonePlaces, testing::Bool(),
                          [](const auto& is) { return is.param ? "Polynomials" : "Linear"; });
@@ -173,5 +173,5 @@ TEST_P(ZonePlaces, GivenForcesAreBorneByOneIterationAFrame) {
   EXPECT_LT(frames, 60);
 }
 
-}  // namespace
+}  // namespace zone_place_test
 }  // namespace palpate::test::zone_place_fixture

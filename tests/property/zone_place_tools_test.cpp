@@ -4,7 +4,7 @@
 #include "tests/support/zone_place_fixture.hpp"
 
 namespace palpate::test::zone_place_fixture {
-namespace {
+namespace zone_place_tools_test {
 
 // Tools that hold two points between sites. The transferred bases of their zone are prepared in slices.
 class ZonePlacesOfTools : public ZonePlaces {
@@ -91,5 +91,5 @@ TEST_P(ZonePlacesOfTools, SumToTheStiffnessOfTheTool) {
   }
 }
 
-}  // namespace
+}  // namespace zone_place_tools_test
 }  // namespace palpate::test::zone_place_fixture

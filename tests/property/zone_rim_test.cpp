@@ -11,7 +11,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_rim_test {
 
 const std::vector<Law>& laws() {
   static const std::vector<Law> kLaws = {CompressibleNeoHookean{1.0, 4.0},
@@ -227,5 +227,5 @@ TEST(ZoneRim, TornBeyondAllBoundsIsLimited) {
   for (const pal_contact_result& result : rest) EXPECT_LE(Eigen::Vector3d(result.force).norm(), 1e-6);
 }
 
-}  // namespace
+}  // namespace zone_rim_test
 }  // namespace palpate::test

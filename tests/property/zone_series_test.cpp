@@ -10,7 +10,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_series_test {
 
 constexpr double kReach = 0.25;
 
@@ -134,5 +134,5 @@ TEST(ZoneSeries, StiffnessKnowsWhatLoadsBringAlong) {
   EXPECT_LE(beyond, 9);
 }
 
-}  // namespace
+}  // namespace zone_series_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/nonlinear_zone_fixture.hpp"
 
 namespace palpate::test::nonlinear_zone_fixture {
-namespace {
+namespace zone_sessions_test {
 
 // A block with only its surface packed, planned for two contacts up to one edge.
 ZoneTables planned(const Law& law, double accuracy_target, TouchedBlock block = touched_block(4, 0.1)) {
@@ -242,5 +242,5 @@ TEST(NonlinearZone, IsPreparedWithinABudget) {
   }
 }
 
-}  // namespace
+}  // namespace zone_sessions_test
 }  // namespace palpate::test::nonlinear_zone_fixture

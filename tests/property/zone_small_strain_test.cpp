@@ -9,7 +9,7 @@
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
-namespace {
+namespace zone_small_strain_test {
 
 using Eigen::Vector3d;
 
@@ -79,5 +79,5 @@ TEST(ZoneSmallStrain, IsTheFullSolveWhateverIsOutside) {
   }
 }
 
-}  // namespace
+}  // namespace zone_small_strain_test
 }  // namespace palpate::test

@@ -4,7 +4,7 @@
 #include "tests/support/nonlinear_zone_fixture.hpp"
 
 namespace palpate::test::nonlinear_zone_fixture {
-namespace {
+namespace zone_stiffness_test {
 
 // `skew`: tolerance for the antisymmetric part of the derivative.
 void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
@@ -122,5 +122,5 @@ TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
   }
 }
 
-}  // namespace
+}  // namespace zone_stiffness_test
 }  // namespace palpate::test::nonlinear_zone_fixture

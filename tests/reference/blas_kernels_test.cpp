@@ -5,7 +5,7 @@
 #include "tests/support/shell_command.hpp"
 
 namespace palpate::test {
-namespace {
+namespace blas_kernels_test {
 
 #if defined(__x86_64__)
 
@@ -26,5 +26,5 @@ TEST(BlasKernels, FollowTheUsersChoice) {
 
 #endif
 
-}  // namespace
+}  // namespace blas_kernels_test
 }  // namespace palpate::test

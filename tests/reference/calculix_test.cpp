@@ -18,7 +18,7 @@
 #include "tests/support/shell_command.hpp"
 
 namespace palpate::test {
-namespace {
+namespace calculix_test {
 
 constexpr double kAgreement = 5e-6;  // over the largest displacement: rounding of the seventh digit
 
@@ -189,5 +189,5 @@ INSTANTIATE_TEST_SUITE_P(
         SharedCase{"Released", "*HYPERELASTIC, NEO HOOKE\n0.5, 0.5\n", true, false, Loads::released}),
     [](const auto& one) { return std::string(one.param.name); });
 
-}  // namespace
+}  // namespace calculix_test
 }  // namespace palpate::test

@@ -16,7 +16,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace cholesky_test {
 
 using test::TestRandom;
 
@@ -361,5 +361,5 @@ TEST(CholeskyReference, CountsTheFactorsNonzeros) {
   EXPECT_GT(larger.factor_operations(), larger.factor_nonzeros());
 }
 
-}  // namespace
+}  // namespace cholesky_test
 }  // namespace palpate

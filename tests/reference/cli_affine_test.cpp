@@ -9,7 +9,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_affine_test {
 
 std::string whole_top(double max_displacement, double target) {
   return fmt::format(
@@ -136,5 +136,5 @@ TEST(Affine, ForOneContactThatIsMoved) {
   EXPECT_NE(refusal({"--contact", "22=0,0,0.01", "--fix", "23"}).find("--fix"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace cli_affine_test
 }  // namespace palpate::test

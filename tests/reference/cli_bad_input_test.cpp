@@ -5,7 +5,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_bad_input_test {
 
 class BadScene : public ::testing::Test {
  protected:
@@ -160,5 +160,5 @@ TEST(CommandLine, OutputThatDoesNotArriveIsAFailure) {
   EXPECT_EQ(run_cleanly({"eval", pack, "-o", "/dev/stdout"}).out.substr(0, 5), "node,");
 }
 
-}  // namespace
+}  // namespace cli_bad_input_test
 }  // namespace palpate::test

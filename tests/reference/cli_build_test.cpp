@@ -13,7 +13,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_build_test {
 
 TEST(Build, MakesAPackThatOpensAndSaysWhatItTakesFirst) {
   const SceneFiles files;
@@ -218,5 +218,5 @@ TEST(Build, ForcesThatNoPackHoldsAreSaidAsSuch) {
   EXPECT_FALSE(std::filesystem::exists(files.pack));
 }
 
-}  // namespace
+}  // namespace cli_build_test
 }  // namespace palpate::test

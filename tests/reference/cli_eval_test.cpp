@@ -4,7 +4,7 @@
 #include "tests/support/cli_eval_fixture.hpp"
 
 namespace palpate::test::cli_eval_fixture {
-namespace {
+namespace cli_eval_test {
 
 TEST_F(Eval, JsonIsAsTheContractSays) {
   const nlohmann::json json = answer({"--contact", "23=0.001,0,-0.02"});
@@ -236,5 +236,5 @@ TEST_F(Eval, ReferenceOfAnotherPushIsRefused) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace cli_eval_test
 }  // namespace palpate::test::cli_eval_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/cli_eval_fixture.hpp"
 
 namespace palpate::test::cli_eval_fixture {
-namespace {
+namespace cli_eval_truth_test {
 
 // The middle node of the top is a corner of four triangles, each half a cell, and bears a third of each.
 TEST(EvalPressure, IsTheForceIntoTheSurfaceOverItsArea) {
@@ -135,5 +135,5 @@ TEST(EvalLabels, AreThoseOfTheModelHoweverSparse) {
   EXPECT_LT(distance(force(sparse, "5000=0,0,-0.02"), expected), 1e-9 * distance(expected, {}));
 }
 
-}  // namespace
+}  // namespace cli_eval_truth_test
 }  // namespace palpate::test::cli_eval_fixture

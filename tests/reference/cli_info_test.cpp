@@ -13,7 +13,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_info_test {
 
 class BuiltPack : public ::testing::Test {
  protected:
@@ -124,5 +124,5 @@ TEST_F(BuiltPack, PictureIsAPng) {
   EXPECT_EQ(json["contacts"].size(), 0u);
 }
 
-}  // namespace
+}  // namespace cli_info_test
 }  // namespace palpate::test

@@ -13,7 +13,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_interrupted_build_test {
 
 // A build killed at any moment resumes and makes the same bytes.
 TEST(Build, GoesOnAfterItWasKilled) {
@@ -142,5 +142,5 @@ TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {
   EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.toml"}));
 }
 
-}  // namespace
+}  // namespace cli_interrupted_build_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/principal_stretch_laws.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_pressure_test {
 
 // NEO HOOKE with mu = 1.
 constexpr double kPoisson = 0.499;
@@ -195,5 +195,5 @@ TEST_P(SharedVolumesUnderLoad, AColumnSinksUnderItsWeight) {
   EXPECT_NEAR(force_.dot(displacement_), work, 0.01 * work);
 }
 
-}  // namespace
+}  // namespace cli_pressure_test
 }  // namespace palpate::test

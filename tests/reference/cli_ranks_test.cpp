@@ -8,7 +8,7 @@
 #include "tests/support/shell_command.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_ranks_test {
 
 const std::string kTop =
     "[contact]\nsites = [19, 20, 21, 22, 23, 24, 25, 26, 27]\nmax_displacement = 0.02\ntip_radius = 0.13\n"
@@ -96,5 +96,5 @@ TEST_F(RankBuild, EndsAllWhenOneFails) {
   EXPECT_EQ(failed.output.find("block.toml:3:", said + 1), std::string::npos) << failed.output;
 }
 
-}  // namespace
+}  // namespace cli_ranks_test
 }  // namespace palpate::test

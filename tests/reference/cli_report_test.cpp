@@ -11,7 +11,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_report_test {
 
 ProgramRun report(const std::filesystem::path& organ, const std::filesystem::path& folder,
                   const std::vector<std::string>& more = {}) {
@@ -252,5 +252,5 @@ TEST(Report, NamesMissingPrograms) {
   EXPECT_NE(refusal.find("gnuplot-nox"), std::string::npos) << refusal;
 }
 
-}  // namespace
+}  // namespace cli_report_test
 }  // namespace palpate::test

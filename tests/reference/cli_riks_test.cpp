@@ -11,7 +11,7 @@
 #include "tests/support/run_program.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_riks_test {
 
 // St. Venant-Kirchhoff, mu = lambda = 1. A force -F along z pushes the fourth corner of a tetrahedron, which
 // only moves along z. With the stretch s = 1 + u, F = 3 s (s^2 - 1) / 2 / 6, with its minimum at s = 1 /
@@ -316,5 +316,5 @@ TEST_F(SolveRiks, ConjugateGradientsAreRefused) {
   EXPECT_NE(run.error.find("model.inp:19: *STATIC, RIKS needs a factor"), std::string::npos) << run.error;
 }
 
-}  // namespace
+}  // namespace cli_riks_test
 }  // namespace palpate::test

@@ -10,7 +10,7 @@
 #include "tests/support/run_program.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_solve_test {
 
 const std::string kCylinder = PALPATE_SOURCE_DIR "/models/cylinder/cylinder.inp";
 const std::string kCylinderPush = PALPATE_SOURCE_DIR "/models/cylinder/cylinder_push.inp";
@@ -306,5 +306,5 @@ TEST_F(Solve, ModelWithoutAStepIsRefused) {
   EXPECT_NE(refusal_of({"solve", kCylinder, "-o", folder().string()}).find("no *STEP"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace cli_solve_test
 }  // namespace palpate::test

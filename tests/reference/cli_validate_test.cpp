@@ -7,7 +7,7 @@
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
-namespace {
+namespace cli_validate_test {
 
 ProgramRun validate(const std::filesystem::path& pack, const std::string& samples, const std::string& seed) {
   return run_program({"validate", pack.string(), "--samples", samples, "--seed", seed, "--json"});
@@ -124,5 +124,5 @@ TEST(Validate, APackWithoutItsInputsIsRefused) {
   EXPECT_NE(escaped.error.find("does not carry the files"), std::string::npos) << escaped.error;
 }
 
-}  // namespace
+}  // namespace cli_validate_test
 }  // namespace palpate::test

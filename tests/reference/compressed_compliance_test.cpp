@@ -13,7 +13,7 @@
 #include "tests/support/compressed_pack.hpp"
 
 namespace palpate::test {
-namespace {
+namespace compressed_compliance_test {
 
 // Displacements of the packed nodes for a unit force along an axis at a contact node.
 Eigen::VectorXd column_of(const CompressedCompliance& compressed, size_t contact, Eigen::Index axis) {
@@ -226,5 +226,5 @@ TEST(SpreadSites, AreFarApartAndTheSameEachTime) {
             surface.block.sites.sites.size());
 }
 
-}  // namespace
+}  // namespace compressed_compliance_test
 }  // namespace palpate::test

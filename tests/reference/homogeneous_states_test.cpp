@@ -16,7 +16,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace homogeneous_states_test {
 
 using test::nodes_on_plane;
 using test::PrincipalStretchLaw;
@@ -179,5 +179,5 @@ TEST_P(HomogeneousState, ConstantStrainOfAPatch) {
                current * law().stresses(stretches).asDiagonal() * reference.transpose());
 }
 
-}  // namespace
+}  // namespace homogeneous_states_test
 }  // namespace palpate

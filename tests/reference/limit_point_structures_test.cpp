@@ -4,7 +4,7 @@
 #include "tests/support/limit_points_fixture.hpp"
 
 namespace palpate::limit_points_fixture {
-namespace {
+namespace limit_point_structures_test {
 
 using test::Arch;
 using test::ArchRod;
@@ -112,5 +112,5 @@ TEST_P(LimitPointsBy, AThinStripBucklesAsTheElastica) {
   EXPECT_NEAR(1 / slope, kEuler, 0.01 * kEuler);
 }
 
-}  // namespace
+}  // namespace limit_point_structures_test
 }  // namespace palpate::limit_points_fixture

@@ -5,7 +5,7 @@
 #include "tests/support/limit_points_fixture.hpp"
 
 namespace palpate::limit_points_fixture {
-namespace {
+namespace limit_points_test {
 
 using test::Truss;
 
@@ -315,5 +315,5 @@ TEST(LimitPoints, AtGivenLoadsASolveStopsAtTheLimitLoad) {
   EXPECT_GT(-u[scene.dof()], 2 * truss.rise) << "else this test shows nothing: there is another equilibrium";
 }
 
-}  // namespace
+}  // namespace limit_points_test
 }  // namespace palpate::limit_points_fixture

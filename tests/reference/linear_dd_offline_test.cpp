@@ -12,7 +12,7 @@
 #include "tests/support/touched_block.hpp"
 
 namespace palpate {
-namespace {
+namespace linear_dd_offline_test {
 
 using test::touched_block;
 using test::TouchedBlock;
@@ -126,5 +126,5 @@ TEST(LinearDdOfflineRefusal, ABodyThatFloatsIsRefused) {
   EXPECT_THROW(compute_linear_dd(assembly, block.sites), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace linear_dd_offline_test
 }  // namespace palpate

@@ -14,7 +14,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace paper_cylinder_test {
 
 using test::equation_11;
 using test::kPaperHeight;
@@ -111,5 +111,5 @@ TEST(PaperCylinder, LinearToSixPercentAtEighteenPercentOfTheHeight) {
   EXPECT_NEAR(z[2] / -37.3 * -kTiny / z[0] - 1, -0.061, 0.003);
 }
 
-}  // namespace
+}  // namespace paper_cylinder_test
 }  // namespace palpate

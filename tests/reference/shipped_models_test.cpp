@@ -8,7 +8,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace shipped_models_test {
 
 const std::filesystem::path kBrain = std::filesystem::path(PALPATE_SOURCE_DIR) / "models" / "brain";
 
@@ -65,5 +65,5 @@ TEST(ShippedCylinder, SolvesItsPush) {
   EXPECT_TRUE(summary["steps"][0]["converged"].get<bool>());
 }
 
-}  // namespace
+}  // namespace shipped_models_test
 }  // namespace palpate::test

@@ -13,7 +13,7 @@
 #include "tests/support/locking_scenes.hpp"
 
 namespace palpate {
-namespace {
+namespace solver_scenes_test {
 
 using test::Beam;
 using test::ElasticaTip;
@@ -306,5 +306,5 @@ TEST(SolverScenes, SharedVolumesDoNotLock) {
   EXPECT_NEAR(solved(test::bonded_block(8, Elements::c3d4_mean_dilatation, 0.3, true), test::plate_force),
               apart, 0.01 * apart);
 }
-}  // namespace
+}  // namespace solver_scenes_test
 }  // namespace palpate

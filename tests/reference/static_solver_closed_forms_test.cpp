@@ -10,7 +10,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace static_solver_closed_forms_test {
 
 using test::affine_displacement;
 using test::BlockShape;
@@ -289,5 +289,5 @@ TEST(StaticSolverClosedForm, AnInvertedRootIsNotTaken) {
   EXPECT_NEAR(u[11], s - 1, kClosedForm);
 }
 
-}  // namespace
+}  // namespace static_solver_closed_forms_test
 }  // namespace palpate

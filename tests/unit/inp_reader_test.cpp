@@ -4,7 +4,7 @@
 #include "tests/support/inp_reader_fixture.hpp"
 
 namespace palpate::inp_reader_fixture {
-namespace {
+namespace inp_reader_test {
 
 TEST_F(InpReader, ReadsABody) {
   const Model model = read("*HEADING\nTwo tetrahedra\nmade by hand\n" + kBody);
@@ -89,7 +89,7 @@ TEST_F(InpReader, TakesAbaqusSpelling) {
 
 // A model of a stranger names /etc/passwd, a file beside its folder, or a link in its folder.
 TEST_F(InpReader, IncludesStayBelowTheModelsFolder) {
-  const TempDir outside;
+  const test::TempDir outside;
   const std::filesystem::path secret = outside.write("secret.inc", "3, 0, 1, 0\n");
   std::filesystem::create_symlink(secret, dir_.path() / "link.inc");
   for (const std::string& name :
@@ -296,5 +296,5 @@ TEST_F(InpReader, SurvivesChangedBytes) {
   EXPECT_LT(refused, kRounds);
 }
 
-}  // namespace
+}  // namespace inp_reader_test
 }  // namespace palpate::inp_reader_fixture

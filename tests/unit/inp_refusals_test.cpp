@@ -4,7 +4,7 @@
 #include "tests/support/inp_refusals_fixture.hpp"
 
 namespace palpate::inp_refusals_fixture {
-namespace {
+namespace inp_refusals_test {
 
 struct BadLine {
   int line;
@@ -254,5 +254,5 @@ TEST_F(InpRefusals, MeanDilatationIsOfFourNodes) {
                 "TYPE=C3D10H and leave MEAN DILATATION out");
 }
 
-}  // namespace
+}  // namespace inp_refusals_test
 }  // namespace palpate::inp_refusals_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/inp_refusals_fixture.hpp"
 
 namespace palpate::inp_refusals_fixture {
-namespace {
+namespace inp_step_refusals_test {
 
 using test::kBody;
 using test::kEnd;
@@ -158,5 +158,5 @@ TEST_F(InpRefusals, RefusesALoadOnANodeWithoutElements) {
             "organ.inp:22: *CLOAD acts on node 9, which belongs to no element; load another");
 }
 
-}  // namespace
+}  // namespace inp_step_refusals_test
 }  // namespace palpate::inp_refusals_fixture

@@ -4,7 +4,7 @@
 #include "tests/support/inp_reader_fixture.hpp"
 
 namespace palpate::inp_reader_fixture {
-namespace {
+namespace inp_steps_test {
 
 TEST_F(InpReader, StepsCarryOver) {
   const Model model = read(kBody +
@@ -211,5 +211,5 @@ TEST_F(InpReader, HoldsCountWhenEveryStepMakesThem) {
             "organ.inp: the part with node 1 can still move along x; hold more of it with *BOUNDARY");
 }
 
-}  // namespace
+}  // namespace inp_steps_test
 }  // namespace palpate::inp_reader_fixture

@@ -13,7 +13,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace links_test {
 
 namespace fs = std::filesystem;
 
@@ -150,5 +150,5 @@ TEST(Links, BrokenOnesAreSeen) {
                                       name + ":3: other.md#no-heading", name + ":3: none.png"}));
 }
 
-}  // namespace
+}  // namespace links_test
 }  // namespace palpate::test

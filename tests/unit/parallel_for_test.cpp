@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace palpate {
-namespace {
+namespace parallel_for_test {
 
 constexpr int kThreads = 4;
 
@@ -71,5 +71,5 @@ TEST(ParallelFor, LoopsOfSeveralThreadsDoNotMix) {
   }
 }
 
-}  // namespace
+}  // namespace parallel_for_test
 }  // namespace palpate

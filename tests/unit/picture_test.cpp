@@ -18,7 +18,7 @@
 #include "offline/output/shading_normals.hpp"
 
 namespace palpate {
-namespace {
+namespace picture_test {
 
 // A ball of radius 50 about `centre`, pushed 9 down at its top.
 PictureInput dented_ball(const Eigen::Vector3d& centre) {
@@ -296,5 +296,5 @@ TEST(Renderer, NearHidesFar) {
   }
 }
 
-}  // namespace
+}  // namespace picture_test
 }  // namespace palpate

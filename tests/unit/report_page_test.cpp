@@ -14,7 +14,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
-namespace {
+namespace report_page_test {
 
 TEST(ReportPage, TheFrontIsUnbeatenInTimeAndError) {
   // (time, error). The second point is slower and worse than the first. The last is as slow as the third and
@@ -205,5 +205,5 @@ TEST(ReportPage, CsvHasACellForEachHeading) {
   }
 }
 
-}  // namespace
+}  // namespace report_page_test
 }  // namespace palpate::test

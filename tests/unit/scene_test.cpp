@@ -9,7 +9,7 @@
 #include "tests/support/temp_dir.hpp"
 
 namespace palpate {
-namespace {
+namespace scene_test {
 
 // A cube of six tetrahedra. Node 90 belongs to no element, so it is off the surface.
 const std::string kModel =
@@ -381,5 +381,5 @@ TEST_F(SceneFile, SurvivesChangedBytes) {
   EXPECT_GT(refused, kRounds / 2);
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace palpate

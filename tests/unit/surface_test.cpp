@@ -8,7 +8,7 @@
 #include <cmath>
 
 namespace palpate {
-namespace {
+namespace surface_test {
 
 Model model_of(const std::vector<Eigen::Vector3d>& positions,
                const std::vector<std::array<int, 4>>& elements) {
@@ -155,5 +155,5 @@ TEST(OutwardNormals, PointAwayFromTheBody) {
   EXPECT_NEAR(normals[0].dot(Eigen::Vector3d(-1, -1, -1).normalized()), 1, 1e-14);
 }
 
-}  // namespace
+}  // namespace surface_test
 }  // namespace palpate

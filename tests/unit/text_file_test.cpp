@@ -10,7 +10,7 @@
 #include <string>
 
 namespace palpate {
-namespace {
+namespace text_file_test {
 
 class TextFile : public ::testing::Test {
  protected:
@@ -41,5 +41,5 @@ TEST_F(TextFile, ReadsUpToTheLimitAndNoFurther) {
   EXPECT_NE(read_text_file(folder_ / "ten", content_, 9).find("larger than 9 bytes"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace text_file_test
 }  // namespace palpate

@@ -14,7 +14,7 @@
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
-namespace {
+namespace volume_patches_test {
 
 using test::BlockShape;
 using test::tetrahedral_block;
@@ -104,5 +104,5 @@ TEST(VolumePatches, AreTheSameEachTime) {
   EXPECT_EQ(patches_of(once), patches_of(again));
 }
 
-}  // namespace
+}  // namespace volume_patches_test
 }  // namespace palpate

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 namespace palpate {
-namespace {
+namespace vtu_writer_test {
 
 std::filesystem::path scratch(const std::string& name) {
   return std::filesystem::path(testing::TempDir()) / name;
@@ -158,5 +158,5 @@ TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace vtu_writer_test
 }  // namespace palpate
