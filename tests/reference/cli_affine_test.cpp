@@ -131,7 +131,7 @@ TEST(Affine, ForOneContactThatIsMoved) {
     EXPECT_NE(run.exit_code, 0);
     return run.error;
   };
-  EXPECT_NE(refusal({"--contact", "22=0,0,0.01", "--contact", "23=0,0,0.01"}).find("one contact"),
+  EXPECT_NE(refusal({"--contact", "22=0,0,0.01", "--contact", "23=0,0,0.01"}).find("one displaced contact"),
             std::string::npos);
   EXPECT_NE(refusal({"--contact", "22=0,0,0.01", "--fix", "23"}).find("--fix"), std::string::npos);
 }
