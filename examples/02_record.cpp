@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   if (pack.get_site_node(0, node) != PAL_STATUS_OK) return 1;
   const double scale = pack.info().metres_per_length_unit;
   double site[3];
-  for (int i = 0; i < 3; ++i) site[i] = scale * geometry.positions[3 * node + i];
+  for (uint32_t i = 0; i < 3; ++i) site[i] = scale * geometry.positions[3 * node + i];
   pal_surface_point surface;
   if (pack.find_surface_point(site, surface) != PAL_STATUS_OK) return 1;
 

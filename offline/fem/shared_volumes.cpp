@@ -40,7 +40,7 @@ SharedVolumes::SharedVolumes(const Model& model) : model_(&model), patch_of_(mod
       volume += element.num_nodes == 4 ? volume_of<4>(model, element) : volume_of<10>(model, element);
     }
     std::ranges::sort(nodes);
-    nodes_.insert(nodes_.end(), nodes.begin(), std::ranges::unique(nodes).begin());
+    nodes_.insert(nodes_.end(), nodes.begin(), std::unique(nodes.begin(), nodes.end()));
     elements_.insert(elements_.end(), elements.begin(), elements.end());
     element_starts_.push_back(elements_.size());
     node_starts_.push_back(nodes_.size());

@@ -142,7 +142,7 @@ class PairResponses {
         std::vector<int> elements;
         std::set_difference(of_other->begin(), of_other->end(), of_own->begin(), of_own->end(),
                             std::back_inserter(elements));
-        with_elements(elements, [&](const Assembly& of_elements) {
+        with_elements(elements, [&, own = own](const Assembly& of_elements) {
           const ForceDerivatives inside = derivatives(of_elements, own, is_third);
           forces.middleCols<kQuadratic>(quadratic) = -own_second(inside, responses_[own]);
           if (is_third) forces.middleCols<kCubic>(cubic) = -own_third(inside, responses_[own]);
@@ -271,7 +271,7 @@ class PairResponses {
           for (int axis = 0; axis < 3; ++axis) column(quadratic_of(a, b), axis) += n2.col(both(b, axis));
         }
       }
-      for_each_quadratic([&](int a, int b, Eigen::Index m) {
+      for_each_quadratic([&, &twice = twice, other = other](int a, int b, Eigen::Index m) {
         const Eigen::MatrixXd n3 = twice.third(a, b, responses_[other].first);
         for (int axis = 0; axis < 3; ++axis) column(m, axis) += (a == b ? 0.5 : 1.0) * n3.col(axis);
       });

@@ -34,7 +34,7 @@ void combine_polynomial_basis(const pal_pack& pack, const PolynomialFieldState& 
   pal_real monomials[kMostMonomials];
   const pal_real* at = state.x;
   pack::evaluate_monomials(at, site.degree, monomials);
-  const double x[3] = {at[0], at[1], at[2]};
+  const double x[3] = {static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])};
   const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   const double metres = pack.metres * static_cast<double>(state.weight);
   for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] = static_cast<pal_real>(metres * x[axis]);

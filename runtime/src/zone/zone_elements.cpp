@@ -520,7 +520,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
         const pack::ZoneMaterial& material = *batch.materials[lane];
         // Small strains know no inversion.
         if (material.law != pack::ZoneLaw::linear_elastic && !(J >= strain.smallest_jacobian))
-          strain.smallest_jacobian = isfinite(J) ? J : -double{INFINITY};
+          strain.smallest_jacobian = isfinite(J) ? J : -static_cast<double>(INFINITY);
         if (batch.patches[lane] != pack::kNoPatch) {
           const double measure = volume_measure(material, kinematics.I1[lane], J);
           strain.energy -= point.volume[lane] * volume_term(material, measure).energy;
@@ -645,7 +645,7 @@ template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, co
                                    ZoneBatch<10>&);
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
-  ZoneStrain strain = {share_volumes(batches, displacement), double{INFINITY}};
+  ZoneStrain strain = {share_volumes(batches, displacement), static_cast<double>(INFINITY)};
   add_forces_of(batches.linear, batches.num_linear, batches.patches, displacement, strain, forces);
   add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, strain, forces);
   return strain;
