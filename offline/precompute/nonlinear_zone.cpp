@@ -324,7 +324,7 @@ double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {
   return 9 * sizeof(double) * 0.5 * (free * (free + 1) - contacts * (contacts + 1)) + of_sites + of_nodes +
          pairs * of_pair * all_panels * pack::kPanelRows +
          zone.rings * pairs * pack::num_pair_monomials(static_cast<std::uint32_t>(zone.pair_degree)) *
-             (2 * pack::kPairColumns + of_pair) * sizeof(float);
+             (2 * pack::kPairColumns + static_cast<std::uint32_t>(of_pair)) * sizeof(float);
 }
 
 }  // namespace palpate

@@ -119,7 +119,7 @@ PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request
   auto number = push->numbers.begin();
   each_number([&](double& to) { to = *number++; });
   auto field = push->fields.begin();
-  each_field([&](double& to) { to = *field++; });
+  each_field([&](double& to) { to = static_cast<double>(*field++); });
   return push->outcome;
 }
 
