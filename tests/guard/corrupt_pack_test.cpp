@@ -173,7 +173,7 @@ TEST(CorruptPack, HeaderThatLiesAboutTheTables) {
   EXPECT_EQ(tables(~uint64_t{0}, header.tables_bytes), PAL_STATUS_CORRUPT_TABLES);
   EXPECT_EQ(tables(64, ~uint64_t{0}), PAL_STATUS_CORRUPT_TABLES);
   EXPECT_EQ(tables(64, header.file_bytes), PAL_STATUS_CORRUPT_TABLES);
-  for (const uint64_t bytes : {0, 1, 4, 8, 15, 16, 17})
+  for (const uint64_t bytes : {0u, 1u, 4u, 8u, 15u, 16u, 17u})
     EXPECT_EQ(tables(64, bytes), PAL_STATUS_CORRUPT_TABLES);
   // Tables that overlap the segments.
   EXPECT_EQ(tables(64, header.file_bytes - 64), PAL_STATUS_CORRUPT_CONTENT);
