@@ -20,7 +20,14 @@ std::atomic<long> releases = 0;
 }  // namespace
 
 // Sanitizers bring a malloc of their own, which the counting malloc would hide.
-#if !defined(__SANITIZE_ADDRESS__) && defined(__GLIBC__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define PALPATE_SANITIZED 1  // clang
+#endif
+#elif defined(__SANITIZE_ADDRESS__)
+#define PALPATE_SANITIZED 1  // GCC
+#endif
+#if !defined(PALPATE_SANITIZED) && defined(__GLIBC__)
 #define PALPATE_COUNTS_ALLOCATIONS 1
 // glibc's own allocator, under the names that replacements may call.
 extern "C" {
