@@ -35,7 +35,7 @@ struct SolveArguments {
   std::filesystem::path include_root;  // of read_inp()
   std::filesystem::path model;
   std::filesystem::path folder;
-  std::string solver = "cholmod";
+  std::string solver = "cholesky";
   std::string stepping;  // path control of *STATIC, RIKS; empty: not given
   bool json = false;
 };
@@ -367,11 +367,11 @@ void add_solve_command(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("--solver", arguments->solver,
-                   "cholmod (default): a sparse Cholesky factor; cg: conjugate gradients, slower on most "
+                   "cholesky (default): a sparse Cholesky factor; cg: conjugate gradients, slower on most "
                    "organs, with a "
                    "fraction of the memory")
-      ->type_name("cholmod|cg")
-      ->check(CLI::IsMember({"cholmod", "cg"}));
+      ->type_name("cholesky|cg")
+      ->check(CLI::IsMember({"cholesky", "cg"}));
   command
       ->add_option(
           "--stepping", arguments->stepping,

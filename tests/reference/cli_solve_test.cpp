@@ -31,7 +31,7 @@ size_t significant_digits(const std::string& number) {
 TEST(SolveCylinder, BothSolversAgree) {
   const TempDir dir;
   std::vector<std::vector<CsvRow>> rows;
-  for (const std::string solver : {"cholmod", "cg"}) {
+  for (const std::string solver : {"cholesky", "cg"}) {
     const std::string folder = (dir.path() / solver).string();
     const nlohmann::json summary =
         run_cleanly({"solve", kCylinderPush, "-o", folder, "--solver", solver, "--json"}).json();
@@ -160,11 +160,11 @@ TEST_F(Solve, AnUnstableEquilibriumIsSaid) {
       "*MATERIAL, NAME=M\n*ELASTIC\n2.5, 0.25\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*BOUNDARY\n1, 1, 3\n2, "
       "1, "
       "3\n3, 1, 3\n";
-  for (const char* solver : {"cholmod", "cg"}) {
+  for (const char* solver : {"cholesky", "cg"}) {
     const ProgramRun run = solve(tetrahedron + step("*BOUNDARY\n4, 3, 3, -0.6\n"), {"--solver", solver});
     ASSERT_EQ(run.exit_code, 0) << run.error;
     const nlohmann::json one = summary()["steps"][0];
-    if (std::string(solver) == "cholmod") {
+    if (std::string(solver) == "cholesky") {
       EXPECT_EQ(one["positive_definite"], false);
       EXPECT_NE(run.out.find("step 1: this equilibrium is unstable"), std::string::npos) << run.out;
     } else {
