@@ -72,14 +72,13 @@ std::string normalised_name(std::string_view text) {
   return name;
 }
 
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
+std::string printable(std::string_view text, std::size_t longest) {
   std::string shown;
-  for (const char c : text.substr(0, kLongest)) {
+  for (const char c : text.substr(0, longest)) {
     const bool control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
     shown += control ? '?' : c;
   }
-  if (text.size() > kLongest) shown += "...";
+  if (text.size() > longest) shown += "...";
   return shown;
 }
 

@@ -1,6 +1,7 @@
 // Parses numbers and names of model files.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,7 +22,7 @@ std::optional<int> parse_integer(std::string_view text);
 // loses the quotes.
 std::string normalised_name(std::string_view text);
 
-// Makes `text` fit a one-line message: no control characters, limited length.
-std::string printable(std::string_view text);
+// Makes `text` fit a one-line message: no control characters, at most `longest` bytes.
+std::string printable(std::string_view text, std::size_t longest = 60);
 
 }  // namespace palpate

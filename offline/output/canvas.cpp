@@ -13,13 +13,6 @@
 
 #include "offline/output/finished_file.hpp"
 
-#if defined(__SANITIZE_ADDRESS__)
-// Fontconfig keeps a few patterns until the process ends, and no call frees them. The leak check must ignore them.
-extern "C" __attribute__((weak)) const char* __lsan_default_suppressions() {
-  return "leak:libfontconfig\n";
-}
-#endif
-
 namespace palpate {
 namespace {
 

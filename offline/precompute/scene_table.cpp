@@ -87,8 +87,9 @@ toml::table parse_toml(const std::string& file) {
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
+    constexpr std::size_t kLongest = 300;  // bytes of the parser's message, which quotes the file
     throw InputError({file, static_cast<int>(error.source().begin.line)},
-                     "not valid TOML: " + std::string(error.description()));
+                     "not valid TOML: " + printable(error.description(), kLongest));
   }
 }
 

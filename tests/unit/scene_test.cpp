@@ -257,6 +257,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.toml:4: contact.max_displacement must be a number above 0, not \"far\"; correct it"},
         BadScene{"model = \"organ.inp\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = inf\n",
                  "scene.toml:4: contact.max_displacement must be a number above 0, not inf; correct it"},
+        BadScene{"model = fals\n",
+                 "scene.toml:1: not valid TOML: Error while parsing boolean: expected 'false', saw 'fals?'"},
         BadScene{"model = \"organ.inp\"\n[contact\n",
                  "scene.toml:2: not valid TOML: Error while parsing table header: expected ']', saw '\\n'"}));
 
