@@ -1,7 +1,6 @@
 #include "offline/precompute/affine_site.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/sample_points.hpp"
 #include "schemas/monomials.hpp"
 
 namespace palpate {
@@ -203,8 +203,7 @@ std::optional<Placement> place_contact(const Model& model, const ContactSites& s
     placement.emplace();
     placement->at_contact = t;
     placement->at_site = s;
-    placement->of_vectors =
-        Eigen::Quaterniond::FromTwoVectors(site.inward, contact.inward).toRotationMatrix();
+    placement->of_vectors = rotation_between(site.inward, contact.inward);
     placement->of_places = placement->of_vectors.transpose();
     return placement;
   }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -150,8 +151,12 @@ std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uin
   return points;
 }
 
+Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).toRotationMatrix();
+  return rotation_between(Eigen::Vector3d::UnitZ(), axis);
 }
 
 }  // namespace palpate
