@@ -34,7 +34,7 @@ const char* text_of(StopCause cause) {
              "loading it";
     case StopCause::sharp_turn:
       return "the path turns sharply there; allow smaller arc increments in *STATIC, RIKS";
-    case StopCause::misled:
+    case StopCause::path_reversed:
       return "the body snaps back there: its deflection under the load turns, and the sign of the current "
              "stiffness parameter would send the load back along the path; solve with --stepping arc-length";
   }

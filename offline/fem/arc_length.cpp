@@ -337,7 +337,7 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
       return report;
     }
     if (length < 0) {
-      report.stopped = StopCause::misled;
+      report.stopped = StopCause::path_reversed;
       return report;
     }
     Loaded next = along(at, length, tangent);

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-// OpenBLAS ends its threads with this function before a fork. It is not public, and some builds lack it.
+// Ends the worker threads that OpenBLAS keeps. OpenBLAS does not publish this function, and some builds lack it.
 extern "C" int blas_thread_shutdown_() __attribute__((weak));
 
 namespace palpate {
@@ -55,7 +55,7 @@ class Workspace {
     common.print = 0;
     common.supernodal = CHOLMOD_SUPERNODAL;
     common.nmethods = 1;
-    common.method[0].ordering = CHOLMOD_GIVEN;
+    common.method[0].ordering = CHOLMOD_GIVEN;  // the order that the caller passes
   }
   ~Workspace() { cholmod_finish(&common); }
   Workspace(const Workspace&) = delete;
@@ -67,7 +67,7 @@ class Workspace {
 // Groups consecutive equations with equal couplings into blocks, as the dofs of a node are. Returns the first
 // equation of each block, and the end. Ordering blocks is faster than ordering equations. A hash sum compares
 // neighbourhoods: a collision degrades the ordering, not the result.
-std::vector<int> merge_alike(const SparseLower& pattern) {
+std::vector<int> group_equal_columns(const SparseLower& pattern) {
   const auto hash = [](int equation) {  // splitmix64
     std::uint64_t bits = (static_cast<std::uint64_t>(equation) + 1) * 0x9e3779b97f4a7c15U;
     bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9U;
@@ -91,7 +91,7 @@ std::vector<int> merge_alike(const SparseLower& pattern) {
   return first_of;
 }
 
-// Returns the graph of the blocks, from the first equation of each block.
+// Returns the graph of the blocks. All equations of a block have the same neighbours, so the first one stands for it.
 SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_of) {
   const int num_blocks = static_cast<int>(first_of.size()) - 1;
   std::vector<int> block_of(static_cast<size_t>(pattern.cols()));
@@ -106,6 +106,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
     int last = -1;
     for (SparseLower::InnerIterator it(pattern, first_of[static_cast<size_t>(block)]); it; ++it) {
       const int row = block_of[static_cast<size_t>(it.row())];
+      // Rows ascend, so the equations of a block follow each other.
       if (row != last) blocks.insertBack(row, block) = 1.0;
       last = row;
     }
@@ -120,7 +121,7 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
   if (pattern.rows() == 0) return;  // CHOLMOD refuses a matrix without rows
   claim_threads();
   Workspace workspace;
-  const std::vector<int> first_of = merge_alike(pattern);
+  const std::vector<int> first_of = group_equal_columns(pattern);
   const SparseLower merged = quotient(pattern, first_of);
   cholmod_sparse sparse = view(pattern);
   cholmod_sparse blocks = view(merged);
@@ -145,7 +146,7 @@ CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::ma
     const int status = workspace.common.status;
     if (status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
     if (status == CHOLMOD_TOO_LARGE)
-      throw std::runtime_error("the factor of this model has more than 2^31 entries");
+      throw std::runtime_error("the factor of this model has more than 2^31 entries; take a coarser mesh");
     throw std::runtime_error("CHOLMOD failed with status " + std::to_string(status));
   }
   try {

@@ -54,8 +54,9 @@ double StaticSolver::stored_energy(const Eigen::VectorXd& displacement) {
 }
 
 bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
-                          Eigen::VectorXd& displacement, double start_scale, const SolverSettings& settings,
-                          SolveReport& report, const std::function<void(const IterationRecord&)>& progress) {
+                          Eigen::VectorXd& displacement, double start_force_scale,
+                          const SolverSettings& settings, SolveReport& report,
+                          const std::function<void(const IterationRecord&)>& progress) {
   Eigen::VectorXd internal;
   ElementState state = internal_force(displacement, internal);
   const auto give_up = [&](StopCause cause) {
@@ -76,8 +77,8 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
   bool projected = false;
 
   const auto scale_now = [&] {
-    return std::max(
-        {start_scale, force_scale(*assembly_, load, internal, external), std::numeric_limits<double>::min()});
+    return std::max({start_force_scale, force_scale(*assembly_, load, internal, external),
+                     std::numeric_limits<double>::min()});
   };
   const auto is_rounding = [&](double force) {
     return force <= kRoundings * assembly_->rounding_force(displacement);
@@ -99,14 +100,14 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
 
     Eigen::MatrixXd direction = residual_force;
     if (reuse) {
-      single_served_ = single_served_ || factor_precision_ == Precision::single_precision;
+      single_used_ = single_used_ || factor_precision_ == Precision::single_precision;
       if (!back_solve(direction)) return give_up(StopCause::no_tangent);
     } else {
       ++fresh_iterations;
       if (!factor_and_solve(load, displacement, direction, projected, report))
         return give_up(StopCause::no_tangent);
     }
-    if (iteration == 1) predicted_way_ += projected ? kNoPrediction : direction.norm();
+    if (iteration == 1) predicted_motion_ += projected ? kNoPrediction : direction.norm();
     // dPi/ds. Under pressures a true tangent may point uphill; the bound 0 then forbids a rise of the energy.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
@@ -173,16 +174,16 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
 template <typename Attempt>
 bool StaticSolver::in_either_precision(SolveReport& report, Attempt&& attempt) {
   const size_t rows_before = report.history.size();
-  single_serves_ = !conjugate_gradient_;
-  single_served_ = false;
+  single_allowed_ = !conjugate_gradient_;
+  single_used_ = false;
   bool converged = attempt();
   // Inverted elements and overflow occur in double precision too.
   const bool may_be_rounding = report.stopped == StopCause::no_tangent ||
                                report.stopped == StopCause::no_descent ||
                                report.stopped == StopCause::iterations;
-  if (!converged && single_served_ && may_be_rounding) {
+  if (!converged && single_used_ && may_be_rounding) {
     report.history.resize(rows_before);
-    single_serves_ = false;
+    single_allowed_ = false;
     forget_factor();
     converged = attempt();
   }
@@ -214,10 +215,10 @@ SolveReport StaticSolver::ramp(const LoadCase& from, const LoadCase& to, Eigen::
 }
 
 bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int increment,
-                                  Eigen::VectorXd& displacement, double start_scale,
+                                  Eigen::VectorXd& displacement, double start_force_scale,
                                   const SolverSettings& settings, SolveReport& report,
                                   const std::function<void(const IterationRecord&)>& progress) {
-  predicted_way_ = 0;
+  predicted_motion_ = 0;
   Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
     if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
@@ -230,9 +231,9 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
       return false;
     }
     displacement += (jump + follow).col(0);
-    predicted_way_ = projected ? kNoPrediction : (jump + follow).norm();
+    predicted_motion_ = projected ? kNoPrediction : (jump + follow).norm();
   }
-  return newton(load, load_factor, increment, displacement, start_scale, settings, report, progress);
+  return newton(load, load_factor, increment, displacement, start_force_scale, settings, report, progress);
 }
 
 bool StaticSolver::stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
@@ -250,7 +251,7 @@ bool StaticSolver::stays_on_path(const LoadCase& before, const LoadCase& load, c
     if (energy - stored_energy(start) < work - kRounding * (energy + std::abs(work))) return false;
   }
   const double way = move.norm();
-  if (way <= kFurthestWay * predicted_way_) return true;
+  if (way <= kFurthestWay * predicted_motion_) return true;
   Eigen::MatrixXd follow = external_force(assembly_->model(), load, end) -
                            external_force(assembly_->model(), before, end) -
                            assembly_->tangent_times(end, jump).col(0);
@@ -266,7 +267,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   const int num_dofs = assembly_->num_dofs();
   Eigen::VectorXd internal;
   const ElementState state = internal_force(displacement, internal);
-  const double start_scale =
+  const double start_force_scale =
       force_scale(*assembly_, from, internal, external_force(assembly_->model(), from, displacement));
   report.min_jacobian = state.min_jacobian;
   report.worst_element = state.worst_element;
@@ -292,9 +293,9 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
     bool converged = in_either_precision(report, [&] {
       trial = displacement;
       factors_before = report.factorizations;
-      return take_increment(load, target, attempt, trial, start_scale, settings, report, progress);
+      return take_increment(load, target, attempt, trial, start_force_scale, settings, report, progress);
     });
-    const double pace = predicted_way_ / (target - reached);
+    const double pace = predicted_motion_ / (target - reached);
     if (first_pace == 0) first_pace = pace;
     const bool easy = report.factorizations - factors_before <= kEasyFactors;
     if (converged && settings.keep_to_path &&

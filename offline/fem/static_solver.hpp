@@ -1,21 +1,21 @@
 // Static equilibrium of a nonlinear organ: Newton-Raphson with load increments and backtracking.
 //
-// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs. The path from rest selects the
-// equilibrium, so loads and held displacements ramp.
+// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs, with P the internal forces. The
+// path from rest selects the equilibrium, so loads and held displacements ramp.
 //
 // One iteration solves K(u) du = f_ext(u) - P(u), then backtracks u + s du, s = 1, 1/2, ... A trial is accepted where:
 //   1. det F > 0 in every element (except at small strain), and
-//   2. the total potential energy falls enough, or the residual does.
-// Condition 1 keeps the path away from inverted states, where eq. (1) still gives finite stress. Condition 2 needs
-// both: the residual must rise while a slender body turns, and rounding hides the energy near the solution.
+//   2. the residual falls by a small share, or the total potential energy by a small share of its predicted fall.
+// Condition 1 keeps the path away from inverted states, where eq. (1) still gives finite stress. Condition 2 names two
+// measures: the residual must rise while a slender body turns, and rounding hides the energy near the solution.
 //
 // Follower pressures have no potential; their work during the trial step enters the energy. Their tangent is
-// unsymmetric at a free rim of the loaded patch. The factor then takes its symmetric part, or the body's projected
-// tangent where that part is indefinite; GMRES corrects the difference. Where K is not positive definite, projected
-// element tangents give a descent direction.
+// unsymmetric at a free rim of the loaded patch. The factor is then that of the symmetric part. Where the
+// symmetric part is indefinite, the factor is that of projected element tangents, whose negative eigenvalues are set to
+// 0. GMRES corrects the difference. Without pressures, projected element tangents give a descent direction.
 //
-// A straight step stretches a slender or stiff body that turns: energy and residual both rise. An increment therefore
-// takes a few whole steps of a true tangent without a merit test.
+// A straight step stretches a slender or stiff body that turns: energy and residual both rise. An increment
+// therefore accepts a few whole steps of a true tangent that fail condition 2.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +38,7 @@ struct SolverSettings {
   double residual_tolerance = 1e-10;
   // Iterations with their own factor, before the increment restarts in double precision, and again before it is cut.
   int max_iterations = 30;
-  // converged increments, as INC of *STEP; smallest_increment bounds the cuts
+  // converged increments, as INC of Abaqus' *STEP; smallest_increment bounds the cuts
   int max_increments = 100;
   double first_increment = 1.0;  // fraction of the ramp
   double smallest_increment = 1e-5;
@@ -48,7 +48,7 @@ struct SolverSettings {
   double reuse_contraction = 0.2;
   // Keeps follow() on its path: an increment is cut where the body moves further than the tangents at its
   // ends explain. The solve then stops at a limit point of the load instead of jumping to another
-  // equilibrium. Cost: one factor for each suspect increment.
+  // equilibrium. Cost: one more factor for each increment that moves far.
   bool keep_to_path = false;
 };
 
@@ -74,15 +74,15 @@ struct SolveSeconds {
 // Why the last increment of a solve failed.
 enum class StopCause {
   none,
-  no_tangent,   // no factor, projected or not
-  inverted,     // the increment's first guess inverts an element
-  no_descent,   // backtracking found no acceptable step
-  iterations,   // max_iterations
-  not_finite,   // the forces overflow
-  increments,   // max_increments
-  limit_point,  // with keep_to_path: no near equilibrium after the smallest increment
-  sharp_turn,   // ArcLength: the path turns too sharply over the smallest increment
-  misled        // ArcLength: the sign of the current stiffness parameter reverses the path
+  no_tangent,    // no factor, projected or not
+  inverted,      // the increment's first guess inverts an element
+  no_descent,    // backtracking found no acceptable step
+  iterations,    // max_iterations
+  not_finite,    // the forces overflow
+  increments,    // max_increments
+  limit_point,   // with keep_to_path: no near equilibrium after the smallest increment
+  sharp_turn,    // ArcLength: the path turns too sharply over the smallest increment
+  path_reversed  // ArcLength: the sign of the current stiffness parameter reverses the path
 };
 
 struct SolveReport {
@@ -110,7 +110,7 @@ class StaticSolver {
   explicit StaticSolver(const Assembly& assembly, LinearSolver linear_solver = LinearSolver::cholesky);
 
   // Follows the LoadPath of a step from `displacement`, the equilibrium of `from`, to the equilibrium of
-  // loads(1). On failure `displacement` is the last converged state and `report.load_factor` its time.
+  // loads(1). On failure `displacement` is the last converged state, at `report.load_factor`.
   // `progress` (may be empty) is called after every iteration.
   SolveReport follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
                      Eigen::VectorXd& displacement, const SolverSettings& settings,
@@ -128,8 +128,8 @@ class StaticSolver {
   // Solves K_ff du_f = df_f - K_fc du_c at an equilibrium: the linearised DD function. `directions`: du_c as
   // columns of num_dofs rows, nonzero at held dofs only. `forces`: df as many columns, or none. Returns
   // full-length columns of du, exact to 1e-10 or to the condition of K. Requires a positive definite K and no
-  // pressures. False where K is indefinite or leaves fewer than six digits. Cost: K once, and two or more
-  // back-solves a column where the factor is of another state.
+  // pressures. False where K is indefinite or leaves fewer than six digits. Cost: K is assembled
+  // once. A column takes two or more back-solves where the factor is of another state.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
                                       const Eigen::MatrixXd& forces = {});
@@ -156,13 +156,13 @@ class StaticSolver {
 
  private:
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
-              double start_scale, const SolverSettings& settings, SolveReport& report,
+              double start_force_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);
   // Takes one increment between equilibria. Predictor: held dofs move, and free dofs follow the tangent of
   // the previous state. The predictor keeps elements beside a held node from inversion. Newton corrects. On
   // failure `displacement` is undefined.
   bool take_increment(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
-                      double start_scale, const SolverSettings& settings, SolveReport& report,
+                      double start_force_scale, const SolverSettings& settings, SolveReport& report,
                       const std::function<void(const IterationRecord&)>& progress);
   // Whether an increment stays on one path. The increment left the path where:
   //   1. its end has less potential energy than its start, both under the loads of the start, or
@@ -201,12 +201,12 @@ class StaticSolver {
   SolveSeconds seconds_;
   long num_factorizations_ = 0;
   std::vector<char> factored_held_;  // per equation, for the current factor
-  double predicted_way_ = 0;  // motion that the first tangent predicts; infinite for a projected tangent
+  double predicted_motion_ = 0;  // motion that the first tangent predicts; infinite for a projected tangent
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;
-  bool single_serves_ = false;  // this attempt met no indefinite or ill-conditioned tangent yet
-  bool single_served_ = false;  // a direction of this attempt used a single-precision factor
+  bool single_allowed_ = false;  // this attempt met no indefinite or ill-conditioned tangent yet
+  bool single_used_ = false;     // a direction of this attempt used a single-precision factor
 };
 
 }  // namespace palpate

@@ -63,10 +63,10 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
     projected = project;
     for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
       const bool single = precision == Precision::single_precision;
-      if (single && (project || !single_serves_)) continue;
+      if (single && (project || !single_allowed_)) continue;
       // A failure in single precision indicates an ill-conditioned tangent or an unstable equilibrium. The
       // rest of the increment uses double precision.
-      single_serves_ = single;
+      single_allowed_ = single;
       ++report.factorizations;
       if (!factorize_in(precision, load, displacement, project)) continue;
       if (!load.pressures.empty()) {
@@ -78,7 +78,7 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
         };
         Eigen::VectorXd column = columns.col(0);
         if (solve_with_pressures(*assembly_, load, displacement, precondition, column)) {
-          single_served_ = single_served_ || single;
+          single_used_ = single_used_ || single;
           columns = column;
           projected = false;
           return true;
@@ -86,7 +86,7 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
       }
       Eigen::MatrixXd solution = columns;
       if (solve_accurately(solution)) {
-        single_served_ = single_served_ || single;
+        single_used_ = single_used_ || single;
         columns = std::move(solution);
         return true;
       }

@@ -5,7 +5,8 @@
 //   10 nodes:  N_i = L_i (2 L_i - 1) at the corners, N_ij = 4 L_i L_j at the middles of the edges
 //              01 12 02 03 13 23, in this order, which is that of Abaqus' C3D10 and of VTK.
 // Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. Four-node elements use one point
-// at the centroid. Ten-node elements use four points, exact for degree 2 (Hammer, Marlowe, Stroud 1956).
+// at the centroid. Ten-node elements use four points, exact for polynomials of degree 2 (Hammer, Marlowe,
+// Stroud 1956): the volume of an element with curved edges is approximate.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,7 +34,7 @@ struct TetrahedronShape {
     return L;
   }
 
-  // N_a.
+  // N_a at L, for each node a.
   static Eigen::Matrix<double, kNodes, 1> values(const Eigen::Vector4d& L) {
     if constexpr (kNodes == 4) {
       return L;
@@ -50,7 +51,7 @@ struct TetrahedronShape {
 
   // dN_a / dL_i for i = 1 .. 3, with L_0 = 1 - L_1 - L_2 - L_3.
   static Nodal local_gradients(const Eigen::Vector4d& L) {
-    // treats the L_i as independent
+    // dN_a / dL_i as if the four L_i were independent; the last line subtracts the column of the dependent L_0.
     Eigen::Matrix<double, 4, kNodes> dN = Eigen::Matrix<double, 4, kNodes>::Zero();
     for (int i = 0; i < 4; ++i) dN(i, i) = kNodes == 4 ? 1.0 : 4.0 * L[i] - 1.0;
     if constexpr (kNodes == 10) {
@@ -64,11 +65,12 @@ struct TetrahedronShape {
   }
 };
 
-// dN_a/dX at an integration point of an element with these node positions, and the volume of the point.
+// dN_a/dX at an integration point of an element with these node positions, and the part of the
+// element's volume that the point stands for.
 template <int kNodes>
 struct ShapeAtPoint {
   typename TetrahedronShape<kNodes>::Nodal gradients;
-  double volume = 0;  // not above 0 where the element is inverted; the gradients are then undefined
+  double volume = 0;  // not above 0 where the element is inverted; gradients are undefined at 0
 
   ShapeAtPoint(const typename TetrahedronShape<kNodes>::Nodal& positions, int point) {
     using Shape = TetrahedronShape<kNodes>;

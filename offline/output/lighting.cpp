@@ -12,13 +12,15 @@
 namespace palpate {
 namespace {
 
+// Lamps. More lamps make softer shadows; the time grows with their number.
 constexpr int kDomeLamps = 96;
 constexpr int kKeyLamps = 20;
 constexpr int kRimLamps = 6;
 constexpr double kExposure = 1.12;  // light on the reference surface of studio_lamps()
 // fraction of dome and rim light in shadow: stands for scattered light
 constexpr double kLeak = 0.08;
-constexpr int kShadowSize = 384;  // samples along each side of a lamp's depth image
+constexpr double kDomeLight = 2.9;  // light of the dome, beside 1 for the key
+constexpr int kShadowSize = 384;    // samples along each side of a lamp's depth image
 
 const double kGoldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
 
@@ -28,6 +30,7 @@ void add_bunch(std::vector<Lamp>& lamps, const Eigen::Vector3d& centre, double r
   const Eigen::Vector3d first = perpendicular_to(centre);
   const Eigen::Vector3d second = centre.cross(first);
   for (int i = 0; i < count; ++i) {
+    // The square root gives each lamp the same share of the disc.
     const double radius = std::tan(radius_radians) * std::sqrt((i + 0.5) / count);
     const double angle = i * kGoldenAngle;
     const Eigen::Vector3d towards = centre + radius * (std::cos(angle) * first + std::sin(angle) * second);
@@ -46,7 +49,7 @@ class ShadowImage {
     across_ = perpendicular_to(towards);
     along_ = towards.cross(across_);
     centre_ = centre;
-    samples_per_length_ = 0.5 * (kShadowSize - 4) / radius;
+    samples_per_length_ = 0.5 * (kShadowSize - 4) / radius;  // two samples stay free at each edge
     projected_.clear();
     for (const Eigen::Vector3d& point : points) projected_.push_back(project(point));
     buffer_.clear();
@@ -56,6 +59,7 @@ class ShadowImage {
   // Fraction of the lamp that the point sees: mean of the four surrounding samples, 1 lit, 0 in shadow.
   double visibility(const Eigen::Vector3d& point) const {
     const ScreenPoint seen = project(point);
+    // The right and lower neighbours must lie inside the image.
     const double x = std::clamp(seen.x - 0.5, 0.0, kShadowSize - 1.001);
     const double y = std::clamp(seen.y - 0.5, 0.0, kShadowSize - 1.001);
     const int left = static_cast<int>(x);
@@ -97,7 +101,7 @@ std::vector<Lamp> studio_lamps(const Camera& camera) {
     // Brighter above, with fill light from the viewer; cool above, warm below, like an open sky.
     const double strength = 0.55 + 0.30 * height + 0.45 * std::max(0.0, -towards.dot(camera.forward));
     const double cool = 0.05 * height;
-    const double share = 2.9 / kDomeLamps;
+    const double share = kDomeLight / kDomeLamps;
     lamps.push_back(
         {towards, {share * strength * (1 - cool), share * strength, share * strength * (1 + cool)}, false});
   }
@@ -105,11 +109,12 @@ std::vector<Lamp> studio_lamps(const Camera& camera) {
   add_bunch(lamps, (0.8 * camera.right + 0.35 * camera.up + 0.5 * camera.forward).normalized(), 0.2,
             kRimLamps, {0.42, 0.46, 0.52}, false);
 
+  // The reference surface faces between key and viewer. It receives kExposure of green light without shadows.
   const Eigen::Vector3d reference = (key_direction(camera) - camera.forward).normalized();
   double received = 0;
   for (const Lamp& lamp : lamps) received += lamp.light[1] * std::max(0.0, lamp.towards.dot(reference));
   for (Lamp& lamp : lamps)
-    for (double& part : lamp.light) part *= kExposure / received;
+    for (double& channel : lamp.light) channel *= kExposure / received;
   return lamps;
 }
 
@@ -121,7 +126,8 @@ std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::spa
   for (const Eigen::Vector3d& point : points) box.extend(point);
   const double radius = scene_radius(points);
   // Points are tested a few samples above their surface, so that rounding of the depth image causes no self-shadow.
-  const double lift = 3.0 * 2.0 * radius / kShadowSize;
+  constexpr double kLiftSamples = 3;
+  const double lift = kLiftSamples * 2.0 * radius / kShadowSize;
 
   ShadowImage shadow;
   const auto num_keys = static_cast<double>(
@@ -132,9 +138,9 @@ std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::spa
       const double cosine = lit[i].normal.dot(lamp.towards);
       if (cosine <= 0) continue;
       const double visibility = shadow.visibility(lit[i].position + lift * lit[i].face_normal);
-      const double share = lamp.is_key ? visibility : kLeak + (1.0 - kLeak) * visibility;
-      for (std::size_t part = 0; part < 3; ++part)
-        received[i].diffuse[part] += lamp.light[part] * cosine * share;
+      const double seen = lamp.is_key ? visibility : kLeak + (1.0 - kLeak) * visibility;
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        received[i].diffuse[channel] += lamp.light[channel] * cosine * seen;
       if (lamp.is_key) received[i].key_visibility += visibility / num_keys;
     }
   }

@@ -159,7 +159,7 @@ TEST(LimitPoints, BergansSignIsMisledWhereTheDisplacementTurnsBack) {
   settings.end_displacement = {3 * apex + 2, -2.1 * body.truss.rise};
   const PathRun run = follow_path(scene, settings);
   EXPECT_FALSE(run.report.converged);
-  EXPECT_EQ(run.report.stopped, StopCause::misled);
+  EXPECT_EQ(run.report.stopped, StopCause::path_reversed);
   EXPECT_LE(run.report.increments, 30);
   const double most = truss_limits(body.truss).first;
   for (size_t i = 1; i < run.points.size(); ++i) {

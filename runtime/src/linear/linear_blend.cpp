@@ -37,34 +37,35 @@ void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
   }
 }
 
-// Multiplies the sets' products by one more contact's weights, in the order of list_sites().
+// Multiplies the sets' products by one more contact's weights, in the order of list_sites(). Corner 0 overwrites the
+// products that the other corners read, so it comes last.
 void add_contact(const double weights[kCorners], uint32_t num_corners, uint32_t length, double* products) {
   for (uint32_t corner = num_corners; corner-- > 0;) {
     for (uint32_t i = 0; i < length; ++i) products[corner * length + i] = products[i] * weights[corner];
   }
 }
 
-// Finds the next set of the blend in preparation. If no ready set has its sites, the least recently used set
-// begins anew.
+// Finds the next set of the blend in preparation. If no ready set has the sites, the least recently used set is
+// prepared for them.
 void find_set(const pal_pack& pack, LinearState& state) {
   LinearBlend& blend = state.next;
   const uint32_t count = blend.num_contacts;
   uint32_t sites[pack::kMostContacts];
   list_sites(blend, blend.num_found, sites);
   const bool is_between = count <= kMostBetween;
-  const uint32_t end = state.num_sets + (is_between ? 0 : state.num_more);
+  const uint32_t end = state.num_sets + (is_between ? 0 : state.num_site_sets);
   uint32_t chosen = is_between ? 0 : state.num_sets;
-  bool is_made = false;
-  for (uint32_t i = chosen; i < end && !is_made; ++i) {
+  bool is_prepared = false;
+  for (uint32_t i = chosen; i < end && !is_prepared; ++i) {
     const LinearSet& set = state.sets[i];
-    is_made = set.ready && set.num_contacts == count && set.fixed_version == blend.fixed_version &&
-              std::equal(sites, sites + count, set.sites);
-    if (is_made || set.last_used < state.sets[chosen].last_used) chosen = i;
+    is_prepared = set.ready && set.num_contacts == count && set.fixed_version == blend.fixed_version &&
+                  std::equal(sites, sites + count, set.sites);
+    if (is_prepared || set.last_used < state.sets[chosen].last_used) chosen = i;
   }
   blend.sets[blend.num_found++] = chosen;
   LinearSet& set = state.sets[chosen];
   set.last_used = state.num_begun;
-  if (is_made) return;
+  if (is_prepared) return;
   set.fixed_version = blend.fixed_version;
   begin_set(pack, sites, count, state.fixed, state.num_fixed, set, state.assembly);
 }
@@ -123,7 +124,8 @@ void sum_own_stiffness(LinearState& state) {
   });
 }
 
-// S_PP, upper triangle, P the axes of given force. A row of S is E^T times a row of X.
+// S_PP, upper triangle, P the axes of given force. X and E are those of linear_dd.hpp: the nodal forces of unit
+// displacements, and the sum over the nodes of a contact. A row of S is E^T times a row of X.
 void gather_given(const pal_pack& pack, const uint32_t* axes, uint32_t count, LinearState& state) {
   memset(state.semidefinite_factor, 0, size_t{count} * count * sizeof *state.semidefinite_factor);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
@@ -138,7 +140,8 @@ void gather_given(const pal_pack& pack, const uint32_t* axes, uint32_t count, Li
   });
 }
 
-// f = X d - Y t and F = E^T f.
+// f = X d - Y t and F = E^T f, with X, Y and E of linear_dd.hpp and the rotation t of gravity.hpp. Requires more than one
+// set where a weight is 0: a single set without weight leaves f as it was.
 void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   const uint32_t num_contacts = state.active.num_contacts;
   const bool is_blended = state.active.num_sets > 1;
@@ -182,14 +185,14 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
     x[k] = frame.given_forces[axis] - frame.forces[axis];
   }
   gather_given(pack, state.given_axes, count, state);
-  constexpr double kLeastPart = 1e-12;
-  if (!factor_semidefinite(count, kLeastPart, state.semidefinite_factor))
+  constexpr double kRelativePivot = 1e-12;  // of its diagonal entry; a smaller pivot counts as 0
+  if (!factor_semidefinite(count, kRelativePivot, state.semidefinite_factor))
     frame.flags |= PAL_FLAG_ILL_CONDITIONED;
   solve_semidefinite(state.semidefinite_factor, count, x);
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 
-// d.Q t
+// d . E^T Y t: the work of gravity's rotation t on the contacts.
 double work_of_turn(const pal_pack& pack, const LinearState& state, const LinearFrame& frame,
                     const double turn[3]) {
   double work = 0;
@@ -206,10 +209,10 @@ double work_of_turn(const pal_pack& pack, const LinearState& state, const Linear
   return work;
 }
 
-// W with gravity turned by `turn`; `still` is d.S d.
+// W = (d . S d - 2 d . E^T Y t + t . Z t) / 2 with t = `turn` and d . S d = `twice_elastic`.
 double energy_with_turn(const pal_pack& pack, const LinearState& state, const LinearFrame& frame,
-                        double still, const double turn[3]) {
-  double twice = still - 2 * work_of_turn(pack, state, frame, turn);
+                        double twice_elastic, const double turn[3]) {
+  double twice = twice_elastic - 2 * work_of_turn(pack, state, frame, turn);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
     for (uint32_t i = 0; i < 9; ++i) twice += weight * turn[i / 3] * set.gravity_own[i] * turn[i % 3];
   });
@@ -232,10 +235,10 @@ void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixe
   state.max_shown = std::max(max_held, held_by(kCorners * between));
   uint32_t most_blended = 1;
   for (uint32_t c = 0; c < between; ++c) most_blended *= kCorners;
-  state.num_sets = 2 * most_blended;
-  state.num_more = max_contacts > between ? 2 : 0;
-  state.sets = arena.take<LinearSet>(state.num_sets + state.num_more);
-  for (uint32_t i = 0; i < state.num_sets + state.num_more; ++i) {
+  state.num_sets = 2 * most_blended;  // the active blend and the next blend share no set
+  state.num_site_sets = max_contacts > between ? 2 : 0;
+  state.sets = arena.take<LinearSet>(state.num_sets + state.num_site_sets);
+  for (uint32_t i = 0; i < state.num_sets + state.num_site_sets; ++i) {
     const LinearSet set = i < state.num_sets ? carve_set(pack, between, held_between, arena)
                                              : carve_set(pack, max_contacts, max_held, arena);
     if (state.sets != nullptr) state.sets[i] = set;
@@ -320,10 +323,10 @@ void place_contacts(const pal_contact* contacts, LinearState& state) {
 void place_difference(const pal_contact* contacts, const uint32_t* sites, LinearState& state) {
   LinearBlend& blend = state.active;
   weigh_sets(contacts, blend);
-  uint32_t of_sites = 0;
+  uint32_t number = 0;  // of the set of `sites`
   for (uint32_t c = blend.num_contacts; c-- > 0;)
-    of_sites = of_sites * blend.num_corners[c] + find_corner(blend, c, sites[c]);
-  blend.weights[of_sites] -= 1;
+    number = number * blend.num_corners[c] + find_corner(blend, c, sites[c]);
+  blend.weights[number] -= 1;
   sum_own_stiffness(state);
 }
 

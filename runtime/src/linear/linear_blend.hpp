@@ -52,14 +52,14 @@ struct LinearBlend {
 
 // One blend answers during the preparation of the next blend, which may take several frames.
 struct LinearState {
-  uint32_t max_shown;  // capacity of a blend's held nodes
-  uint32_t num_sets;   // sets of up to kMostBetween contacts, then two sets of more contacts
-  uint32_t num_more;
+  uint32_t max_shown;      // capacity of a blend's held nodes
+  uint32_t num_sets;       // sets of up to kMostBetween contacts: the first in `sets`
+  uint32_t num_site_sets;  // sets of more contacts, each at its nearest site: behind them
   LinearSet* sets;
   LinearBlend active;
   LinearBlend next;
   LinearAssembly assembly;
-  uint64_t num_begun;   // number of blends begun
+  uint64_t num_begun;   // number of blends begun; dates the use of a set
   uint32_t num_fixed;   // fixed nodes of the blend begun last
   uint32_t* fixed;      // [max_fixed]
   double* nodal_force;  // f of the last frame at the blend's held nodes, [max_shown][3]
