@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
+#include <vector>
 
 #include "offline/cli/allow_outside_option.hpp"
 #include "offline/cli/commands.hpp"
@@ -112,8 +114,8 @@ void prepare_folder(const std::filesystem::path& folder) {
 // The outcome of one step.
 struct StepResult {
   SolveReport report;
-  nlohmann::json stable;              // whether the tangent at the end is positive definite; null: unknown
-  nlohmann::json limit_load_factors;  // along the path of RIKS, else null
+  std::optional<bool> stable;  // whether the tangent at the end is positive definite; empty: unknown
+  std::optional<std::vector<double>> limit_load_factors;  // along the path of RIKS; empty: no path
 };
 
 // Solves the steps in order. Holds the solvers and the current state.
@@ -227,7 +229,7 @@ nlohmann::json summary_of(const StepResult& result, double seconds, const Model&
   const SolveReport& report = result.report;
   nlohmann::json summary = {
       {"converged", report.converged},
-      {"positive_definite", result.stable},
+      {"positive_definite", result.stable ? nlohmann::json(*result.stable) : nlohmann::json()},
       {"load_factor", report.load_factor},
       {"increments", report.increments},
       {"cutbacks", report.cutbacks},
@@ -237,7 +239,7 @@ nlohmann::json summary_of(const StepResult& result, double seconds, const Model&
       {"min_J", report.min_jacobian},
       {"min_J_element", model.elements[static_cast<size_t>(report.worst_element)].label},
       {"seconds", seconds}};
-  if (!result.limit_load_factors.is_null()) summary["limit_load_factors"] = result.limit_load_factors;
+  if (result.limit_load_factors) summary["limit_load_factors"] = *result.limit_load_factors;
   return summary;
 }
 
@@ -246,10 +248,10 @@ void print_step(size_t number, const Step& step, const StepResult& result, doubl
   fmt::print("step {}: {} increments, {} iterations, {} factors, residual {:.1e}, min J {:.4f}, {:.2f} s\n",
              number, report.increments, report.iterations, report.factorizations, report.residual,
              report.min_jacobian, seconds);
-  if (!result.limit_load_factors.is_null()) {
+  if (result.limit_load_factors) {
     fmt::print("step {}: the load factor ends at {:.6g}", number, report.load_factor);
     const char* before = ", with limit points at ";
-    for (const double limit : result.limit_load_factors) {
+    for (const double limit : *result.limit_load_factors) {
       fmt::print("{}{:.6g}", before, limit);
       before = ", ";
     }

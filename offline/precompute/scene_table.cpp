@@ -188,7 +188,7 @@ std::optional<std::array<double, 3>> SceneTable::vector(std::string_view key) co
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   const toml::array* array = node->as_array();
-  if (array == nullptr) fail_type(key, expected.c_str());
+  if (array == nullptr) fail_type(key, expected);
   const auto refuse = [&](const std::string& what) {
     fail(key, path(key) + " must be " + expected + ", and " + what + "; correct it");
   };
