@@ -1,10 +1,13 @@
-// recording_seeds PACK FOLDER: writes contacts.rec and tools.rec, recordings with every kind of call.
+// recording_seeds PACK FOLDER: writes recordings with every kind of call.
 #include <palpate/palpate.h>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "runtime/src/session/recording_format.hpp"
 
 namespace {
 
@@ -54,14 +57,39 @@ void play_tools(pal_session* session, double reach) {
   require(pal_tool_set_touch(session, 1, nullptr));
 }
 
-void record(const pal_pack* pack, bool tools, const std::string& file) {
+// Appends zeros to each call. A replay passes over them, and a changed count alone then reaches the check of the count.
+std::vector<unsigned char> with_room(const unsigned char* recording, std::size_t bytes) {
+  std::size_t at = sizeof(palpate::RecordingHeader) + sizeof(pal_session_config);
+  std::vector<unsigned char> longer(recording, recording + at);
+  while (at < bytes) {
+    constexpr std::uint32_t kRoom = 256;
+    palpate::CallHeader call;
+    std::memcpy(static_cast<void*>(&call), recording + at, sizeof call);
+    const std::size_t begin = longer.size();
+    longer.insert(longer.end(), recording + at, recording + at + sizeof call + call.bytes);
+    at += sizeof call + call.bytes;
+    longer.resize(longer.size() + kRoom);
+    call.bytes += kRoom;
+    std::memcpy(longer.data() + begin, &call, sizeof call);
+  }
+  return longer;
+}
+
+// Calls as long as a session allows.
+void play_long_calls(pal_session* session, double reach) {
+  const std::vector<std::uint32_t> fixed(1024);
+  require(pal_session_set_fixed(session, fixed.data(), 1024));
+  const pal_contact contact = {0, {0, 0, -reach}, 0, {}, {}, {}};
+  const std::vector<pal_contact> contacts(64, contact);
+  std::vector<pal_contact_result> results(64);
+  require(pal_contact_frame(session, contacts.data(), 64, results.data()));
+}
+
+void record(const pal_pack* pack, pal_session_config config, void (*play)(pal_session*, double),
+            const std::string& file) {
   pal_pack_info info = {};
   info.struct_size = sizeof info;
   require(pal_pack_get_info(pack, &info));
-  pal_session_config config = pal_default_session_config(pack);
-  config.max_tools = 2;
-  config.max_fixed = 2;
-  config.patches_turn = tools ? 0 : 1;
   config.seconds_per_operation = 1e-9;  // not measured: a renewal gives the same bytes
   std::size_t bytes = 0;
   require(pal_session_required_bytes(pack, &config, &bytes));
@@ -71,11 +99,13 @@ void record(const pal_pack* pack, bool tools, const std::string& file) {
   require(pal_session_init(pack, &config, arena, bytes, &session));
   std::vector<std::uint64_t> recording(1 << 12);
   require(pal_session_record(session, recording.data(), recording.size() * sizeof recording[0]));
-  (tools ? play_tools : play_contacts)(session, info.max_displacement);
+  play(session, info.max_displacement);
   std::uint32_t complete = 0;
   require(pal_session_stop_recording(session, &bytes, &complete));
+  const std::vector<unsigned char> longer =
+      with_room(reinterpret_cast<const unsigned char*>(recording.data()), bytes);
   std::ofstream stream(file, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(recording.data()), static_cast<std::streamsize>(bytes));
+  stream.write(reinterpret_cast<const char*>(longer.data()), static_cast<std::streamsize>(longer.size()));
   if (!stream || complete == 0) throw std::runtime_error("cannot write " + file);
 }
 
@@ -87,8 +117,18 @@ int main(int argc, char** argv) {
     alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES];
     pal_pack* pack = nullptr;
     require(pal_pack_open(argv[1], PAL_VERIFY_ONCE, storage, sizeof storage, &pack));
-    record(pack, false, std::string(argv[2]) + "/contacts.rec");
-    record(pack, true, std::string(argv[2]) + "/tools.rec");
+    const std::string folder = argv[2];
+    pal_session_config config = pal_default_session_config(pack);
+    config.max_tools = 2;
+    config.max_fixed = 2;
+    record(pack, config, play_tools, folder + "/tools.rec");
+    config.patches_turn = 1;
+    record(pack, config, play_contacts, folder + "/contacts.rec");
+    config = pal_default_session_config(pack);
+    config.model = PAL_MODEL_LINEAR;
+    config.max_contacts = 64;
+    config.max_fixed = 1024;
+    record(pack, config, play_long_calls, folder + "/long_calls.rec");
     pal_pack_close(pack);
   } catch (const std::exception& error) {
     return std::fprintf(stderr, "%s: %s\n", argv[1], error.what()), 1;
