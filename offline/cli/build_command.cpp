@@ -144,8 +144,7 @@ void add_build_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--samples", arguments->samples,
                    "Folder for what was solved, which another build takes up: one that goes on after it was "
-                   "killed, or "
-                   "one with another target or precision; default: PACK.samples")
+                   "killed, or one with another target or precision; default: PACK.samples")
       ->type_name("DIR");
   const CLI::Option* jobs = add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
   add_allow_outside_option(*command, arguments->include_root);

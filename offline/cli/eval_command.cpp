@@ -34,7 +34,7 @@ struct Reference {
   double displacement_error = 0;  // error of the runtime, defined as in the survey
 };
 
-// Calls `use` for each packed node.
+// Calls `use` for each packed node of a site's patch.
 template <typename Use>
 void for_each_patch_node(const OpenedPack& opened, std::uint32_t site, const Use& use) {
   const pack::ContactSites& sites = *opened.tables().sites();

@@ -77,10 +77,13 @@ const Parameter* KeywordLine::find(std::string_view parameter) const {
   return nullptr;
 }
 
-InpLexer::InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root) {
+InpLexer::InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root)
+    : model_must_be_below_(!include_root.empty()), bytes_left_(kMaxModelBytes) {
   std::error_code error;
-  include_root_ = std::filesystem::weakly_canonical(
-      include_root.empty() ? std::filesystem::absolute(file, error).parent_path() : include_root, error);
+  std::filesystem::path root = include_root;
+  if (root.empty()) root = std::filesystem::absolute(file, error).parent_path();
+  if (!error) include_root_ = std::filesystem::weakly_canonical(root, error);
+  if (error) throw InputError({file.string(), 0}, "its folder cannot be resolved: " + error.message());
   open(file, {});
 }
 
@@ -100,11 +103,11 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   auto opened = std::make_unique<OpenFile>();
   opened->path = file;
   opened->canonical = std::filesystem::weakly_canonical(file, error);
-  if (error) opened->canonical = file;
+  if (error) refuse("cannot be resolved (" + error.message() + "); check its name");
   for (const auto& outer : open_) {
     if (outer->canonical == opened->canonical) refuse("the file includes itself; break the circle");
   }
-  if (included && !is_below(include_root_, opened->canonical)) {
+  if ((included || model_must_be_below_) && !is_below(include_root_, opened->canonical)) {
     refuse("the file is outside of " + printable(include_root_.string()) +
            "; move it there, or trust the model with --allow-outside");
   }
@@ -113,8 +116,9 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   }
   if (++num_opened_ > kMostIncludes)
     refuse("more than " + std::to_string(kMostIncludes) + " files are included");
-  const std::string unreadable = read_text_file(file, opened->content);
+  const std::string unreadable = read_text_file(opened->canonical, opened->content, bytes_left_);
   if (!unreadable.empty()) refuse(unreadable);
+  bytes_left_ -= opened->content.size();
   if (opened->content.rfind("\xEF\xBB\xBF", 0) == 0) opened->next = 3;  // a UTF-8 byte order mark
   opened->place.file = files_.add(file.string());
   open_.push_back(std::move(opened));

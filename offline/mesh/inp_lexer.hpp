@@ -44,7 +44,8 @@ struct DataLine {
 
 class InpLexer {
  public:
-  // Opens the model file. *INCLUDE opens only files below `include_root`; empty: the folder of the model file.
+  // Opens the model file. All files must lie below `include_root`. Empty: only included files must, and the root is the
+  // folder of the model file.
   // Throws InputError when a file cannot be read.
   explicit InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
   ~InpLexer();
@@ -81,10 +82,12 @@ class InpLexer {
   void read_keyword(std::string_view line, Place place);
   void read_data(std::string_view line, Place place);
 
-  std::filesystem::path include_root_;  // canonical: *INCLUDE opens no file outside of this folder
+  std::filesystem::path include_root_;  // canonical folder
+  bool model_must_be_below_;
   SourceFiles files_;
   std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE is last
   int num_opened_ = 0;
+  std::size_t bytes_left_;  // of all files
   Kind kind_ = Kind::unread;
   KeywordLine keyword_;
   KeywordLine returned_keyword_;

@@ -16,15 +16,16 @@
 namespace palpate {
 namespace {
 
+constexpr int kBarSteps = 1000;  // finer than any terminal is wide
+
 Compliance compute_compliance(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                               const RestState& rest, int jobs) {
   Compliance compliance;
   if (is_to_be_compressed(scene, sites)) {
     const Assembly threaded(assembly.model(), assembly.model().fixed_dofs(), jobs);
-    constexpr int kSteps = 1000;
-    ProgressBar bar("linear_dd", kSteps);
+    ProgressBar bar("linear_dd", kBarSteps);
     const auto show = [&](int done, int total) {
-      bar.show(static_cast<int>(std::int64_t{done} * kSteps / total));
+      bar.show(static_cast<int>(std::int64_t{done} * kBarSteps / total));
     };
     compliance.compressed = compress_linear_dd(threaded, sites, kComplianceTolerance, show, rest);
   } else if (is_dense_at_hand(scene, sites)) {
@@ -165,11 +166,10 @@ void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSit
   compute_zone_exterior(
       assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
   if (zone.num_pairs > 0) {
-    constexpr int kSteps = 1000;
-    ProgressBar pairs("pairs of contacts", kSteps);
+    ProgressBar pairs("pairs of contacts", kBarSteps);
     compute_zone_mutual(
-        assembly, scene, sites, rest, jobs, [&](double part) { pairs.show(static_cast<int>(part * kSteps)); },
-        zone);
+        assembly, scene, sites, rest, jobs,
+        [&](double part) { pairs.show(static_cast<int>(part * kBarSteps)); }, zone);
   }
 }
 

@@ -264,7 +264,7 @@ bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curva
   return true;
 }
 
-std::optional<TaylorCoefficients> SiteSampler::rest_series(const Eigen::Matrix3d& axes) {
+std::optional<TaylorCoefficients> SiteSampler::coefficients_at_rest(const Eigen::Matrix3d& axes) {
   TaylorCoefficients series;
   series.axes = axes;
   series.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()), pack::num_monomials(2, kSeriesDegree));

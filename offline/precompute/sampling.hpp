@@ -70,7 +70,7 @@ class SiteSampler {
 
   // Taylor coefficients in y, d = axes y; kept like a solve, but not counted. Empty where a flat element
   // inverts under the small pushes of the differences. Throws as solve() does.
-  std::optional<TaylorCoefficients> rest_series(const Eigen::Matrix3d& axes);
+  std::optional<TaylorCoefficients> coefficients_at_rest(const Eigen::Matrix3d& axes);
 
   SolveCounts counts() const;
 

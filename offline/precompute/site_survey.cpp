@@ -94,7 +94,8 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
 SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, const ContactSites& sites,
                                 const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
                                 const SiteSamples& samples, SiteResult& result) {
-  const std::optional<TaylorCoefficients> series = sampler.rest_series(sites.mean_surface_edge * site.frame);
+  const std::optional<TaylorCoefficients> series =
+      sampler.coefficients_at_rest(sites.mean_surface_edge * site.frame);
   domain.sample_rest();
   if (!series) return fit_to_target(domain, plan, points, samples, result);
   const SitePolynomial unsampled =

@@ -151,10 +151,8 @@ TEST_F(Symbols, ArchiveIsSmall) {
   constexpr std::uintmax_t kMostBytes = 1'000'000;  // without debug information
   const std::filesystem::path copy = dir_.path() / "stripped.a";
   std::filesystem::copy_file(PALPATE_RUNTIME_ARCHIVE, copy);
-  std::string strip = PALPATE_NM;
-  strip.replace(strip.size() - 2, 2, "strip");  // strip stands beside nm, under the same prefix
   const CommandResult stripped =
-      run_command(shell_word(strip) + " --strip-debug " + shell_word(copy.string()));
+      run_command(shell_word(PALPATE_STRIP) + " --strip-debug " + shell_word(copy.string()));
   ASSERT_EQ(stripped.exit_code, 0) << stripped.output;
   EXPECT_LE(std::filesystem::file_size(copy), kMostBytes);
   EXPECT_GT(std::filesystem::file_size(copy), 1024U);

@@ -1,9 +1,9 @@
 // Patches that rotate with their tool, compared with full solves of rotated patches.
 #include <gtest/gtest.h>
 
-#include "tests/support/patch_turns_fixture.hpp"
+#include "tests/support/patch_rotation_fixture.hpp"
 
-namespace palpate::test::patch_turns_fixture {
+namespace palpate::test::patch_rotation_fixture {
 namespace patch_rotation_test {
 
 using Stiffness = Eigen::Matrix<double, 6, 6>;
@@ -191,4 +191,4 @@ TEST(PatchRotation, StaysWithItsContact) {
 }
 
 }  // namespace patch_rotation_test
-}  // namespace palpate::test::patch_turns_fixture
+}  // namespace palpate::test::patch_rotation_fixture

@@ -1,9 +1,9 @@
 // Tools that rotate their patches.
 #include <gtest/gtest.h>
 
-#include "tests/support/patch_turns_fixture.hpp"
+#include "tests/support/patch_rotation_fixture.hpp"
 
-namespace palpate::test::patch_turns_fixture {
+namespace palpate::test::patch_rotation_fixture {
 namespace patch_turn_tools_test {
 
 Vector3d place_of(const ZoneBlock& organ, uint32_t site) {
@@ -251,4 +251,4 @@ TEST(PatchRotation, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace patch_turn_tools_test
-}  // namespace palpate::test::patch_turns_fixture
+}  // namespace palpate::test::patch_rotation_fixture

@@ -58,8 +58,10 @@ TEST(SafeForce, ZeroIsTheDefaultAndInfinityIsNoLimit) {
   EXPECT_EQ(of_zero.max_force, usual.max_force);
   EXPECT_EQ(stated.max_force, 0.5);
   EXPECT_EQ(none.max_force, kInfinity);
+  EXPECT_EQ(of_zero.max_force_rate, usual.max_force_rate);
+  EXPECT_EQ(none.max_force_rate, usual.max_force_rate);
+  EXPECT_DOUBLE_EQ(stated.max_force_rate, 50);  // the stated force in 10 ms
   for (const pal_session_config& one : {of_zero, stated, none}) {
-    EXPECT_EQ(one.max_force_rate, usual.max_force_rate);
     EXPECT_EQ(one.max_torque, kInfinity);
     EXPECT_EQ(one.max_torque_rate, kInfinity);
   }
@@ -150,6 +152,32 @@ TEST(SafeForce, HeldForceFadesAndBlendsBack) {
       last = force;
     }
     EXPECT_EQ(last, 3);
+  }
+}
+
+// A force that has faded to zero stays there when the model is good again, but the input is stale.
+TEST(SafeForce, StaleInputBringsNoForceBack) {
+  pal_session_config config = {};
+  config.blend_seconds = 0.01;
+  config.ramp_seconds = 0.05;
+  config.max_force = config.max_force_rate = config.max_torque = config.max_torque_rate = kInfinity;
+  for (const int held_frames : {20, 60}) {
+    ForceOutput output;
+    reset_output(output);
+    const auto frame = [&](bool reliable, bool stale) {
+      filter_force(config, Wrench{{1, 0, 0, 0, 0, 0}}, reliable, false, stale, kFrame, output);
+      return output.out.v[0];
+    };
+    double last = frame(true, false);
+    for (int i = 0; i < held_frames; ++i) last = frame(false, false);
+    for (int i = 0; i < 60; ++i) {
+      const double force = frame(true, true);
+      EXPECT_LE(force, last + kRounding) << i;
+      last = force;
+    }
+    EXPECT_EQ(last, 0);
+    for (int i = 0; i < 60; ++i) last = frame(true, false);
+    EXPECT_EQ(last, 1) << "input is back";
   }
 }
 

@@ -14,7 +14,7 @@
  *
  * Units. m, N, s where the scene states units; otherwise read "m" and "N" as the model's own units
  * (pal_pack_info::has_units). The organ frame has the model's axes and origin. pal_session_config::organ places it in the
- * world. Tools speak world; all else speaks the organ frame.
+ * world. Tools and gravity speak world; all else speaks the organ frame.
  *
  * Threads. A pack: any thread at any time. A session: one thread at a time, but pal_visual_frame may run on one more
  * thread beside any other call.

@@ -18,8 +18,9 @@ typedef enum pal_status {
   PAL_STATUS_NOT_FINITE = 13,      /* an input is a NaN, an infinity or a position beyond 1e100 */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
-  PAL_STATUS_NO_SUCH_MODEL = 16,       /* the pack does not carry the response model */
-  PAL_STATUS_MODEL_CANNOT_ANSWER = 17, /* no model of the session answers these contacts or fixed nodes */
+  PAL_STATUS_NO_SUCH_MODEL =
+      16, /* the pack or session lacks what the call needs: a model, tree, gravity, turning patches */
+  PAL_STATUS_MODEL_CANNOT_ANSWER = 17, /* no model of the session can answer this call */
   PAL_STATUS_NO_SUCH_TOOL = 18,        /* the index is at or beyond the session's max_tools */
   PAL_STATUS_ALREADY_USED = 19,        /* a recording must start before any other call on the session */
   /* memory */
@@ -70,7 +71,7 @@ enum {
   PAL_FLAG_LIMITED = 1 << 7,
   /* Tools: contacts, fixed nodes or the model have changed. The jump of the force is being faded out. */
   PAL_FLAG_BLENDING = 1 << 8,
-  /* Tools: the tool touched, and the session has no room for a further contact. */
+  /* Tools: the tool touched, but no further contact can be held or answered. */
   PAL_FLAG_NO_ROOM = 1 << 9,
   /* Tools: the model for the new contacts or fixed nodes is being prepared (budget_seconds). The contacts of before
    * answer, and new contacts have no force yet. */

@@ -11,7 +11,7 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
     case PAL_STATUS_NULL_ARGUMENT:
       return "a pointer that must not be NULL is NULL";
     case PAL_STATUS_BAD_STRUCT_SIZE:
-      return "struct_size is not the size of the struct";
+      return "struct_size is not set, or a member unknown to the library is not 0";
     case PAL_STATUS_BAD_ARGUMENT:
       return "an argument is outside its documented range";
     case PAL_STATUS_NOT_FINITE:
@@ -21,10 +21,9 @@ extern "C" const char* pal_status_text(pal_status status) noexcept {
     case PAL_STATUS_NO_SUCH_NODE:
       return "the pack has no such contact node";
     case PAL_STATUS_NO_SUCH_MODEL:
-      return "the pack does not carry this response model";
+      return "the pack or the session lacks the model, tree, gravity or turning patches that the call needs";
     case PAL_STATUS_MODEL_CANNOT_ANSWER:
-      return "several contacts, fixed nodes or given forces need linear_dd or zones, which this pack or "
-             "session does not use";
+      return "no model of the session can answer this call";
     case PAL_STATUS_NO_SUCH_TOOL:
       return "the session has no such tool";
     case PAL_STATUS_ALREADY_USED:
@@ -88,7 +87,7 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
     case PAL_FLAG_BLENDING:
       return "contacts or models have changed; the force blends to its new value";
     case PAL_FLAG_NO_ROOM:
-      return "the tool touches the surface, and the session has no capacity for another contact";
+      return "the tool touches the surface, but no further contact can be held or answered";
     case PAL_FLAG_PREPARING:
       return "a model for new contacts is in preparation; the last contact set answers";
     case PAL_FLAG_NOT_FINITE:
@@ -96,7 +95,7 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
     case PAL_FLAG_REDUCED:
       return "the force was reduced so that the tools gain no energy";
     case PAL_FLAG_NEAREST_SITE:
-      return "a contact between sites was answered at its nearest site, or as if it were alone";
+      return "a contact between sites was answered at the site of its largest weight, or as if it were alone";
     case PAL_FLAG_UNCONVERGED:
       return "nonlinear_zone has not converged at this displacement";
     case PAL_FLAG_HELD:

@@ -68,12 +68,9 @@ inline bool is_own_compliance(const pal_pack& pack, double value) {
   return value >= pack.max_displacement * pack.metres / kLargestPush && value <= kLargestPush;
 }
 
-// The bytes of a segment. nullptr if the segment is missing, misplaced, or not `count` elements long. Not
-// inlined, because opening a pack has many calls.
-[[gnu::noinline]] inline const unsigned char* segment_bytes(const pal_pack& pack,
-                                                            const pack::Segment* segment,
-                                                            uint64_t first_offset, uint64_t count,
-                                                            uint64_t element_bytes) {
+// The bytes of a segment. nullptr if the segment is missing, misplaced, or not `count` elements long.
+inline const unsigned char* segment_bytes(const pal_pack& pack, const pack::Segment* segment,
+                                          uint64_t first_offset, uint64_t count, uint64_t element_bytes) {
   if (segment == nullptr || segment->offset() % pack::kAlignment != 0 || segment->offset() < first_offset ||
       segment->offset() > pack.num_bytes || segment->bytes() > pack.num_bytes - segment->offset() ||
       segment->bytes() % element_bytes != 0 || segment->bytes() / element_bytes != count) {

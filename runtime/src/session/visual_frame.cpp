@@ -1,5 +1,4 @@
-// The visual frame: displacements of the packed nodes, or of the requested nodes, from the last haptic frame.
-#include <math.h>
+// The visual frame: displacements of the packed nodes, or of the requested nodes, of the last frame.
 #include <string.h>
 
 #include <palpate/palpate.h>
@@ -17,9 +16,6 @@
 
 namespace palpate {
 namespace {
-
-// A block of this many panels keeps its sums in the nearest caches.
-constexpr uint32_t kPanelsAtOnce = kMostPanelsAtOnce;
 
 const pal_real* turn_of(const FieldState& field) {
   return field.gravity_turned ? field.gravity_turn : nullptr;
@@ -93,7 +89,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   for (uint32_t i = 0; has_corners(field) && i < field.num_corners; ++i)
     combine_polynomial_basis(*session.tissue.pack, field.corners[i], corners[i]);
   const ShownField shown = {field, corners};
-  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
+  alignas(64) pal_real rows[kMostPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     // Whole panels go straight to the caller's memory if the caller's nodes have the same layout.
     const bool direct = stride_bytes == kNodeBytes && writes_once(session, field) &&
@@ -102,7 +98,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
     for (uint32_t first = 0; left > 0;) {
       const bool into_rows = !direct || left < pack::kPanelNodes;
       const uint32_t panels = into_rows ? pack::num_panels(left) : left / pack::kPanelNodes;
-      const uint32_t count = panels < kPanelsAtOnce ? panels : kPanelsAtOnce;
+      const uint32_t count = panels < kMostPanelsAtOnce ? panels : kMostPanelsAtOnce;
       const uint32_t nodes = count * pack::kPanelNodes < left ? count * pack::kPanelNodes : left;
       fill_panels(session, shown, first, count, into_rows ? rows : reinterpret_cast<pal_real*>(out));
       out = into_rows ? write_nodes(rows, nodes, stride_bytes, out) : out + nodes * kNodeBytes;
@@ -125,11 +121,11 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
 void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
                            char* out) {
   const pal_pack& pack = *session.tissue.pack;
-  alignas(64) pal_real rows[kPanelsAtOnce * pack::kPanelRows];
+  alignas(64) pal_real rows[kMostPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
-    for (uint32_t first = 0; first < pack.num_panels; first += kPanelsAtOnce) {
+    for (uint32_t first = 0; first < pack.num_panels; first += kMostPanelsAtOnce) {
       const uint32_t left = pack.num_panels - first;
-      const uint32_t count = left < kPanelsAtOnce ? left : kPanelsAtOnce;
+      const uint32_t count = left < kMostPanelsAtOnce ? left : kMostPanelsAtOnce;
       fill_compressed_field(pack, field.forces(), first, count, session.tissue.kernel.add_columns, rows);
       for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
         const uint32_t node =

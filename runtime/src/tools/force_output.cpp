@@ -29,11 +29,6 @@ bool is_finite(const Wrench& wrench) {
   return zero == 0;
 }
 
-bool has_limits(const pal_session_config& config) {
-  return isfinite(config.max_force) || isfinite(config.max_torque) || isfinite(config.max_force_rate) ||
-         isfinite(config.max_torque_rate);
-}
-
 // The largest factor, at most 1, that brings a wrench within both a force limit and a torque limit.
 double part_within(double most_force, double most_torque, const Wrench& wrench) {
   double part = 1.0;
@@ -92,16 +87,8 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
   const bool held = !reliable || !finite;
   uint32_t flags = (held ? PAL_FLAG_HELD : 0) | (finite ? 0 : PAL_FLAG_NOT_FINITE);
   const bool released = output.held && !held;
-  const bool as_it_is =
-      !held && !released && !switched && !stale && output.blend_left == 0 && output.gain == 1.0;
-  if (as_it_is && !has_limits(config)) {
-    output.blended = output.limited = output.out = given;
-    output.quiet = is_zero(given);
-    output.is_model = true;
-    output.kept = 1.0;
-    return 0;
-  }
-  if (released) take_gain(output);
+  // Under stale input the gain goes on falling.
+  if (released && !stale) take_gain(output);
   if (held) hold_last(output);
   output.held = held;
   const Wrench model = held ? output.blended : given;

@@ -19,6 +19,19 @@ constexpr double kLongestFrame = 1.0;  // s
 // A strain below this fraction of the scene's largest displacement is rounding of poses.
 constexpr double kLeastStrain = 1e-6;
 
+// Keeps the larger of two error estimates. An estimate that is not a number counts as 1 (unknown).
+void keep_worse(double estimate, double& worst) {
+  if (!(estimate <= worst)) worst = isnan(estimate) ? 1.0 : estimate;
+}
+
+bool is_finite(const double (&matrix)[3][3]) {
+  double zero = 0;
+  for (const auto& row : matrix) {
+    for (const double entry : row) zero += entry - entry;
+  }
+  return zero == 0;
+}
+
 bool holds_anything(const ToolStates& states, uint32_t tool) {
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     if (states.contacts[c].tool == tool) return true;
@@ -108,9 +121,8 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   }
   result.flags |= answer.flags;
   result.model = answer.model;
-  if (answer.displacement_error > result.displacement_error)
-    result.displacement_error = answer.displacement_error;
-  if (answer.force_error > result.force_error) result.force_error = answer.force_error;
+  keep_worse(answer.displacement_error, result.displacement_error);
+  keep_worse(answer.force_error, result.force_error);
 }
 
 void reduce(double part, Wrench& wrench, pal_tool_result& result) {
@@ -131,7 +143,8 @@ bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, ui
   if (states.tools[tool].output.held) return false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
-    for (uint32_t c = 0; c < states.num_contacts && group.jammed > 0; ++c) {
+    if (group.jammed == 0) continue;
+    for (uint32_t c = 0; c < states.num_contacts; ++c) {
       const uint32_t* end = group.contacts + group.num_contacts;
       if (states.contacts[c].tool == tool && std::find(group.contacts, end, states.answered_of[c]) != end)
         return false;
@@ -148,8 +161,7 @@ void reset_tool(ToolState& state) {
   reset_output(state.output);
 }
 
-// Runs once a session, so the compiler optimises for size.
-[[gnu::cold]] void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
+void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& states) {
   states.contacts = arena.take<HeldContact>(config.max_contacts);
   states.tools = arena.take<ToolState>(config.max_tools);
   states.inputs = arena.take<pal_contact>(config.max_contacts);
@@ -209,7 +221,8 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
     const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
-    const bool reliable = is_reliable(states, tissue.zone.active, tool, result.flags);
+    const bool reliable =
+        is_finite(result.stiffness) && is_reliable(states, tissue.zone.active, tool, result.flags);
     result.flags |=
         filter_force(config, wrenches[tool], reliable, states.changed, stale, states.dt, state.output);
     if (state.output.held) memset(result.stiffness, 0, sizeof result.stiffness);

@@ -13,7 +13,7 @@
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
 
-namespace palpate::test::patch_turns_fixture {
+namespace palpate::test::patch_rotation_fixture {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -46,4 +46,4 @@ inline pal_contact_torque torque_of(const OwnedSession& session, uint32_t contac
 
 inline const std::vector<pal_contact> kPress = {{4, {0.03, -0.02, -0.08}, 0, {}, {}, {}}};
 
-}  // namespace palpate::test::patch_turns_fixture
+}  // namespace palpate::test::patch_rotation_fixture
