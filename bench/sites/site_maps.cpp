@@ -66,7 +66,7 @@ class Organ {
       SampleFile kept(store.file_of(label), store.binding_of(label));
       SiteSampler sampler(solver, sites_, site(i), unloaded, &kept);
       const std::optional<TaylorCoefficients> series =
-          sampler.rest_series(sites_.mean_surface_edge * site(i).frame);
+          sampler.coefficients_at_rest(sites_.mean_surface_edge * site(i).frame);
       series_.push_back(unsampled_polynomial(
           linear_at(i), series.value(), site(i).frame.transpose() / loaded_.scene.max_displacement, false));
     }

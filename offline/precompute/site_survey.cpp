@@ -98,8 +98,7 @@ SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, con
       sampler.coefficients_at_rest(sites.mean_surface_edge * site.frame);
   domain.sample_rest();
   if (!series) return fit_to_target(domain, plan, points, samples, result);
-  SitePolynomial unsampled =
-      unsampled_polynomial(samples.linear, *series, samples.to_unit, samples.half);
+  SitePolynomial unsampled = unsampled_polynomial(samples.linear, *series, samples.to_unit, samples.half);
   for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) take(domain, x);
   const double floor = force_floor(samples);
   SampleErrors largest = {0, 0};

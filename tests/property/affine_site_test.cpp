@@ -59,7 +59,8 @@ struct SolvedSite {
         solver(assembly),
         site(block.sites.sites[block.sites.sites.size() / 2]),
         sampler(solver, block.sites, site, rest) {
-    const TaylorCoefficients series = *sampler.rest_series(block.sites.mean_surface_edge * site.frame);
+    const TaylorCoefficients series =
+        *sampler.coefficients_at_rest(block.sites.mean_surface_edge * site.frame);
     polynomial = unsampled_polynomial(linear_response(solver, block.sites, site, rest), series,
                                       site.frame.transpose() / block.scene.max_displacement, false);
   }
