@@ -102,7 +102,9 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   std::error_code error;
   auto opened = std::make_unique<OpenFile>();
   opened->path = file;
-  opened->canonical = std::filesystem::weakly_canonical(file, error);
+  // weakly_canonical() leaves the path of a missing file relative.
+  opened->canonical = std::filesystem::absolute(file, error);
+  if (!error) opened->canonical = std::filesystem::weakly_canonical(opened->canonical, error);
   if (error) refuse("cannot be resolved (" + error.message() + "); check its name");
   for (const auto& outer : open_) {
     if (outer->canonical == opened->canonical) refuse("the file includes itself; break the circle");
@@ -116,8 +118,11 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   }
   if (++num_opened_ > kMostIncludes)
     refuse("more than " + std::to_string(kMostIncludes) + " files are included");
-  const std::string unreadable = read_text_file(opened->canonical, opened->content, bytes_left_);
+  const std::string unreadable = read_text_file(opened->canonical, opened->content);
   if (!unreadable.empty()) refuse(unreadable);
+  if (opened->content.size() > bytes_left_)
+    refuse("the files of this model are together larger than " + std::to_string(kMaxModelBytes) +
+           " bytes, the limit; name smaller files");
   bytes_left_ -= opened->content.size();
   if (opened->content.rfind("\xEF\xBB\xBF", 0) == 0) opened->next = 3;  // a UTF-8 byte order mark
   opened->place.file = files_.add(file.string());

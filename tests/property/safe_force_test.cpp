@@ -121,6 +121,23 @@ TEST(SafeForce, JammedContactsStayWithinTheDefaultBound) {
   EXPECT_GT(unlimited.largest, usual.max_force) << "else this test shows nothing";
 }
 
+// A dt without sense must not stretch a frame: the force would jump.
+TEST(SafeForce, BadDtDoesNotLiftTheRateLimit) {
+  const OpenPack pack(small_pack_bytes());
+  pal_session_config config = pal_default_session_config(pack.get());
+  config.max_force_rate = 1e-6 * config.max_force;
+  ToolSession session(pack.get(), config);
+  session.hold(0, pal_default_hold(0));
+  Eigen::Vector3d last = force_of(session.frame({at(Eigen::Vector3d::Zero())})[0]);
+  const double reach = pack.info().max_displacement;
+  for (const double dt : {kInfinity, std::nan(""), 1e9, 1.5, -1.0}) {
+    const pal_tool_result result = session.frame_with({at({0, 0, -reach})}, dt, {})[0];
+    EXPECT_LE((force_of(result) - last).norm(), config.max_force_rate * kFrame * (1 + kRounding)) << dt;
+    EXPECT_TRUE(result.flags & PAL_FLAG_LIMITED) << dt;
+    last = force_of(result);
+  }
+}
+
 // The model's force: 1, then unreliable for a while, then 3.
 TEST(SafeForce, HeldForceFadesAndBlendsBack) {
   pal_session_config config = {};

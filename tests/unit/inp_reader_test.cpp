@@ -104,6 +104,21 @@ TEST_F(InpReader, IncludesStayBelowTheModelsFolder) {
   EXPECT_NO_THROW(read_inp(file, "/"));
 }
 
+// A bare file name has no folder to resolve a missing file in.
+TEST_F(InpReader, MissingIncludeOfABareNameIsMissing) {
+  dir_.write("organ.inp", "*NODE\n*INCLUDE, INPUT=missing.inc\n");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(dir_.path());
+  std::string message;
+  try {
+    read_inp("organ.inp");
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  std::filesystem::current_path(before);
+  EXPECT_NE(message.find("No such file"), std::string::npos) << message;
+}
+
 TEST_F(InpReader, FollowsIncludes) {
   dir_.write("parts/nodes.inc", "3, 0, 1, 0\n4, 0, 0, 1\n*INCLUDE, INPUT=last.inc\n");
   dir_.write("parts/last.inc", "5, 1, 1, 1");

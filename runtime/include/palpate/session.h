@@ -32,7 +32,8 @@ typedef struct pal_session_config {
   double ramp_seconds;  /* duration of that ramp, and of the ramp back: s. Default: 0.05 */
   /* Limits of each tool: N, N m, N/s, N m/s. Beyond a limit, force and torque are scaled alike. INFINITY: no limit.
    * 0, the default, means for max_force: five times the largest force of any site at max_displacement, by the site's
-   * stiffness at rest. For max_force_rate: that force, or a smaller max_force, in 10 ms. For torques: no limit. */
+   * stiffness at rest. For max_force_rate: that force, or a smaller max_force, in 10 ms. For torques: no limit.
+   * The rates do not hold back a force that fades to zero (PAL_FLAG_STALE, PAL_FLAG_HELD). */
   double max_force;
   double max_torque;
   double max_force_rate;

@@ -184,7 +184,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
                   pal_tool_result* results) {
   const pal_session_config& config = *tissue.config;
   const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
-  if (input.dt >= 0) states.dt = input.dt <= kLongestFrame ? input.dt : kLongestFrame;
+  if (!dt_is_bad) states.dt = input.dt;
 
   if (input.num_tools > 0) use_tool(states, input.num_tools - 1);
   uint32_t own_flags[kMostTools] = {};
