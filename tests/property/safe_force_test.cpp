@@ -51,16 +51,16 @@ TEST(SafeForce, ZeroIsTheDefaultAndInfinityIsNoLimit) {
   pal_session_config config = usual;
   config.max_force = config.max_force_rate = config.max_torque = config.max_torque_rate = 0;
   const pal_session_config of_zero = completed(pack.get(), config);
-  config.max_force = 0.5;
+  config.max_force = 0.5 * usual.max_force;
   const pal_session_config stated = completed(pack.get(), config);
   config.max_force = kInfinity;
   const pal_session_config none = completed(pack.get(), config);
   EXPECT_EQ(of_zero.max_force, usual.max_force);
-  EXPECT_EQ(stated.max_force, 0.5);
+  EXPECT_EQ(stated.max_force, 0.5 * usual.max_force);
   EXPECT_EQ(none.max_force, kInfinity);
   EXPECT_EQ(of_zero.max_force_rate, usual.max_force_rate);
   EXPECT_EQ(none.max_force_rate, usual.max_force_rate);
-  EXPECT_DOUBLE_EQ(stated.max_force_rate, 50);  // the stated force in 10 ms
+  EXPECT_DOUBLE_EQ(stated.max_force_rate, 0.5 * usual.max_force_rate);
   for (const pal_session_config& one : {of_zero, stated, none}) {
     EXPECT_EQ(one.max_torque, kInfinity);
     EXPECT_EQ(one.max_torque_rate, kInfinity);
