@@ -130,12 +130,15 @@ TEST(SafeForce, BadDtDoesNotLiftTheRateLimit) {
   session.hold(0, pal_default_hold(0));
   Eigen::Vector3d last = force_of(session.frame({at(Eigen::Vector3d::Zero())})[0]);
   const double reach = pack.info().max_displacement;
-  for (const double dt : {kInfinity, std::nan(""), 1e9, 1.5, -1.0}) {
-    const pal_tool_result result = session.frame_with({at({0, 0, -reach})}, dt, {})[0];
+  const auto expect_limited = [&](double dt, double depth) {
+    const pal_tool_result result = session.frame_with({at({0, 0, -depth})}, dt, {})[0];
     EXPECT_LE((force_of(result) - last).norm(), config.max_force_rate * kFrame * (1 + kRounding)) << dt;
     EXPECT_TRUE(result.flags & PAL_FLAG_LIMITED) << dt;
     last = force_of(result);
-  }
+  };
+  for (const double dt : {kInfinity, std::nan(""), -1.0}) expect_limited(dt, reach);
+  last = force_of(session.frame_with({at({0, 0, -reach})}, 1.5, {})[0]);
+  expect_limited(std::nan(""), 0);
 }
 
 // The model's force: 1, then unreliable for a while, then 3.

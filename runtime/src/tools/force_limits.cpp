@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/polynomial/polynomial_dd.hpp"
 
@@ -45,7 +47,7 @@ void fill_limits(const pal_pack& pack, pal_session_config& config) {
   if (config.max_force == 0 || config.max_force_rate == 0) {
     const double most = kMargin * largest_linear_force(pack) * pack.newtons;
     if (config.max_force == 0) config.max_force = most;
-    if (config.max_force_rate == 0) config.max_force_rate = fmin(config.max_force, most) / kRiseSeconds;
+    if (config.max_force_rate == 0) config.max_force_rate = std::min(config.max_force, most) / kRiseSeconds;
   }
   if (config.max_torque == 0) config.max_torque = HUGE_VAL;
   if (config.max_torque_rate == 0) config.max_torque_rate = HUGE_VAL;

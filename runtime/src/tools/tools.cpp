@@ -185,11 +185,13 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   const pal_session_config& config = *tissue.config;
   const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
   if (!dt_is_bad) states.dt = input.dt;
+  // A frame that took too long ages the input by the longest frame, and no later frame repeats it.
+  const double dt = isfinite(input.dt) && input.dt > kLongestFrame ? kLongestFrame : states.dt;
 
   if (input.num_tools > 0) use_tool(states, input.num_tools - 1);
   uint32_t own_flags[kMostTools] = {};
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
-    const bool read = read_input(input, tool, states.dt, states.tools[tool]);
+    const bool read = read_input(input, tool, dt, states.tools[tool]);
     own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
   }
   ToolRotation last = {{}, kMostTools};
@@ -223,8 +225,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
     const bool reliable =
         is_finite(result.stiffness) && is_reliable(states, tissue.zone.active, tool, result.flags);
-    result.flags |=
-        filter_force(config, wrenches[tool], reliable, states.changed, stale, states.dt, state.output);
+    result.flags |= filter_force(config, wrenches[tool], reliable, states.changed, stale, dt, state.output);
     if (state.output.held) memset(result.stiffness, 0, sizeof result.stiffness);
     memcpy(result.force, state.output.out.v, sizeof result.force);
     memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
