@@ -60,8 +60,7 @@ typedef struct pal_haptic_input {
   uint32_t num_tools;    /* tools 0 .. num_tools - 1 have a pose; the input of further tools ages */
   const pal_pose* poses; /* [num_tools] world */
   const double* ages;    /* [num_tools] time since each pose was measured: s. NULL: 0 */
-  double
-      dt; /* time since the last frame: s, 0 .. 1. More counts as 1; without sense, the last good value is used */
+  double dt; /* time since the last frame: s, 0 .. 1. More counts as 1. A bad dt counts as the last one */
   uint32_t result_bytes; /* struct_size of each pal_tool_result: sizeof(pal_tool_result) */
   uint32_t num_results;  /* entries of `results`: tools 0 .. num_results - 1 are written */
 } pal_haptic_input;
