@@ -54,20 +54,19 @@ class Paths {
  private:
   // Number of increments where Bergan's sign differs from the load's direction.
   static int num_misled(const PathRun& run) {
-    int path_reversed = 0;
+    int misled = 0;
     for (size_t i = 1; i < run.points.size(); ++i) {
       const bool grows = run.points[i].load_factor > run.points[i - 1].load_factor;
       const bool stiff = run.points[i].current_stiffness > 0 && run.points[i - 1].current_stiffness > 0;
       const bool soft = run.points[i].current_stiffness < 0 && run.points[i - 1].current_stiffness < 0;
-      path_reversed += (stiff && !grows) || (soft && grows) ? 1 : 0;
+      misled += (stiff && !grows) || (soft && grows) ? 1 : 0;
     }
-    return path_reversed;
+    return misled;
   }
 
   static std::string end_of(const SolveReport& report) {
     if (report.converged) return "reached";
-    return fmt::format("{} at {:.4f}",
-                       report.stopped == StopCause::path_reversed ? "path_reversed" : "stopped",
+    return fmt::format("{} at {:.4f}", report.stopped == StopCause::path_reversed ? "misled" : "stopped",
                        report.load_factor);
   }
 
@@ -76,10 +75,10 @@ class Paths {
       "Paths past two limit points of the load, C3D10, by the arc length and by the current "
       "stiffness (Bergan's procedure), with the same first and largest increment; load factors "
       "at the limits, in brackets their difference to what is known, over the larger; increments "
-      "path_reversed = between whose ends the sign of the current stiffness parameter is not the "
+      "misled = between whose ends the sign of the current stiffness parameter is not the "
       "direction of the load.",
       {"case", "increments by", "nodes", "increments", "cutbacks", "iterations", "upper limit", "lower limit",
-       "increments path_reversed", "end of the path"}};
+       "increments misled", "end of the path"}};
 };
 
 ArcLengthSettings to_displacement(int dof, double value, double first, double largest) {
