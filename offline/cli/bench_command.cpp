@@ -58,7 +58,7 @@ int run_bench(const BenchArguments& arguments) {
     fmt::print("  {:<11} {:<28} {:>10.0f} {:>9.0f} {:>9.0f} {:>10.0f}\n", timing.model, timing.stage,
                timing.at(0.5), timing.at(0.99), timing.at(0.999), timing.at(1));
   }
-  fmt::print("Reading the clock itself takes {:.0f} of them.\n", clock.at(0.5));
+  fmt::print("Reading the clock itself takes {:.0f} ns.\n", clock.at(0.5));
   return 0;
 }
 

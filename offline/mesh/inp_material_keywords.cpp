@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/input_error.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
@@ -169,9 +170,8 @@ void read_material(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   material.place = keyword.place;
   for (const DraftMaterial& other : draft.materials) {
     if (other.material.name == material.material.name) {
-      lexer.fail(keyword.place, "material " + printable(other.material.name) +
-                                    " is already defined in line " + std::to_string(other.place.line) +
-                                    "; give this one another name");
+      lexer.fail(keyword.place, "material " + printable(other.material.name) + " is already defined at " +
+                                    location(lexer.files().at(other.place)) + "; give this one another name");
     }
   }
   draft.materials.push_back(material);

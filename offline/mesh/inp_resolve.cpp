@@ -13,10 +13,6 @@
 namespace palpate {
 namespace {
 
-std::string location(const SourceLine& line) {
-  return line.file + ":" + std::to_string(line.line);
-}
-
 // Returns sorted pairs (label, index); refuses the second place of a repeated label.
 template <typename Item>
 std::vector<std::pair<int, int>> index_labels(const std::vector<Item>& items, const SourceFiles& files,

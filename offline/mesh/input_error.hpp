@@ -8,13 +8,16 @@
 
 namespace palpate {
 
-// what() is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes". Line 0
-// means the whole file and prints as "liver.inp: ...".
+// Returns "file:line"; line 0 means the whole file and gives "file".
+inline std::string location(const SourceLine& where) {
+  return where.line > 0 ? where.file + ":" + std::to_string(where.line) : where.file;
+}
+
+// what() is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes".
 class InputError : public std::runtime_error {
  public:
   InputError(const SourceLine& where, const std::string& message)
-      : std::runtime_error(where.line > 0 ? where.file + ":" + std::to_string(where.line) + ": " + message
-                                          : where.file + ": " + message) {}
+      : std::runtime_error(location(where) + ": " + message) {}
 };
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #include "offline/output/finished_file.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -40,6 +41,16 @@ fs::path temporary_beside(const fs::path& path) {
   return temporary;
 }
 
+// Makes the empty temporary file. O_EXCL refuses a link that somebody else has put in its place. Returns errno.
+int create_temporary(const fs::path& temporary) {
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  const int file = ::open(temporary.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+  if (file < 0) return errno;
+  ::close(file);
+  return 0;
+}
+
 // Removes temporary files of killed processes.
 void remove_left_overs(const fs::path& path) {
   const std::string front = path.filename().string() + kUnfinished;
@@ -68,12 +79,10 @@ void check_can_finish(const fs::path& path) {
   if (is_stream(path)) return;
   remove_left_overs(behind_links(path));
   const fs::path temporary = temporary_beside(behind_links(path));
-  errno = 0;
-  const bool opened = std::ofstream(temporary).is_open();
-  const int reason = errno;
+  const int reason = create_temporary(temporary);
   std::error_code ignored;
   fs::remove(temporary, ignored);
-  if (!opened) {
+  if (reason != 0) {
     throw std::runtime_error(name + ": cannot be written (" + std::generic_category().message(reason) +
                              "); name another place");
   }
@@ -94,6 +103,10 @@ void write_finished_file(const fs::path& path, const std::function<void(const fs
   }
   const fs::path place = behind_links(path);
   const fs::path temporary = temporary_beside(place);
+  if (const int reason = create_temporary(temporary); reason != 0) {
+    throw std::runtime_error(path.string() + ": cannot be written (" +
+                             std::generic_category().message(reason) + "); name another place");
+  }
   std::error_code ignored;
   try {
     write(temporary);

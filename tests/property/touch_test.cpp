@@ -116,6 +116,8 @@ TEST_F(Touch, RefusesSenselessArguments) {
   EXPECT_EQ(pal_tool_set_touch(tools_.get(), 0, &bad), PAL_STATUS_NOT_FINITE);
   bad = touch(PAL_LAW_TOUCH, HUGE_VAL);
   EXPECT_EQ(pal_tool_set_touch(tools_.get(), 0, &bad), PAL_STATUS_NOT_FINITE);
+  bad = touch(PAL_LAW_TOUCH, -0.001);
+  EXPECT_EQ(pal_tool_set_touch(tools_.get(), 0, &bad), PAL_STATUS_BAD_ARGUMENT);
   bad = touch(PAL_LAW_TOUCH);
   bad.struct_size = 4;
   EXPECT_EQ(pal_tool_set_touch(tools_.get(), 0, &bad), PAL_STATUS_BAD_STRUCT_SIZE);

@@ -116,8 +116,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{12, "*MATERIAL", "organ.inp:12: *MATERIAL needs NAME=...; add it"},
         BadLine{12, "*MATERIAL, NAME=BONE\n*MATERIAL, NAME=TISSUE",
                 "organ.inp:12: material BONE has no law; add *HYPERELASTIC or *ELASTIC below it"},
-        BadLine{12, "*MATERIAL, NAME=TISSUE\n*MATERIAL, NAME=TISSUE",
-                "organ.inp:13: material TISSUE is already defined in line 12; give this one another name"},
+        BadLine{
+            12, "*MATERIAL, NAME=TISSUE\n*MATERIAL, NAME=TISSUE",
+            "organ.inp:13: material TISSUE is already defined at organ.inp:12; give this one another name"},
         BadLine{12, "", "organ.inp:12: *HYPERELASTIC belongs to no material; move it below *MATERIAL"},
         BadLine{12, "*MATERIAL, NAME=TISSUE\n1, 2",
                 "organ.inp:13: unexpected data after *MATERIAL: '1, 2'; remove it"},

@@ -222,7 +222,8 @@ TEST(Picture, FileThatCannotBeWrittenIsNamed) {
     write_before_after({}, small_page(), "/no/such/folder/organ.png");
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_EQ(std::string(error.what()), "/no/such/folder/organ.png: No such file or directory");
+    EXPECT_EQ(std::string(error.what()),
+              "/no/such/folder/organ.png: cannot be written (No such file or directory); name another place");
   }
 }
 

@@ -2,6 +2,7 @@
 #include "offline/output/vtu_writer.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -147,8 +148,20 @@ TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
     write_vtu(two_tetrahedra(), "/no/such/folder/result.vtu");
     FAIL();
   } catch (const std::runtime_error& error) {
-    EXPECT_EQ(std::string(error.what()), "/no/such/folder/result.vtu: No such file or directory");
+    EXPECT_EQ(
+        std::string(error.what()),
+        "/no/such/folder/result.vtu: cannot be written (No such file or directory); name another place");
   }
+  // A link in place of the temporary file is replaced, not followed.
+  const std::filesystem::path linked = scratch("vtu_writer_link");
+  std::filesystem::create_directories(linked);
+  const std::filesystem::path target = linked / "target";
+  const std::filesystem::path planted = linked / ("result.vtu.unfinished-" + std::to_string(::getpid()));
+  std::filesystem::create_symlink(target, planted);
+  write_vtu(two_tetrahedra(), linked / "result.vtu");
+  EXPECT_FALSE(std::filesystem::exists(target));
+  EXPECT_FALSE(std::filesystem::is_symlink(linked / "result.vtu"));
+  std::filesystem::remove_all(linked);
   // A folder blocks the file's name: the rename fails and the temporary file must disappear.
   const std::filesystem::path folder = scratch("vtu_writer_folder");
   std::filesystem::create_directories(folder / "result.vtu" / "occupied");

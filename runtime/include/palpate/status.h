@@ -15,7 +15,8 @@ typedef enum pal_status {
   PAL_STATUS_NULL_ARGUMENT = 10,
   PAL_STATUS_BAD_STRUCT_SIZE = 11, /* struct_size is not set, or a member unknown to the library is not 0 */
   PAL_STATUS_BAD_ARGUMENT = 12,    /* an argument is outside its documented range */
-  PAL_STATUS_NOT_FINITE = 13,      /* an input is a NaN, an infinity or a position beyond 1e100 */
+  PAL_STATUS_NOT_FINITE =
+      13, /* an input is a NaN, infinite or a position beyond 1e100 (in a config: BAD_ARGUMENT) */
   PAL_STATUS_NO_SUCH_SITE = 14,
   PAL_STATUS_NO_SUCH_NODE = 15,
   PAL_STATUS_NO_SUCH_MODEL =

@@ -47,7 +47,7 @@ typedef struct pal_touch {
   uint32_t struct_size;
   pal_contact_law law;
   double tip[3];   /* centre of the tip in the tool's frame: m */
-  double distance; /* of that centre from the surface at rest: the tip's radius, or 0: m */
+  double distance; /* of that centre from the surface at rest: the tip's radius, or 0: m, >= 0 */
 } pal_touch;
 
 /* Set touch->struct_size first. NULL: the tool no longer takes hold by itself, and keeps what it holds. Real-time safe:

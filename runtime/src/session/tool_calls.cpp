@@ -93,6 +93,7 @@ extern "C" pal_status pal_tool_set_touch(pal_session* session, uint32_t tool,
   for (const double number : {touch.tip[0], touch.tip[1], touch.tip[2], touch.distance}) {
     if (!(fabs(number) <= palpate::kMostPosition)) return PAL_STATUS_NOT_FINITE;
   }
+  if (touch.distance < 0) return PAL_STATUS_BAD_ARGUMENT;
   palpate::use_tool(session->tools, tool);
   state.touch = touch;
   state.touches = true;
