@@ -21,7 +21,7 @@ constexpr unsigned char kCanary = 0xa5;
 constexpr size_t kRecordingBytes = 1 << 16;
 
 long num_calls() {
-  return rounds_by("PALPATE_RANDOM_CALLS", kSanitized ? 8000 : 40000, 1000000);
+  return rounds_by("PALPATE_RANDOM_CALLS", kSanitized ? 8000 : 100000, 1000000);
 }
 
 // A struct in memory as long as any struct_size claims.

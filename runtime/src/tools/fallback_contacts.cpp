@@ -75,7 +75,9 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   if (ready) {
     set_answered(kind, states.num_contacts, ids, states.inputs, states.turns, tissue.fixed_version, tissue,
                  states);
-  } else if (finished) {
+  } else if (finished &&
+             is_ready(tissue, states.begun, states.begun_inputs, states.num_begun, states.begun_fixed)) {
+    // Not ready: a pal_contact_frame has replaced the part that was ready when the preparation began.
     set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_turns,
                  states.begun_fixed, tissue, states);
   } else if (!is_ready(tissue, states.answered, states.answered_inputs, states.num_answered,
