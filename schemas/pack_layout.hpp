@@ -126,6 +126,20 @@ inline constexpr uint32_t kNoPatch = UINT32_MAX;
 // Limit of the sum of nodes over all elements of a volume patch.
 inline constexpr uint32_t kMostPatchNodes = 128;
 
+// A front of Organ: nodes that are eliminated together, its columns, and the nodes below them.
+struct Front {
+  uint32_t first_column;  // its first place in Organ::order
+  uint32_t num_columns;
+  uint32_t first_row;  // its first entry in Organ::rows
+  uint32_t num_rows;
+  uint32_t parent;  // the front that holds all its rows; kNoFront: a root
+  uint32_t first_element;
+  uint32_t num_elements;  // elements whose first node in the elimination is a column of the front
+  uint32_t num_within;    // fronts of its subtree, which end with the front itself
+};
+static_assert(sizeof(Front) == 32);
+inline constexpr uint32_t kNoFront = UINT32_MAX;
+
 // The energy W of each law: dyadic_tangent.hpp and isotropic_law.hpp.
 enum class ZoneLaw : uint32_t {
   compressible_neo_hookean = 0,  // mu, lambda

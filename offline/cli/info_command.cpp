@@ -29,6 +29,14 @@ size_t default_arena_bytes(const OpenedPack& opened) {
   return bytes;
 }
 
+// The organ's mesh and tree, which zones read; 0 in packs of older builders.
+size_t organ_bytes(const pack::Pack& tables) {
+  const pack::Organ* organ = tables.organ();
+  if (organ == nullptr) return 0;
+  return organ->nodes()->bytes() + organ->elements()->bytes() + organ->node_elements()->bytes() +
+         organ->fronts()->bytes() + organ->order()->bytes() + organ->rows()->bytes();
+}
+
 size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   if (model == pack::ResponseModel::linear_dd) {
     if (const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed()) {
@@ -44,7 +52,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
            zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
            zone.field_units()->bytes() + zone.force_scale()->bytes() + zone.more_rings()->bytes() +
-           zone.exterior()->bytes() + zone.exterior_units()->bytes() +
+           zone.exterior()->bytes() + zone.exterior_units()->bytes() + organ_bytes(tables) +
            (zone.num_pair_fields() > 0 ? zone.pair_fields()->bytes() + zone.pair_weights()->bytes() : 0);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();

@@ -37,6 +37,11 @@ struct ZoneSegments {
       force_scale, more_rings, exterior, exterior_units, pair_fields, pair_weights;
 };
 
+struct OrganSegments {
+  uint32_t num_nodes, num_free, num_elements, num_fronts;
+  pack::Segment nodes, elements, node_elements, fronts, order, rows;
+};
+
 // geometry_tables.cpp
 GeometrySegments add_geometry(const Model& model, const ContactSites& sites, SegmentStore& store);
 SiteSegments add_sites(const ContactSites& sites, Directions directions, SegmentStore& store);
@@ -74,6 +79,11 @@ flatbuffers::Offset<pack::PolynomialDd> create_polynomials(const PackContent& co
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store);
 flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content, const ZoneSegments& zone,
                                                      uint64_t base, flatbuffers::FlatBufferBuilder& builder);
+
+// organ_tables.cpp
+OrganSegments add_organ(const PackContent& content, SegmentStore& store);
+flatbuffers::Offset<pack::Organ> create_organ(const OrganSegments& organ, uint64_t base,
+                                              flatbuffers::FlatBufferBuilder& builder);
 
 // survey_tables.cpp
 std::vector<flatbuffers::Offset<pack::ErrorSurvey>> create_surveys(const PackContent& content,

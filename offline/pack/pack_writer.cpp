@@ -37,7 +37,11 @@ AlignedBytes write_pack(const PackContent& content) {
   if (content.polynomials != nullptr)
     polynomial = add_polynomials(*content.polynomials, content.sites, content.rounded, store);
   ZoneSegments zone;
-  if (content.zone != nullptr) zone = add_zone(content, store);
+  OrganSegments organ = {};
+  if (content.zone != nullptr) {
+    zone = add_zone(content, store);
+    organ = add_organ(content, store);
+  }
   const bool has_gravity = content.rest != nullptr && !content.rest->is_mesh();
   GravitySegments gravity;
   if (has_gravity) gravity = add_gravity(content, store);
@@ -73,7 +77,11 @@ AlignedBytes write_pack(const PackContent& content) {
     if (content.polynomials != nullptr)
       polynomial_table = create_polynomials(content, polynomial, base, builder);
     flatbuffers::Offset<pack::NonlinearZone> zone_table;
-    if (content.zone != nullptr) zone_table = create_zone(content, zone, base, builder);
+    flatbuffers::Offset<pack::Organ> organ_table;
+    if (content.zone != nullptr) {
+      zone_table = create_zone(content, zone, base, builder);
+      organ_table = create_organ(organ, base, builder);
+    }
     const auto surface_table = create_surface(surface, base, builder);
     flatbuffers::Offset<pack::Gravity> gravity_table;
     if (has_gravity) gravity_table = create_gravity(content, gravity, base, builder);
@@ -82,7 +90,7 @@ AlignedBytes write_pack(const PackContent& content) {
     pack::FinishPackBuffer(
         builder, pack::CreatePackDirect(builder, PALPATE_VERSION, &inputs, units, geometry_table, sites_table,
                                         linear_table, polynomial_table, &surveys, &costs, surface_table,
-                                        gravity_table, sizeof(pack::Real), zone_table));
+                                        gravity_table, sizeof(pack::Real), zone_table, organ_table));
   };
   flatbuffers::FlatBufferBuilder sizing;
   write_tables(0, sizing);

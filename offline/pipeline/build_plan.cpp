@@ -11,6 +11,7 @@
 
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
+#include "offline/precompute/organ_tree.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 #include "offline/precompute/taylor_orders.hpp"
 
@@ -258,7 +259,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double of_zones = zone_bytes(*zone, sites);
+    const double of_zones = zone_bytes(*zone, sites) + organ_bytes(model);
     bytes += of_zones;
     // The exterior is solved order by order along rays (zone_exterior.hpp). Factorisations that cost as much
     // as one order:

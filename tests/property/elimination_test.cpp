@@ -105,6 +105,49 @@ TEST(Elimination, SubstitutesForward) {
   }
 }
 
+// A factor in single precision, and substitutions of double vectors with it.
+TEST(Elimination, FactorsFloats) {
+  for (const EliminationKernel& kernel : kernels()) {
+    for (const auto& [eliminated, size] : kSizes) {
+      SCOPED_TRACE(testing::Message() << kernel.name << " " << eliminated << " of " << size);
+      constexpr double kSingle = 1e-5;
+      const Eigen::MatrixXd matrix = positive_definite(size);
+      const uint32_t stride = float_elimination_stride(size);
+      AlignedBytes memory(size_t{stride} * (stride + kEliminationColumns) * sizeof(float));
+      auto* numbers = reinterpret_cast<float*>(memory.bytes().data());
+      Eigen::Map<Eigen::MatrixXf> stored(numbers, stride, stride);
+      stored.topLeftCorner(size, size) = matrix.cast<float>();
+      for (uint32_t first = 0; first < size; first += kEliminationColumns)
+        ASSERT_TRUE(kernel.eliminate_float_columns(numbers, stride, size, eliminated, first));
+      const auto e = static_cast<Eigen::Index>(eliminated);
+      const auto left = static_cast<Eigen::Index>(size) - e;
+      const Eigen::LLT<Eigen::MatrixXd> factor(matrix.topLeftCorner(e, e));
+      const Eigen::MatrixXd condensed =
+          matrix.bottomRightCorner(left, left) -
+          matrix.bottomLeftCorner(left, e) * factor.solve(matrix.topRightCorner(e, left));
+      const Eigen::MatrixXd found =
+          stored.cast<double>().block(e, e, left, left).triangularView<Eigen::Lower>();
+      const Eigen::MatrixXd lower = condensed.triangularView<Eigen::Lower>();
+      EXPECT_LE((found - lower).norm(), kSingle * matrix.norm());
+      OnCacheLines vector(e, 1);
+      vector.numbers.setRandom();
+      const Eigen::MatrixXd given = vector.numbers;
+      kernel.forward_substitute_floats(numbers, stride, eliminated, vector.numbers.data());
+      kernel.back_substitute_floats(numbers, stride, eliminated, vector.numbers.data());
+      EXPECT_LE((matrix.topLeftCorner(e, e) * vector.numbers - given).norm(), kSingle * given.norm());
+    }
+  }
+}
+
+TEST(Elimination, FactorsNoIndefiniteFloats) {
+  for (const EliminationKernel& kernel : kernels()) {
+    alignas(64) float matrix[16 * 8] = {};
+    for (int i = 0; i < 8; ++i) matrix[17 * i] = i == 5 ? -1.0F : 1.0F;
+    EXPECT_TRUE(kernel.eliminate_float_columns(matrix, 16, 8, 8, 0));
+    EXPECT_FALSE(kernel.eliminate_float_columns(matrix, 16, 8, 8, 4)) << kernel.name;
+  }
+}
+
 TEST(Elimination, AddsProducts) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 16, 40, 72}) {

@@ -36,8 +36,8 @@ void compare_second_order(const pal_pack& pack) {
   for (uint32_t i = 0; i < count; ++i) {
     for (size_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(pack.zone_elements[i].nodes[a]);
     for (int lane = static_cast<int>(i % kLanes); lane < kLanes; ++lane) {
-      ASSERT_TRUE(set_zone_element<kNodes>(pack, pack.zone_elements[i], nodes.data(), pack::kNoPatch, lane,
-                                           zone[i / kLanes]));
+      ASSERT_TRUE(set_zone_element<kNodes>(pack.zone_nodes, pack.zone_materials, pack.zone_elements[i],
+                                           nodes.data(), pack::kNoPatch, lane, zone[i / kLanes]));
       ASSERT_TRUE(set_rim_element<kNodes>(pack, pack.zone_elements[i], nodes.data(),
                                           lane == static_cast<int>(i % kLanes) ? law : SecondOrderLaw(), lane,
                                           rim[i / kLanes]));

@@ -5,49 +5,54 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kRows = kEliminationRows;
 constexpr uint32_t kColumns = kEliminationColumns;
+template <typename Number>
+constexpr uint32_t kRows = sizeof(Number) == sizeof(double) ? kEliminationRows : kFloatEliminationRows;
 
-// Updates a block of columns from its diagonal down, by tiles of kRows rows: subtracts the products of all
+// Updates a block of columns from its diagonal down, by tiles of kRows<Number> rows: subtracts the products of all
 // earlier columns. A solve with the block's own triangle follows.
+template <typename Number>
 struct ScalarTile {
-  double entries[kColumns][kRows];
+  static constexpr uint32_t kTile = kRows<Number>;
+  Number entries[kColumns][kTile];
 
-  void subtract(const double* matrix, uint32_t stride, uint32_t row, uint32_t first, uint32_t columns) {
-    const double* target = matrix + size_t{first} * stride + row;
+  void subtract(const Number* matrix, uint32_t stride, uint32_t row, uint32_t first, uint32_t columns) {
+    const Number* target = matrix + size_t{first} * stride + row;
     for (uint32_t c = 0; c < kColumns; ++c) {
-      for (uint32_t r = 0; r < kRows; ++r) entries[c][r] = target[c * stride + r];
+      for (uint32_t r = 0; r < kTile; ++r) entries[c][r] = target[c * stride + r];
     }
     for (uint32_t k = 0; k < columns; ++k) {
-      const double* column = matrix + size_t{k} * stride;
+      const Number* column = matrix + size_t{k} * stride;
       for (uint32_t c = 0; c < kColumns; ++c) {
-        for (uint32_t r = 0; r < kRows; ++r) entries[c][r] -= column[row + r] * column[first + c];
+        for (uint32_t r = 0; r < kTile; ++r) entries[c][r] -= column[row + r] * column[first + c];
       }
     }
   }
-  void solve(const DiagonalBlock& block) {
+  void solve(const DiagonalBlock<Number>& block) {
     for (uint32_t c = 0; c < kColumns; ++c) {
-      for (uint32_t r = 0; r < kRows; ++r) {
+      for (uint32_t r = 0; r < kTile; ++r) {
         for (uint32_t k = 0; k < c; ++k) entries[c][r] -= entries[k][r] * block.below[c][k];
         entries[c][r] *= block.inverse[c];
       }
     }
   }
-  void store(double* target, uint32_t stride) const {
+  void store(Number* target, uint32_t stride) const {
     for (uint32_t c = 0; c < kColumns; ++c) {
-      for (uint32_t r = 0; r < kRows; ++r) target[c * stride + r] = entries[c][r];
+      for (uint32_t r = 0; r < kTile; ++r) target[c * stride + r] = entries[c][r];
     }
   }
 };
 
-bool eliminate_columns_scalar(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
+template <typename Number>
+bool eliminate_columns_scalar(Number* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                               uint32_t first) {
   const bool inside = first < eliminated;
   const uint32_t columns = inside ? first : eliminated;
-  DiagonalBlock block;
-  ScalarTile tile;
-  for (uint32_t row = first / kRows * kRows; row < size; row += kRows) {
-    double* target = matrix + size_t{first} * stride + row;
+  constexpr uint32_t kTile = kRows<Number>;
+  DiagonalBlock<Number> block;
+  ScalarTile<Number> tile;
+  for (uint32_t row = first / kTile * kTile; row < size; row += kTile) {
+    Number* target = matrix + size_t{first} * stride + row;
     tile.subtract(matrix, stride, row, first, columns);
     if (inside && row <= first) {
       tile.store(target, stride);
@@ -59,27 +64,30 @@ bool eliminate_columns_scalar(double* matrix, uint32_t stride, uint32_t size, ui
   return true;
 }
 
-void back_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size, double* rows,
-                            size_t row_stride, uint32_t count) {
+template <typename Number>
+void back_substitute_scalar(const Number* matrix, uint32_t stride, uint32_t size, double* vector) {
   for (uint32_t j = size; j-- > 0;) {
-    const double* column = matrix + size_t{j} * stride;
-    const double inverse = 1.0 / column[j];
-    for (uint32_t t = 0; t < count; ++t) {
-      double* row = rows + t * row_stride;
-      double sum = row[j];
-      for (uint32_t i = j + 1; i < size; ++i) sum -= column[i] * row[i];
-      row[j] = sum * inverse;
-    }
+    const Number* column = matrix + size_t{j} * stride;
+    const double inverse = 1.0 / static_cast<double>(column[j]);
+    double sum = vector[j];
+    for (uint32_t i = j + 1; i < size; ++i) sum -= static_cast<double>(column[i]) * vector[i];
+    vector[j] = sum * inverse;
   }
 }
 
-void forward_substitute_scalar(const double* matrix, uint32_t stride, uint32_t size, double* vector) {
+void back_substitute_rows(const double* matrix, uint32_t stride, uint32_t size, double* rows,
+                          size_t row_stride, uint32_t count) {
+  for (uint32_t t = 0; t < count; ++t) back_substitute_scalar(matrix, stride, size, rows + t * row_stride);
+}
+
+template <typename Number>
+void forward_substitute_scalar(const Number* matrix, uint32_t stride, uint32_t size, double* vector) {
   for (uint32_t first = 0; first < size; first += kColumns) {
-    const double* columns = matrix + size_t{first} * stride;
+    const Number* columns = matrix + size_t{first} * stride;
     solve_triangle(columns + first, stride, vector + first);
     for (uint32_t c = 0; c < kColumns; ++c) {
       for (uint32_t i = first + kColumns; i < size; ++i)
-        vector[i] -= columns[c * stride + i] * vector[first + c];
+        vector[i] -= static_cast<double>(columns[c * stride + i]) * vector[first + c];
     }
   }
 }
@@ -120,9 +128,12 @@ void add_symmetric_product_scalar(const double* matrix, uint32_t size, const dou
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]) {
   uint32_t count = 0;
   kernels[count++] = {"scalar",
-                      eliminate_columns_scalar,
-                      back_substitute_scalar,
-                      forward_substitute_scalar,
+                      eliminate_columns_scalar<double>,
+                      eliminate_columns_scalar<float>,
+                      back_substitute_rows,
+                      forward_substitute_scalar<double>,
+                      back_substitute_scalar<float>,
+                      forward_substitute_scalar<float>,
                       add_product_scalar<double>,
                       add_product_scalar<float>,
                       add_transposed_product_scalar,
@@ -141,11 +152,15 @@ EliminationKernel choose_elimination_kernel() {
   return kernels[count - 1];
 }
 
-void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix) {
+template <typename Number>
+void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, Number* matrix) {
   for (uint32_t column = 0; column < unknown; ++column) matrix[size_t{column} * stride + unknown] = 0;
   for (uint32_t row = unknown; row < size; ++row) matrix[size_t{unknown} * stride + row] = 0;
   matrix[size_t{unknown} * stride + unknown] = 1;
 }
+
+template void drop_unknown(uint32_t, uint32_t, uint32_t, double*);
+template void drop_unknown(uint32_t, uint32_t, uint32_t, float*);
 
 bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,
                uint32_t eliminated) {

@@ -19,10 +19,15 @@
 namespace palpate {
 
 inline constexpr uint32_t kEliminationRows = 8;
+inline constexpr uint32_t kFloatEliminationRows = 16;
 inline constexpr uint32_t kEliminationColumns = 4;
 
 constexpr uint32_t elimination_stride(uint32_t size) {
   return (size + kEliminationRows - 1) / kEliminationRows * kEliminationRows;
+}
+
+constexpr uint32_t float_elimination_stride(uint32_t size) {
+  return (size + kFloatEliminationRows - 1) / kFloatEliminationRows * kFloatEliminationRows;
 }
 
 constexpr uint32_t round_to_columns(uint32_t size) {
@@ -35,12 +40,18 @@ struct EliminationKernel {
   // A11 is not positive definite. Cost: elimination_operations().
   bool (*eliminate_columns)(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                             uint32_t first);
+  // The same in float32; `stride` is a multiple of kFloatEliminationRows.
+  bool (*eliminate_float_columns)(float* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
+                                  uint32_t first);
   // rows[count][row_stride] := rows L^-1, the first `size` entries of each row, with L from the elimination.
   // `size` and `row_stride` are multiples of kEliminationColumns, and rows begin on 32 bytes.
   void (*back_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count);
   // vector := L^-1 vector; `size` as in back_substitute.
   void (*forward_substitute)(const double* matrix, uint32_t stride, uint32_t size, double* vector);
+  // The same two for a factor of floats and one vector: columns begin on 16 bytes, the vector on 32 bytes.
+  void (*back_substitute_floats)(const float* matrix, uint32_t stride, uint32_t size, double* vector);
+  void (*forward_substitute_floats)(const float* matrix, uint32_t stride, uint32_t size, double* vector);
   // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four.
   void (*add_product)(const double* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
@@ -69,7 +80,8 @@ uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKern
 EliminationKernel choose_elimination_kernel();
 
 // Removes an unknown with a fixed value from the system.
-void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, double* matrix);
+template <typename Number>
+void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, Number* matrix);
 
 // Eliminates all columns in order.
 bool eliminate(const EliminationKernel& kernel, double* matrix, uint32_t stride, uint32_t size,

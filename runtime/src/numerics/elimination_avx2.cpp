@@ -8,57 +8,113 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kRows = kEliminationRows;
 constexpr uint32_t kColumns = kEliminationColumns;
 
 #define PALPATE_AVX2 __attribute__((target("avx2,fma")))
 // Unrolled loops keep arrays of registers in registers.
 #define PALPATE_UNROLL _Pragma("GCC unroll 4")
 
-// Sixteen rows would hide more latency, but would waste half of the tile on padding in such small matrices.
-PALPATE_AVX2 inline void subtract_avx2(const double* matrix, uint32_t stride, uint32_t row, uint32_t first,
-                                       uint32_t columns, __m256d low[kColumns], __m256d high[kColumns]) {
-  const double* target = matrix + size_t{first} * stride + row;
+PALPATE_AVX2 inline __m256d load_four(const double* entries) {
+  return _mm256_load_pd(entries);
+}
+
+PALPATE_AVX2 inline __m256d load_four(const float* entries) {
+  return _mm256_cvtps_pd(_mm_load_ps(entries));
+}
+
+template <typename Number>
+struct VectorOf {
+  using Type = __m256d;
+};
+template <>
+struct VectorOf<float> {
+  using Type = __m256;
+};
+template <typename Number>
+using Vector = typename VectorOf<Number>::Type;
+
+PALPATE_AVX2 inline __m256d load(const double* at) {
+  return _mm256_load_pd(at);
+}
+PALPATE_AVX2 inline __m256 load(const float* at) {
+  return _mm256_load_ps(at);
+}
+PALPATE_AVX2 inline void store(double* at, __m256d v) {
+  _mm256_store_pd(at, v);
+}
+PALPATE_AVX2 inline void store(float* at, __m256 v) {
+  _mm256_store_ps(at, v);
+}
+PALPATE_AVX2 inline __m256d spread(const double* at) {
+  return _mm256_broadcast_sd(at);
+}
+PALPATE_AVX2 inline __m256 spread(const float* at) {
+  return _mm256_broadcast_ss(at);
+}
+PALPATE_AVX2 inline __m256d subtract_product(__m256d sum, __m256d a, __m256d b) {
+  return _mm256_fnmadd_pd(a, b, sum);
+}
+PALPATE_AVX2 inline __m256 subtract_product(__m256 sum, __m256 a, __m256 b) {
+  return _mm256_fnmadd_ps(a, b, sum);
+}
+PALPATE_AVX2 inline __m256d times(__m256d a, __m256d b) {
+  return _mm256_mul_pd(a, b);
+}
+PALPATE_AVX2 inline __m256 times(__m256 a, __m256 b) {
+  return _mm256_mul_ps(a, b);
+}
+
+// A tile is two vectors high. A third would hide more latency, but would waste half of the tile on padding in such small
+// matrices.
+template <typename Number>
+PALPATE_AVX2 inline void subtract_avx2(const Number* matrix, uint32_t stride, uint32_t row, uint32_t first,
+                                       uint32_t columns, Vector<Number> low[kColumns],
+                                       Vector<Number> high[kColumns]) {
+  constexpr uint32_t kHalf = 32 / sizeof(Number);
+  const Number* target = matrix + size_t{first} * stride + row;
   PALPATE_UNROLL
   for (uint32_t c = 0; c < kColumns; ++c) {
-    low[c] = _mm256_load_pd(target + c * stride);
-    high[c] = _mm256_load_pd(target + c * stride + 4);
+    low[c] = load(target + c * stride);
+    high[c] = load(target + c * stride + kHalf);
   }
-  const double* rows = matrix + row;
-  const double* factors = matrix + first;
+  const Number* rows = matrix + row;
+  const Number* factors = matrix + first;
   for (uint32_t k = 0; k < columns; ++k, rows += stride, factors += stride) {
-    const __m256d a = _mm256_load_pd(rows);
-    const __m256d b = _mm256_load_pd(rows + 4);
+    const Vector<Number> a = load(rows);
+    const Vector<Number> b = load(rows + kHalf);
     PALPATE_UNROLL
     for (uint32_t c = 0; c < kColumns; ++c) {
-      const __m256d factor = _mm256_broadcast_sd(factors + c);
-      low[c] = _mm256_fnmadd_pd(a, factor, low[c]);
-      high[c] = _mm256_fnmadd_pd(b, factor, high[c]);
+      const Vector<Number> factor = spread(factors + c);
+      low[c] = subtract_product(low[c], a, factor);
+      high[c] = subtract_product(high[c], b, factor);
     }
   }
 }
 
-PALPATE_AVX2 inline void store_avx2(const __m256d low[kColumns], const __m256d high[kColumns],
-                                    uint32_t stride, double* target) {
+template <typename Number>
+PALPATE_AVX2 inline void store_avx2(const Vector<Number> low[kColumns], const Vector<Number> high[kColumns],
+                                    uint32_t stride, Number* target) {
   PALPATE_UNROLL
   for (uint32_t c = 0; c < kColumns; ++c) {
-    _mm256_store_pd(target + c * stride, low[c]);
-    _mm256_store_pd(target + c * stride + 4, high[c]);
+    store(target + c * stride, low[c]);
+    store(target + c * stride + 32 / sizeof(Number), high[c]);
   }
 }
 
-PALPATE_AVX2 bool eliminate_columns_avx2(double* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
+template <typename Number>
+PALPATE_AVX2 bool eliminate_columns_avx2(Number* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                                          uint32_t first) {
+  constexpr uint32_t kRows = 64 / sizeof(Number);
   const bool inside = first < eliminated;
   const uint32_t columns = inside ? first : eliminated;
-  DiagonalBlock block;
-  __m256d low[kColumns];
-  __m256d high[kColumns];
+  DiagonalBlock<Number> block;
+  Vector<Number> low[kColumns];
+  Vector<Number> high[kColumns];
   for (uint32_t row = first / kRows * kRows; row < size; row += kRows) {
-    double* target = matrix + size_t{first} * stride + row;
-    subtract_avx2(matrix, stride, row, first, columns, low, high);
+    Number* target = matrix + size_t{first} * stride + row;
+    subtract_avx2<Number>(matrix, stride, row, first, columns, low, high);
     if (inside && row <= first) {
-      store_avx2(low, high, stride, target);
+      store_avx2<Number>(low, high, stride, target);
       if (!factor_block(matrix + size_t{first} * stride + first, stride, block)) return false;
     }
     PALPATE_UNROLL
@@ -66,15 +122,15 @@ PALPATE_AVX2 bool eliminate_columns_avx2(double* matrix, uint32_t stride, uint32
       if (!inside) break;
       PALPATE_UNROLL
       for (uint32_t k = 0; k < c; ++k) {
-        const __m256d factor = _mm256_broadcast_sd(&block.below[c][k]);
-        low[c] = _mm256_fnmadd_pd(low[k], factor, low[c]);
-        high[c] = _mm256_fnmadd_pd(high[k], factor, high[c]);
+        const Vector<Number> factor = spread(&block.below[c][k]);
+        low[c] = subtract_product(low[c], low[k], factor);
+        high[c] = subtract_product(high[c], high[k], factor);
       }
-      const __m256d inverse = _mm256_broadcast_sd(&block.inverse[c]);
-      low[c] = _mm256_mul_pd(low[c], inverse);
-      high[c] = _mm256_mul_pd(high[c], inverse);
+      const Vector<Number> inverse = spread(&block.inverse[c]);
+      low[c] = times(low[c], inverse);
+      high[c] = times(high[c], inverse);
     }
-    store_avx2(low, high, stride, target);
+    store_avx2<Number>(low, high, stride, target);
   }
   return true;
 }
@@ -87,23 +143,24 @@ PALPATE_AVX2 inline __m256d sums_of(const __m256d v[kColumns]) {
 }
 
 // Solves with the transposed diagonal triangle of four columns.
-void solve_transposed(const double* block, uint32_t stride, double* row) {
+template <typename Number>
+void solve_transposed(const Number* block, uint32_t stride, double* row) {
   double inverse[kColumns];  // reciprocals first: no division waits for another division
-  for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / block[c * stride + c];
+  for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / static_cast<double>(block[c * stride + c]);
   for (uint32_t c = kColumns; c-- > 0;) {
     double entry = row[c];
-    for (uint32_t r = c + 1; r < kColumns; ++r) entry -= block[c * stride + r] * row[r];
+    for (uint32_t r = c + 1; r < kColumns; ++r) entry -= static_cast<double>(block[c * stride + r]) * row[r];
     row[c] = entry * inverse[c];
   }
 }
 
 // kCount rows share each column read, and each row uses four columns.
-template <uint32_t kCount>
-PALPATE_AVX2 void back_substitute_few(const double* matrix, uint32_t stride, uint32_t size, double* rows,
+template <uint32_t kCount, typename Number>
+PALPATE_AVX2 void back_substitute_few(const Number* matrix, uint32_t stride, uint32_t size, double* rows,
                                       size_t row_stride) {
   for (uint32_t first = size; first > 0;) {
     first -= kColumns;
-    const double* columns = matrix + size_t{first} * stride;
+    const Number* columns = matrix + size_t{first} * stride;
     __m256d wide[kCount][kColumns];
     PALPATE_UNROLL
     for (uint32_t t = 0; t < kCount; ++t) {
@@ -116,7 +173,7 @@ PALPATE_AVX2 void back_substitute_few(const double* matrix, uint32_t stride, uin
       for (uint32_t t = 0; t < kCount; ++t) of_row[t] = _mm256_load_pd(rows + t * row_stride + i);
       PALPATE_UNROLL
       for (uint32_t c = 0; c < kColumns; ++c) {
-        const __m256d entries = _mm256_load_pd(columns + c * stride + i);
+        const __m256d entries = load_four(columns + c * stride + i);
         PALPATE_UNROLL
         for (uint32_t t = 0; t < kCount; ++t) wide[t][c] = _mm256_fmadd_pd(entries, of_row[t], wide[t][c]);
       }
@@ -138,10 +195,15 @@ void back_substitute_avx2(const double* matrix, uint32_t stride, uint32_t size, 
     back_substitute_few<1>(matrix, stride, size, rows, row_stride);
 }
 
-PALPATE_AVX2 void forward_substitute_avx2(const double* matrix, uint32_t stride, uint32_t size,
+void back_substitute_floats(const float* matrix, uint32_t stride, uint32_t size, double* vector) {
+  back_substitute_few<1>(matrix, stride, size, vector, 0);
+}
+
+template <typename Number>
+PALPATE_AVX2 void forward_substitute_avx2(const Number* matrix, uint32_t stride, uint32_t size,
                                           double* vector) {
   for (uint32_t first = 0; first < size; first += kColumns) {
-    const double* columns = matrix + size_t{first} * stride;
+    const Number* columns = matrix + size_t{first} * stride;
     solve_triangle(columns + first, stride, vector + first);
     __m256d factors[kColumns];
     PALPATE_UNROLL
@@ -150,18 +212,10 @@ PALPATE_AVX2 void forward_substitute_avx2(const double* matrix, uint32_t stride,
       __m256d sum = _mm256_load_pd(vector + i);
       PALPATE_UNROLL
       for (uint32_t c = 0; c < kColumns; ++c)
-        sum = _mm256_fnmadd_pd(_mm256_load_pd(columns + c * stride + i), factors[c], sum);
+        sum = _mm256_fnmadd_pd(load_four(columns + c * stride + i), factors[c], sum);
       _mm256_store_pd(vector + i, sum);
     }
   }
-}
-
-PALPATE_AVX2 inline __m256d load_four(const double* entries) {
-  return _mm256_load_pd(entries);
-}
-
-PALPATE_AVX2 inline __m256d load_four(const float* entries) {
-  return _mm256_cvtps_pd(_mm_load_ps(entries));
 }
 
 // Sixteen rows at a time give independent sums.
@@ -241,9 +295,12 @@ PALPATE_AVX2 void add_symmetric_product_avx2(const double* matrix, uint32_t size
 
 EliminationKernel avx2_elimination_kernel() {
   return {"avx2",
-          eliminate_columns_avx2,
+          eliminate_columns_avx2<double>,
+          eliminate_columns_avx2<float>,
           back_substitute_avx2,
-          forward_substitute_avx2,
+          forward_substitute_avx2<double>,
+          back_substitute_floats,
+          forward_substitute_avx2<float>,
           add_product_avx2<double>,
           add_product_avx2<float>,
           add_transposed_product_avx2,

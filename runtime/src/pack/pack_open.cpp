@@ -22,6 +22,7 @@
 #include "runtime/src/pack/geometry_open.hpp"
 #include "runtime/src/pack/linear_open.hpp"
 #include "runtime/src/pack/number_checks.hpp"
+#include "runtime/src/pack/organ_open.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/pack/polynomial_open.hpp"
 #include "runtime/src/pack/table_check.hpp"
@@ -137,6 +138,8 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
       !read_zone(*tables.nonlinear_zone(), first_offset, trusted, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
+  if (tables.organ() != nullptr && !read_organ(*tables.organ(), first_offset, pack))
+    return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.gravity() != nullptr && !read_gravity(*tables.gravity(), first_offset, trusted, pack))
     return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.surface_bvh() != nullptr && !read_surface_bvh(*tables.surface_bvh(), first_offset, pack))

@@ -35,6 +35,22 @@ struct SurveyView {
   double set_force_reach_bound;
 };
 
+// The organ as a finite element model and the tree of its elimination; Organ in schemas/pack.fbs. `nodes` is null
+// in a pack without it. The materials are pal_pack::zone_materials.
+struct OrganView {
+  uint32_t num_nodes;
+  uint32_t num_free;
+  uint32_t num_elements;
+  uint32_t num_fronts;
+  uint32_t num_patches;  // volume patches
+  const pack::ZoneNode* nodes;
+  const pack::ZoneElement* elements;
+  const uint32_t* node_elements;
+  const pack::Front* fronts;
+  const uint32_t* order;  // [num_free] node of each place in the elimination
+  const uint32_t* rows;
+};
+
 }  // namespace palpate
 
 struct pal_pack {
@@ -116,6 +132,8 @@ struct pal_pack {
   const int8_t* pair_fields;           // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
   uint32_t pair_degree;
   const float* pair_weights;  // [zone_rings][pairs][num_pair_monomials][2 kPairColumns + num_pair_fields]
+
+  palpate::OrganView organ;
 
   // SurfaceBvh; bvh_nodes is null without the tree
   uint32_t num_primitives;

@@ -123,11 +123,12 @@ void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double
 // Makes the pressures of the patches; their energy.
 double share_volumes(const ZoneBatches& batches, const double* displacement) {
   if (batches.num_patches == 0) return 0;
-  for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].measure = 0;
+  const uint32_t end = batches.first_patch + batches.num_patches;
+  for (uint32_t p = batches.first_patch; p < end; ++p) batches.patches[p].measure = 0;
   add_measures(batches.linear, batches.num_linear, displacement, batches.patches);
   add_measures(batches.quadratic, batches.num_quadratic, displacement, batches.patches);
   double energy = 0;
-  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+  for (uint32_t p = batches.first_patch; p < end; ++p) {
     ZonePatch& patch = batches.patches[p];
     const VolumeTerm term = volume_term(*patch.material, patch.measure / patch.volume);
     patch.pressure = term.pressure;
@@ -252,12 +253,13 @@ void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
 }
 
 // A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
+template <typename Number>
 struct Target {
-  double* matrix;
+  Number* matrix;
   uint32_t stride;
 
   void add(uint32_t row, uint32_t column, double value) const {
-    matrix[size_t{column} * stride + row] += value;
+    matrix[size_t{column} * stride + row] += static_cast<Number>(value);
   }
   // Of two nodes, to unknowns of their own.
   void add_block(const double block[3][3], uint32_t row, uint32_t column, double factor) const {
@@ -316,8 +318,9 @@ void take_moments(const double* row_arm, const double* column_arm, double block[
 }
 
 // The block of two nodes of an element, `row_node` and `column_node` its places, to all that moves them.
+template <typename Number>
 void scatter_block(const double block[3][3], int row_node, int column_node, const ZoneUnknowns& unknowns,
-                   const Target& target) {
+                   const Target<Number>& target) {
   for_each_master(unknowns, row_node, [&](uint32_t row, double row_share, const double* row_arm) {
     for_each_master(unknowns, column_node,
                     [&](uint32_t column, double column_share, const double* column_arm) {
@@ -337,8 +340,9 @@ void scatter_block(const double block[3][3], int row_node, int column_node, cons
 }
 
 // An element at a node that contacts hold, or at a fixed one. `stiffness`: by lower_place().
+template <typename Number>
 void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
-                  const ZoneUnknowns& unknowns, const Target& target) {
+                  const ZoneUnknowns& unknowns, const Target<Number>& target) {
   for (size_t b = 0; b < nodes; ++b) {
     for (size_t a = b; a < nodes; ++a) {
       double block[3][3];
@@ -355,21 +359,22 @@ void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int l
   }
 }
 
+template <typename Number>
 void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
-                  const Target& target) {
+                  const Target<Number>& target) {
   for (size_t b = 0; b < nodes; ++b) {
     for (size_t k = 0; k < 3; ++k) {
       const size_t column = 3 * b + k;
       const Lanes* entries = stiffness + lower_place(nodes, 0, column);
-      double* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
-      for (size_t i = k; i < 3; ++i) to[first[b] + i] += entries[3 * b + i][lane];
+      Number* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
+      for (size_t i = k; i < 3; ++i) to[first[b] + i] += static_cast<Number>(entries[3 * b + i][lane]);
       for (size_t a = b + 1; a < nodes; ++a) {
         if (first[a] > first[b]) {
-          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += entries[3 * a + i][lane];
+          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += static_cast<Number>(entries[3 * a + i][lane]);
         } else {
           for (size_t i = 0; i < 3; ++i)
             target.matrix[size_t{first[a] + static_cast<uint32_t>(i)} * target.stride + first[b] + k] +=
-                entries[3 * a + i][lane];
+                static_cast<Number>(entries[3 * a + i][lane]);
         }
       }
     }
@@ -377,8 +382,9 @@ void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t
 }
 
 // An element, `places` its nodes.
+template <typename Number>
 void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
-                       const ZoneUnknowns& unknowns, const Target& target) {
+                       const ZoneUnknowns& unknowns, const Target<Number>& target) {
   uint32_t first[kMostElementNodes];
   bool free = true;
   for (size_t a = 0; a < nodes; ++a) {
@@ -461,9 +467,10 @@ void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t pat
   }
 }
 
+template <typename Number>
 void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-               const Target& target) {
-  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+               const Target<Number>& target) {
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p) {
     PatchGradient gradient;
     add_gradient(batches.linear, batches.num_linear, p, displacement, unknowns, gradient);
     add_gradient(batches.quadratic, batches.num_quadratic, p, displacement, unknowns, gradient);
@@ -538,9 +545,10 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
   }
 }
 
-template <int kNodes>
+template <int kNodes, typename Number>
 void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                      const double* displacement, const ZoneUnknowns& unknowns, const Target& target) {
+                      const double* displacement, const ZoneUnknowns& unknowns,
+                      const Target<Number>& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
@@ -583,7 +591,8 @@ void scale_volumes_of(ZoneBatch<kNodes>* batches, uint32_t count, ZonePatch* pat
 }  // namespace
 
 void scale_volumes(const ZoneBatches& batches) {
-  for (uint32_t p = 0; p < batches.num_patches; ++p) batches.patches[p].volume = 0;
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p)
+    batches.patches[p].volume = 0;
   scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
   scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
 }
@@ -604,11 +613,11 @@ double principal_stress(const pack::ZoneMaterial& material, const double stretch
 }
 
 template <int kNodes>
-bool set_shape(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes], int lane,
-               ElementBatch<kNodes>& elements) {
+bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
+               int lane, ElementBatch<kNodes>& elements) {
   double positions[kMostElementNodes][3];
   for (size_t a = 0; a < kNodes; ++a) {
-    const double* position = pack.zone_nodes[element.nodes[a]].position;
+    const double* position = mesh[element.nodes[a]].position;
     for (int i = 0; i < 3; ++i) positions[a][i] = position[i];
     elements.nodes[a][static_cast<size_t>(lane)] = nodes[a];
   }
@@ -626,10 +635,11 @@ bool set_shape(const pal_pack& pack, const pack::ZoneElement& element, const int
 }
 
 template <int kNodes>
-bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                      uint32_t patch, int lane, ZoneBatch<kNodes>& batch) {
-  if (!set_shape(pack, element, nodes, lane, batch.elements)) return false;
-  batch.materials[lane] = pack.zone_materials + element.material;
+bool set_zone_element(const pack::ZoneNode* mesh, const pack::ZoneMaterial* materials,
+                      const pack::ZoneElement& element, const int nodes[kNodes], uint32_t patch, int lane,
+                      ZoneBatch<kNodes>& batch) {
+  if (!set_shape(mesh, element, nodes, lane, batch.elements)) return false;
+  batch.materials[lane] = materials + element.material;
   batch.patches[lane] = patch;
   batch.stiffness[lane] = 1;
   for (size_t p = 0; p < batch.volumes.size(); ++p)
@@ -637,12 +647,14 @@ bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, co
   return true;
 }
 
-template bool set_shape<4>(const pal_pack&, const pack::ZoneElement&, const int[4], int, ElementBatch<4>&);
-template bool set_shape<10>(const pal_pack&, const pack::ZoneElement&, const int[10], int, ElementBatch<10>&);
-template bool set_zone_element<4>(const pal_pack&, const pack::ZoneElement&, const int[4], uint32_t, int,
-                                  ZoneBatch<4>&);
-template bool set_zone_element<10>(const pal_pack&, const pack::ZoneElement&, const int[10], uint32_t, int,
-                                   ZoneBatch<10>&);
+template bool set_shape<4>(const pack::ZoneNode*, const pack::ZoneElement&, const int[4], int,
+                           ElementBatch<4>&);
+template bool set_shape<10>(const pack::ZoneNode*, const pack::ZoneElement&, const int[10], int,
+                            ElementBatch<10>&);
+template bool set_zone_element<4>(const pack::ZoneNode*, const pack::ZoneMaterial*, const pack::ZoneElement&,
+                                  const int[4], uint32_t, int, ZoneBatch<4>&);
+template bool set_zone_element<10>(const pack::ZoneNode*, const pack::ZoneMaterial*, const pack::ZoneElement&,
+                                   const int[10], uint32_t, int, ZoneBatch<10>&);
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
   ZoneStrain strain = {share_volumes(batches, displacement), static_cast<double>(INFINITY)};
@@ -691,7 +703,7 @@ uint64_t stiffness_operations(const ZoneBatches& batches) {
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
   if (batches.num_patches == 0) return;
   share_volumes(batches, from);
-  for (uint32_t p = 0; p < batches.num_patches; ++p) {
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p) {
     ZonePatch& patch = batches.patches[p];
     patch.followed += part * (patch.pressure - patch.followed);
   }
@@ -699,13 +711,17 @@ void follow_pressures(const ZoneBatches& batches, const double* from, const doub
   add_pressure_changes(batches.quadratic, batches.num_quadratic, from, to, batches.patches);
 }
 
+template <typename Number>
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        double* matrix, uint32_t stride) {
-  const Target target = {matrix, stride};
+                        Number* matrix, uint32_t stride) {
+  const Target<Number> target = {matrix, stride};
   share_volumes(batches, displacement);
   add_stiffness_of(batches.linear, batches.num_linear, batches.patches, displacement, unknowns, target);
   add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, unknowns, target);
   add_dyads(batches, displacement, unknowns, target);
 }
+
+template void add_zone_stiffness(const ZoneBatches&, const double*, const ZoneUnknowns&, double*, uint32_t);
+template void add_zone_stiffness(const ZoneBatches&, const double*, const ZoneUnknowns&, float*, uint32_t);
 
 }  // namespace palpate

@@ -55,7 +55,8 @@ struct ZoneBatches {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   uint32_t num_patches;
-  ZonePatch* patches;
+  ZonePatch* patches;    // by ZoneLanes::patches
+  uint32_t first_patch;  // the patches of these batches are first_patch .. first_patch + num_patches - 1
 };
 
 // Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
@@ -75,10 +76,10 @@ ZoneBatches part_of(const ZoneBatches& batches, uint32_t part);
 void scale_volumes(const ZoneBatches& batches);
 
 // Shape gradients and volumes of an element's rest geometry in the mesh, in a lane, at these nodes of the batch. False where
-// it is inverted.
+// it is inverted. `mesh`: the nodes that the element names.
 template <int kNodes>
-bool set_shape(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes], int lane,
-               ElementBatch<kNodes>& elements);
+bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
+               int lane, ElementBatch<kNodes>& elements);
 
 // P_aa where F is diagonal.
 double principal_stress(const pack::ZoneMaterial& material, const double stretches[3], size_t axis);
@@ -87,8 +88,9 @@ double principal_stress(const pack::ZoneMaterial& material, const double stretch
 // `patch`: of ZoneBatch::patches.
 // False where it is inverted there.
 template <int kNodes>
-bool set_zone_element(const pal_pack& pack, const pack::ZoneElement& element, const int nodes[kNodes],
-                      uint32_t patch, int lane, ZoneBatch<kNodes>& batch);
+bool set_zone_element(const pack::ZoneNode* mesh, const pack::ZoneMaterial* materials,
+                      const pack::ZoneElement& element, const int nodes[kNodes], uint32_t patch, int lane,
+                      ZoneBatch<kNodes>& batch);
 
 // Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements; where a
 // patch turns, an increment dw of its rotation (a spin) moves the node by dw x arm.
@@ -127,8 +129,9 @@ uint64_t stiffness_operations(const ZoneBatches& batches);
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
 
-// Adds the tangent stiffness to the lower triangle of a column-major matrix.
+// Adds the tangent stiffness to the lower triangle of a column-major matrix of doubles or floats.
+template <typename Number>
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        double* matrix, uint32_t stride);
+                        Number* matrix, uint32_t stride);
 
 }  // namespace palpate

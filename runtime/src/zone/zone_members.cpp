@@ -292,7 +292,8 @@ bool append_element(const pal_pack& pack, const pack::ZoneElement& element, uint
   batch.count = first + 1;
   const uint32_t patch = patch_of(pack, element, group);
   for (int lane = first; lane < kLanes; ++lane) {
-    if (!set_zone_element<kNodes>(pack, element, nodes, patch, lane, batch)) return false;
+    if (!set_zone_element<kNodes>(pack.zone_nodes, pack.zone_materials, element, nodes, patch, lane, batch))
+      return false;
     batch.zones[lane] = static_cast<uint8_t>(contacts);
   }
   for (const auto& point : batch.elements.points) {

@@ -47,7 +47,7 @@ bool set_rim_element(const pal_pack& pack, const pack::ZoneElement& element, con
   batch.law.nu1.set(lane, law.nu1);
   batch.law.nu2.set(lane, law.nu2);
   batch.law.nu3.set(lane, law.nu3);
-  return set_shape(pack, element, nodes, lane, batch.elements);
+  return set_shape(pack.zone_nodes, element, nodes, lane, batch.elements);
 }
 
 template <int kNodes>

@@ -1,0 +1,180 @@
+#include "offline/precompute/organ_tree.hpp"
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <numeric>
+
+#include "offline/fem/cholesky.hpp"
+
+namespace palpate {
+namespace {
+
+// Elements that share unknowns of their own: one element, or all elements of a volume patch.
+std::vector<std::vector<int>> units_of(const Model& model) {
+  std::vector<std::vector<int>> units;
+  std::vector<int> unit_of_patch;
+  for (int e = 0; e < static_cast<int>(model.elements.size()); ++e) {
+    const int patch = model.elements[static_cast<size_t>(e)].volume_patch;
+    if (patch >= 0) {
+      if (unit_of_patch.size() <= static_cast<size_t>(patch))
+        unit_of_patch.resize(static_cast<size_t>(patch) + 1, -1);
+      int& unit = unit_of_patch[static_cast<size_t>(patch)];
+      if (unit >= 0) {
+        units[static_cast<size_t>(unit)].push_back(e);
+        continue;
+      }
+      unit = static_cast<int>(units.size());
+    }
+    units.push_back({e});
+  }
+  return units;
+}
+
+// Lists contact nodes, then other free nodes, then fixed nodes.
+void list_nodes(const Model& model, const ContactSites& sites, OrganTree& tree) {
+  const std::vector<char> fixed = model.fixed_dofs();
+  std::vector<char> has_element(static_cast<size_t>(model.num_nodes()), 0);
+  for (const Tetrahedron& element : model.elements) {
+    for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
+  }
+  std::vector<char> is_listed(static_cast<size_t>(model.num_nodes()), 0);
+  const auto list = [&](int node) {
+    tree.nodes.push_back(node);
+    is_listed[static_cast<size_t>(node)] = 1;
+  };
+  for (size_t i = 0; i < sites.contact_nodes.size(); ++i) list(sites.model_node(static_cast<int>(i)));
+  for (const bool is_free : {true, false}) {
+    for (int node = 0; node < model.num_nodes(); ++node) {
+      const auto at = static_cast<size_t>(node);
+      const bool all_fixed = fixed[3 * at] != 0 && fixed[3 * at + 1] != 0 && fixed[3 * at + 2] != 0;
+      if (is_listed[at] == 0 && has_element[at] != 0 && all_fixed != is_free) list(node);
+    }
+    if (is_free) tree.num_free = static_cast<int>(tree.nodes.size());
+  }
+}
+
+// The graph of free nodes that share a unit: the lower triangle.
+SparseLower graph_of(const Model& model, const std::vector<std::vector<int>>& units,
+                     const std::vector<int>& index_of, int num_free) {
+  std::vector<std::vector<int>> neighbours(static_cast<size_t>(num_free));
+  for (const std::vector<int>& unit : units) {
+    std::vector<int> nodes;
+    for (const int e : unit) {
+      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
+        if (const int index = index_of[static_cast<size_t>(node)]; index < num_free) nodes.push_back(index);
+      }
+    }
+    std::ranges::sort(nodes);
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    for (size_t i = 0; i < nodes.size(); ++i)
+      neighbours[static_cast<size_t>(nodes[i])].insert(neighbours[static_cast<size_t>(nodes[i])].end(),
+                                                       nodes.begin() + static_cast<ptrdiff_t>(i),
+                                                       nodes.end());
+  }
+  SparseLower graph(num_free, num_free);
+  for (int column = 0; column < num_free; ++column) {
+    std::vector<int>& rows = neighbours[static_cast<size_t>(column)];
+    std::ranges::sort(rows);
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    graph.startVec(column);
+    for (const int row : rows) graph.insertBack(row, column) = 1.0;
+  }
+  graph.finalize();
+  return graph;
+}
+
+// Copies the fronts. A front's rows below its columns stand among the rows of its parent, so the loop goes
+// from the roots down.
+void take_fronts(const FrontTree& analysed, OrganTree& tree) {
+  std::vector<std::vector<int>> rows(static_cast<size_t>(analysed.size()));
+  for (int f = analysed.size() - 1; f >= 0; --f) {
+    const Front& front = analysed[f];
+    std::vector<int>& own = rows[static_cast<size_t>(f)];
+    for (int column = 0; column < front.num_columns; ++column) own.push_back(front.first_column + column);
+    if (front.parent < 0) continue;
+    const std::vector<int>& of_parent = rows[static_cast<size_t>(front.parent)];
+    for (const FrontTree::Run& run : analysed.runs_in_parent(f)) {
+      for (int i = 0; i < run.length; ++i) own.push_back(of_parent[static_cast<size_t>(run.place + i)]);
+    }
+  }
+  for (int f = 0; f < analysed.size(); ++f) {
+    const Front& front = analysed[f];
+    pack::Front entry = {};
+    entry.first_column = static_cast<std::uint32_t>(front.first_column);
+    entry.num_columns = static_cast<std::uint32_t>(front.num_columns);
+    entry.first_row = static_cast<std::uint32_t>(tree.rows.size());
+    entry.num_rows = static_cast<std::uint32_t>(front.num_updated());
+    entry.num_within = static_cast<std::uint32_t>(f - front.first_within + 1);
+    entry.parent = front.parent < 0 ? pack::kNoFront : static_cast<std::uint32_t>(front.parent);
+    const std::vector<int>& all = rows[static_cast<size_t>(f)];
+    tree.rows.insert(tree.rows.end(), all.begin() + front.num_columns, all.end());
+    tree.fronts.push_back(entry);
+  }
+  for (const int node : analysed.permutation()) tree.order.push_back(static_cast<std::uint32_t>(node));
+}
+
+// Sorts units by the front that eliminates the first of their nodes. Units without a free node join the first front.
+void list_elements(const Model& model, const std::vector<std::vector<int>>& units,
+                   const std::vector<int>& index_of, OrganTree& tree) {
+  std::vector<size_t> front_of(tree.order.size());  // by node
+  for (size_t f = 0; f < tree.fronts.size(); ++f) {
+    for (std::uint32_t c = 0; c < tree.fronts[f].num_columns; ++c)
+      front_of[tree.order[tree.fronts[f].first_column + c]] = f;
+  }
+  std::vector<size_t> front_of_unit;
+  for (const std::vector<int>& unit : units) {
+    size_t first = tree.fronts.size();
+    for (const int e : unit) {
+      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
+        if (const int index = index_of[static_cast<size_t>(node)]; index < tree.num_free)
+          first = std::min(first, front_of[static_cast<size_t>(index)]);
+      }
+    }
+    front_of_unit.push_back(first == tree.fronts.size() ? 0 : first);
+  }
+  std::vector<size_t> order(units.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, {}, [&](size_t unit) { return front_of_unit[unit]; });
+  std::uint32_t num_patches = 0;
+  for (const size_t unit : order) {
+    const bool shares = model.elements[static_cast<size_t>(units[unit].front())].volume_patch >= 0;
+    const std::uint32_t patch = shares ? num_patches++ : pack::kNoPatch;
+    for (const int e : units[unit]) {
+      tree.elements.push_back(e);
+      tree.volume_patches.push_back(patch);
+    }
+    tree.fronts[front_of_unit[unit]].num_elements += static_cast<std::uint32_t>(units[unit].size());
+  }
+  std::uint32_t first = 0;
+  for (pack::Front& front : tree.fronts) {
+    front.first_element = first;
+    first += front.num_elements;
+  }
+}
+
+}  // namespace
+
+OrganTree make_organ_tree(const Model& model, const ContactSites& sites) {
+  OrganTree tree;
+  list_nodes(model, sites, tree);
+  std::vector<int> index_of(static_cast<size_t>(model.num_nodes()), 0);
+  for (size_t i = 0; i < tree.nodes.size(); ++i)
+    index_of[static_cast<size_t>(tree.nodes[i])] = static_cast<int>(i);
+  const std::vector<std::vector<int>> units = units_of(model);
+  const CholeskyAnalysis analysis(graph_of(model, units, index_of, tree.num_free));
+  take_fronts(*analysis.fronts(), tree);
+  list_elements(model, units, index_of, tree);
+  return tree;
+}
+
+double organ_bytes(const Model& model) {
+  constexpr double kRowsOfNode = 8;  // places below fronts, for each node: 2 to 4 in organ meshes
+  double corners = 0;
+  for (const Tetrahedron& element : model.elements) corners += element.num_nodes;
+  return sizeof(pack::ZoneElement) * static_cast<double>(model.elements.size()) +
+         sizeof(std::uint32_t) * corners +
+         (sizeof(pack::ZoneNode) + sizeof(pack::Front) + sizeof(std::uint32_t) * (1 + kRowsOfNode)) *
+             static_cast<double>(model.num_nodes());
+}
+
+}  // namespace palpate

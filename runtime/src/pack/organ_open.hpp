@@ -1,0 +1,12 @@
+// Reading the organ's mesh and elimination tree from a pack.
+#pragma once
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "schemas/pack_generated.h"
+
+namespace palpate {
+
+// Needs a nonlinear zone, whose materials the elements name.
+bool read_organ(const pack::Organ& organ, uint64_t first_offset, pal_pack& pack);
+
+}  // namespace palpate
