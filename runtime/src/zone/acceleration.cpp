@@ -1,0 +1,96 @@
+#include "runtime/src/zone/acceleration.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+double product(const double* a, const double* b, size_t size) {
+  double sums[4] = {};  // independent sums, so that no addition waits for another
+  size_t i = 0;
+  for (; i + 4 <= size; i += 4) {
+    for (size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
+  }
+  for (; i < size; ++i) sums[0] += a[i] * b[i];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+// Solves dF^T dF gamma = dF^T f by a Cholesky factor that skips columns which depend on earlier ones to rounding.
+void find_weights(const Acceleration& acceleration, const double* f, double* gamma) {
+  constexpr double kDependent = 1e-12;  // of a column's square, after subtraction of the columns before it
+  const uint32_t count = acceleration.count;
+  double factor[kMostAccelerated][kMostAccelerated] = {};
+  bool is_used[kMostAccelerated] = {};
+  const auto column = [&](uint32_t i) { return acceleration.changes + i * acceleration.size; };
+  for (uint32_t i = 0; i < count; ++i) {
+    for (uint32_t j = 0; j <= i; ++j) {
+      if (j < i && !is_used[j]) continue;
+      double entry = product(column(i), column(j), acceleration.size);
+      const double whole = entry;
+      for (uint32_t k = 0; k < j; ++k) entry -= factor[i][k] * factor[j][k];
+      if (j < i) {
+        factor[i][j] = entry / factor[j][j];
+      } else {
+        is_used[i] = entry > kDependent * whole;
+        factor[i][i] = is_used[i] ? sqrt(entry) : 1;
+      }
+    }
+    if (!is_used[i]) std::fill_n(factor[i], i, 0.0);
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    gamma[i] = is_used[i] ? product(column(i), f, acceleration.size) : 0;
+    for (uint32_t k = 0; k < i; ++k) gamma[i] -= factor[i][k] * gamma[k];
+    gamma[i] /= factor[i][i];
+  }
+  for (uint32_t i = count; i-- > 0;) {
+    for (uint32_t k = i + 1; k < count; ++k) gamma[i] -= factor[k][i] * gamma[k];
+    gamma[i] = is_used[i] ? gamma[i] / factor[i][i] : 0;
+  }
+}
+
+}  // namespace
+
+void carve_acceleration(size_t size, Arena& arena, Acceleration& acceleration) {
+  acceleration = {};
+  acceleration.size = size;
+  acceleration.moves = arena.take<double>(kMostAccelerated * size);
+  acceleration.changes = arena.take<double>(kMostAccelerated * size);
+  acceleration.last_y = arena.take<double>(size);
+  acceleration.last_f = arena.take<double>(size);
+}
+
+void restart_acceleration(Acceleration& acceleration) {
+  acceleration.count = acceleration.next = 0;
+  acceleration.has_last = false;
+}
+
+void accelerate(const double* y, double* image, Acceleration& acceleration) {
+  const size_t size = acceleration.size;
+  double* move = acceleration.moves + acceleration.next * size;
+  double* change = acceleration.changes + acceleration.next * size;
+  for (size_t i = 0; i < size; ++i) {
+    const double f = image[i] - y[i];
+    move[i] = y[i] - acceleration.last_y[i];
+    change[i] = f - acceleration.last_f[i];
+    acceleration.last_y[i] = y[i];
+    acceleration.last_f[i] = f;
+  }
+  if (!acceleration.has_last) {
+    acceleration.has_last = true;
+    return;
+  }
+  acceleration.next = (acceleration.next + 1) % kMostAccelerated;
+  acceleration.count = std::min(acceleration.count + 1, kMostAccelerated);
+  double gamma[kMostAccelerated];
+  find_weights(acceleration, acceleration.last_f, gamma);
+  for (uint32_t k = 0; k < acceleration.count; ++k) {
+    const double* of_y = acceleration.moves + k * size;
+    const double* of_f = acceleration.changes + k * size;
+    for (size_t i = 0; i < size; ++i) image[i] -= gamma[k] * (of_y[i] + of_f[i]);
+  }
+}
+
+}  // namespace palpate

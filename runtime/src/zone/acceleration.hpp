@@ -1,0 +1,41 @@
+// Anderson's acceleration of a fixed-point iteration y <- G(y).
+//
+// With the residuals f = G(y) - y and the differences dY, dF of the last `depth` iterates,
+//
+//   y_next = y + f - (dY + dF) gamma,    gamma = argmin |f - dF gamma|.
+//
+// A linear G converges in as many iterations as it has distinct slow modes; plain iteration would diverge where
+// an eigenvalue of G exceeds 1.
+//
+// Source: Anderson 1965, J. ACM 12; Walker and Ni 2011, SIAM J. Numer. Anal. 49.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "runtime/src/base/arena.hpp"
+
+namespace palpate {
+
+inline constexpr uint32_t kMostAccelerated = 5;  // iterates remembered: the sixth gains nothing on bent bars
+
+struct Acceleration {
+  size_t size;      // of y
+  uint32_t count;   // differences held
+  uint32_t next;    // place of the next one
+  bool has_last;    // last_y and last_f hold an iterate
+  double* moves;    // [kMostAccelerated][size] dY
+  double* changes;  // [kMostAccelerated][size] dF
+  double* last_y;   // [size]
+  double* last_f;   // [size]
+};
+
+void carve_acceleration(size_t size, Arena& arena, Acceleration& acceleration);
+
+// Forgets all iterates: G has changed.
+void restart_acceleration(Acceleration& acceleration);
+
+// In: y, and G(y) in `image`. Out: the next y in `image`.
+void accelerate(const double* y, double* image, Acceleration& acceleration);
+
+}  // namespace palpate

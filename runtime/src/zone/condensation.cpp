@@ -1,0 +1,437 @@
+#include "runtime/src/zone/condensation.hpp"
+
+#include <string.h>
+
+#include <algorithm>
+
+#include "runtime/src/pack/pack_view.hpp"
+
+namespace palpate {
+namespace {
+
+// Upper bounds of a front's size in any zone with so many kept nodes.
+struct FrontBound {
+  size_t columns;
+  size_t below;  // numbers
+  size_t stride() const { return float_elimination_stride(static_cast<uint32_t>(columns + below)); }
+};
+
+FrontBound bound_of(const pack::Front& front, uint32_t kept_within) {
+  return {round_to_columns(3 * front.num_columns), size_t{3} * (front.num_rows + kept_within)};
+}
+
+// Calls visit(front, most kept nodes that it may hand up): those among the columns of its subtree.
+template <typename Visit>
+void for_each_bound(const OrganView& organ, uint32_t kept, Visit&& visit) {
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    const pack::Front& front = organ.fronts[f];
+    const uint32_t within =
+        front.first_column + front.num_columns - organ.fronts[f + 1 - front.num_within].first_column;
+    visit(front, std::min(kept, within));
+  }
+}
+
+// Calls visit(child): the subtrees of a front's children stand before the front, one behind the other.
+template <typename Visit>
+void for_each_child(const OrganView& organ, uint32_t front, Visit&& visit) {
+  const uint32_t first = front + 1 - organ.fronts[front].num_within;
+  for (uint32_t end = front; end > first; end -= organ.fronts[end - 1].num_within) visit(end - 1);
+}
+
+size_t update_size(const pack::Front& front) {
+  return size_t{9} * front.num_rows * front.num_rows;
+}
+
+size_t all_updates(const OrganView& organ) {
+  size_t sum = 0;
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) sum += update_size(organ.fronts[f]);
+  return sum;
+}
+
+// The most numbers that wait for their parents without kept nodes: a front leaves its update and takes those of its
+// children. In a zone an update of a rows waits with a + b rows, where all b together are the 3 kept nodes, and
+// sum (a + b)^2 <= 2 sum a^2 + 2 (sum b)^2.
+size_t most_pending_updates(const OrganView& organ) {
+  size_t most = 0;
+  size_t pending = 0;
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    pending += update_size(organ.fronts[f]);
+    most = std::max(most, pending);
+    for_each_child(organ, f, [&](uint32_t child) { pending -= update_size(organ.fronts[child]); });
+  }
+  return most;
+}
+
+template <int kNodes>
+void copy_lane(const ZoneBatch<kNodes>& from, int lane, ZoneBatch<kNodes>& to, int place) {
+  const auto at = static_cast<size_t>(lane);
+  const auto in = static_cast<size_t>(place);
+  to.materials[in] = from.materials[at];
+  to.patches[in] = from.patches[at];
+  to.stiffness[in] = from.stiffness[at];
+  for (size_t a = 0; a < kNodes; ++a) to.elements.nodes[a][in] = from.elements.nodes[a][at];
+  for (size_t p = 0; p < to.elements.points.size(); ++p) {
+    to.volumes[p].set(place, from.volumes[p][lane]);
+    to.elements.points[p].volume.set(place, from.elements.points[p].volume[lane]);
+    for (size_t a = 0; a < kNodes; ++a) {
+      for (size_t i = 0; i < 3; ++i)
+        to.elements.points[p].gradients[a][i].set(place, from.elements.points[p].gradients[a][i][lane]);
+    }
+  }
+}
+
+// Copies the elements outside of the zone. `elements`: those of this kind, in the order of the batches' lanes.
+template <int kNodes, typename IsInZone>
+uint32_t copy_exterior(const ZoneBatch<kNodes>* from, uint32_t num_from, IsInZone&& next_is_in_zone,
+                       ZoneBatch<kNodes>* to) {
+  uint32_t count = 0;
+  for (uint32_t n = 0; n < num_from; ++n) {
+    for (int lane = 0; lane < from[n].count; ++lane) {
+      if (next_is_in_zone()) continue;
+      ZoneBatch<kNodes>& batch = to[count / kLanes];
+      const int first = static_cast<int>(count++ % kLanes);
+      batch.count = first + 1;
+      for (int place = first; place < kLanes; ++place) copy_lane(from[n], lane, batch, place);
+    }
+  }
+  return (count + kLanes - 1) / kLanes;
+}
+
+ZoneBatches exterior_batches(const Exterior& exterior, uint32_t index, CondensationScratch& scratch) {
+  const OrganView& organ = exterior.pack.organ;
+  const pack::Front& front = organ.fronts[index];
+  ZoneBatches batches = batches_of_front(exterior.elements, index);
+  const auto skip = [&](uint32_t nodes) {
+    return [&organ, &exterior, nodes, e = front.first_element]() mutable {
+      while (organ.elements[e].num_nodes != nodes) ++e;
+      return exterior.is_zone_element[e++] != 0;
+    };
+  };
+  const uint32_t linear = copy_exterior(batches.linear, batches.num_linear, skip(4), scratch.linear);
+  const uint32_t quadratic = copy_exterior(batches.quadratic, batches.num_quadratic,
+                                           skip(pack::kZoneElementNodes), scratch.quadratic);
+  batches.linear = scratch.linear;
+  batches.num_linear = linear;
+  batches.quadratic = scratch.quadratic;
+  batches.num_quadratic = quadratic;
+  return batches;
+}
+
+// Lists a front's nodes and gives each node its rows. Returns false where the room does not suffice.
+bool list_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
+  const OrganView& organ = exterior.pack.organ;
+  const pack::Front& front = organ.fronts[condensation.front];
+  FrontFactor& factor = condensation.fronts[condensation.front];
+  factor = {};
+  uint32_t* nodes = condensation.nodes + condensation.nodes_used;
+  factor.nodes = nodes;
+  const size_t room = condensation.room.nodes - condensation.nodes_used;
+  for (uint32_t c = 0; c < front.num_columns; ++c) {
+    const uint32_t node = organ.order[front.first_column + c];
+    if (condensation.roles[node] != NodeRole::eliminated) continue;
+    if (factor.num_eliminated == room) return false;
+    scratch.unknown_of[node] = 3 * factor.num_eliminated;
+    nodes[factor.num_eliminated++] = node;
+  }
+  factor.columns = round_to_columns(3 * factor.num_eliminated);
+  bool fits = true;
+  const auto list_below = [&](uint32_t node) {
+    if (condensation.roles[node] == NodeRole::absent || scratch.unknown_of[node] != kNoUnknown) return;
+    fits = fits && factor.num_eliminated + factor.num_below < room;
+    if (!fits) return;
+    scratch.unknown_of[node] = factor.columns + 3 * factor.num_below;
+    nodes[factor.num_eliminated + factor.num_below++] = node;
+  };
+  for (uint32_t i = 0; i < front.num_rows; ++i) list_below(organ.order[organ.rows[front.first_row + i]]);
+  for (uint32_t c = 0; c < front.num_columns; ++c) list_below(organ.order[front.first_column + c]);
+  for_each_child(organ, condensation.front, [&](uint32_t child) {
+    const FrontFactor& of_child = condensation.fronts[child];
+    for (uint32_t i = 0; i < of_child.num_below; ++i) list_below(of_child.nodes[of_child.num_eliminated + i]);
+  });
+  factor.stride = float_elimination_stride(factor.columns + 3 * factor.num_below);
+  return fits;
+}
+
+// Adds a child's update to the rows of its nodes.
+void add_update(const FrontFactor& child, const uint32_t* unknown_of, uint32_t stride, float* matrix) {
+  const uint32_t* nodes = child.nodes + child.num_eliminated;
+  const size_t size = size_t{3} * child.num_below;
+  for (uint32_t b = 0; b < child.num_below; ++b) {
+    const uint32_t column = unknown_of[nodes[b]];
+    for (uint32_t k = 0; k < 3; ++k) {
+      const float* from = child.update + (3 * b + k) * size;
+      for (uint32_t a = b; a < child.num_below; ++a) {
+        const uint32_t row = unknown_of[nodes[a]];
+        for (uint32_t i = a == b ? k : 0; i < 3; ++i) {
+          const uint32_t low = std::min(row + i, column + k);
+          const uint32_t high = std::max(row + i, column + k);
+          matrix[size_t{low} * stride + high] += from[3 * a + i];
+        }
+      }
+    }
+  }
+}
+
+// Multiply-adds that take as long as clearing an entry.
+constexpr uint64_t kOfEntry = 2;
+
+// Sums the front's elements and the updates of its children. Returns multiply-adds that take as long.
+uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
+  const uint32_t index = condensation.front;
+  const FrontFactor& factor = condensation.fronts[index];
+  const uint32_t size = factor.columns + 3 * factor.num_below;
+  memset(scratch.matrix, 0, size_t{factor.stride} * round_to_columns(size) * sizeof *scratch.matrix);
+  uint64_t spent = kOfEntry * factor.stride * size;
+  const ZoneBatches batches = condensation.is_own[index] != 0 && exterior.is_zone_element != nullptr
+                                  ? exterior_batches(exterior, index, scratch)
+                                  : batches_of_front(exterior.elements, index);
+  const ZoneUnknowns unknowns = {scratch.unknown_of, nullptr, nullptr};
+  add_zone_stiffness(batches, exterior.displacement, unknowns, scratch.matrix, factor.stride);
+  spent += stiffness_operations(batches);
+  for_each_child(exterior.pack.organ, index, [&](uint32_t child) {
+    FrontFactor& of_child = condensation.fronts[child];
+    add_update(of_child, scratch.unknown_of, factor.stride, scratch.matrix);
+    const size_t entries = size_t{9} * of_child.num_below * of_child.num_below;
+    spent += entries;
+    if (condensation.is_own[child] == 0 || condensation.room.kept == 0) return;
+    condensation.updates_used -= entries;
+    of_child.update = nullptr;
+  });
+  // A fixed axis of a node gets a unit pivot where the node is eliminated, and nothing where it is below.
+  for (uint32_t i = 0; i < factor.num_eliminated + factor.num_below; ++i) {
+    const uint32_t axes = exterior.pack.organ.nodes[factor.nodes[i]].free_axes;
+    for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
+      if ((axes >> axis & 1) != 0) continue;
+      const uint32_t unknown = scratch.unknown_of[factor.nodes[i]] + axis;
+      drop_unknown(unknown, size, factor.stride, scratch.matrix);
+      if (i >= factor.num_eliminated) scratch.matrix[size_t{unknown} * factor.stride + unknown] = 0;
+    }
+  }
+  for (uint32_t pad = 3 * factor.num_eliminated; pad < factor.columns; ++pad)
+    scratch.matrix[size_t{pad} * factor.stride + pad] = 1;
+  return spent;
+}
+
+// Adds the update of a root to S.
+void add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch, Condensation& condensation) {
+  // Places of the kept nodes; the front's rows are not needed any more.
+  for (uint32_t i = 0; i < condensation.num_kept; ++i) scratch.unknown_of[condensation.kept[i]] = 3 * i;
+  const uint32_t* nodes = factor.nodes + factor.num_eliminated;
+  for (uint32_t b = 0; b < 3 * factor.num_below; ++b) {
+    const size_t column = scratch.unknown_of[nodes[b / 3]] + b % 3;
+    const float* from = scratch.matrix + size_t{factor.columns + b} * factor.stride + factor.columns;
+    for (uint32_t a = b; a < 3 * factor.num_below; ++a) {
+      const size_t row = scratch.unknown_of[nodes[a / 3]] + a % 3;
+      const double entry = static_cast<double>(from[a]);
+      condensation.schur[column * condensation.schur_stride + row] += entry;
+      if (a != b) condensation.schur[row * condensation.schur_stride + column] += entry;
+    }
+  }
+  for (uint32_t i = 0; i < condensation.num_kept; ++i) scratch.unknown_of[condensation.kept[i]] = kNoUnknown;
+}
+
+// Keeps the eliminated front. Returns false where the room does not suffice.
+bool keep_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
+  FrontFactor& factor = condensation.fronts[condensation.front];
+  const size_t panel = size_t{factor.stride} * factor.columns;
+  const size_t below = size_t{3} * factor.num_below;
+  const bool is_root = exterior.pack.organ.fronts[condensation.front].parent == pack::kNoFront;
+  if (panel > condensation.room.panels - condensation.panels_used ||
+      (!is_root && below * below > condensation.room.updates - condensation.updates_used))
+    return false;
+  factor.panel = condensation.panels + condensation.panels_used;
+  condensation.panels_used += panel;
+  memcpy(factor.panel, scratch.matrix, panel * sizeof *factor.panel);
+  if (!is_root) {
+    factor.update = condensation.updates + condensation.updates_used;
+    condensation.updates_used += below * below;
+    for (size_t b = 0; b < below; ++b) {
+      const float* from = scratch.matrix + (factor.columns + b) * factor.stride + factor.columns;
+      memcpy(factor.update + b * below + b, from + b, (below - b) * sizeof *from);
+    }
+  }
+  const uint32_t listed = factor.num_eliminated + factor.num_below;
+  for (uint32_t i = 0; i < listed; ++i) scratch.unknown_of[factor.nodes[i]] = kNoUnknown;
+  condensation.nodes_used += listed;
+  if (is_root) add_to_schur(factor, scratch, condensation);
+  return true;
+}
+
+// Nodes of a front that the scratch still names, after a failure.
+void forget_front(const Condensation& condensation, CondensationScratch& scratch) {
+  const FrontFactor& factor = condensation.fronts[condensation.front];
+  for (uint32_t i = 0; i < factor.num_eliminated + factor.num_below; ++i)
+    scratch.unknown_of[factor.nodes[i]] = kNoUnknown;
+}
+
+}  // namespace
+
+uint32_t* carve_front_of(const pal_pack& pack, Arena& arena) {
+  return arena.take<uint32_t>(pack.organ.num_free);
+}
+
+void fill_front_of(const pal_pack& pack, uint32_t* front_of) {
+  const OrganView& organ = pack.organ;
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    for (uint32_t c = 0; c < organ.fronts[f].num_columns; ++c)
+      front_of[organ.order[organ.fronts[f].first_column + c]] = f;
+  }
+}
+
+CondensationRoom condensation_room(const pal_pack& pack, uint32_t kept) {
+  CondensationRoom room = {kept, 0, 0, 0};
+  for_each_bound(pack.organ, kept, [&](const pack::Front& front, uint32_t kept_within) {
+    const FrontBound bound = bound_of(front, kept_within);
+    room.nodes += front.num_columns + front.num_rows + kept_within;
+    room.panels += bound.stride() * bound.columns;
+  });
+  room.updates =
+      kept == 0 ? all_updates(pack.organ) : 2 * most_pending_updates(pack.organ) + 18 * size_t{kept} * kept;
+  return room;
+}
+
+void carve_condensation(const pal_pack& pack, const CondensationRoom& room, Arena& arena,
+                        Condensation& condensation) {
+  condensation = {};
+  condensation.room = room;
+  condensation.num_fronts = pack.organ.num_fronts;
+  condensation.fronts = arena.take<FrontFactor>(pack.organ.num_fronts);
+  condensation.roles = arena.take<NodeRole>(pack.organ.num_nodes);
+  condensation.is_own = arena.take<uint8_t>(pack.organ.num_fronts);
+  condensation.kept = arena.take<uint32_t>(room.kept);
+  const size_t stride = elimination_stride(3 * room.kept);
+  condensation.schur = arena.take<double>(stride * stride);
+  condensation.nodes = arena.take<uint32_t>(room.nodes);
+  condensation.panels = arena.take<float>(room.panels);
+  condensation.updates = arena.take<float>(room.updates);
+}
+
+void carve_scratch(const pal_pack& pack, uint32_t kept, Arena& arena, CondensationScratch& scratch) {
+  size_t matrix = 0;
+  size_t columns = 0;
+  size_t below = 0;
+  uint32_t elements = 0;
+  for_each_bound(pack.organ, kept, [&](const pack::Front& front, uint32_t kept_within) {
+    const FrontBound bound = bound_of(front, kept_within);
+    matrix = std::max(matrix, bound.stride() * (bound.stride() + kEliminationColumns));
+    columns = std::max(columns, bound.columns);
+    below = std::max(below, bound.below);
+    elements = std::max(elements, front.num_elements);
+  });
+  scratch.matrix = arena.take<float>(matrix);
+  scratch.unknown_of = arena.take<uint32_t>(pack.organ.num_nodes);
+  scratch.columns = arena.take<double>(2 * (columns + kEliminationRows));
+  scratch.below = arena.take<double>(below + 2 * kEliminationRows);
+  scratch.linear = arena.take<ZoneBatch<4>>(elements / kLanes + 1);
+  scratch.quadratic = arena.take<ZoneBatch<10>>(elements / kLanes + 1);
+}
+
+void clear_scratch(const pal_pack& pack, CondensationScratch& scratch) {
+  for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) scratch.unknown_of[i] = kNoUnknown;
+}
+
+void begin_condensation(const Exterior& exterior, const Condensation* whole, Condensation& condensation) {
+  const OrganView& organ = exterior.pack.organ;
+  condensation.front = condensation.column = 0;
+  condensation.is_assembled = false;
+  condensation.nodes_used = condensation.panels_used = condensation.updates_used = 0;
+  condensation.schur_stride = elimination_stride(3 * condensation.num_kept);
+  memset(condensation.schur, 0,
+         size_t{condensation.schur_stride} * condensation.schur_stride * sizeof *condensation.schur);
+  memset(condensation.is_own, whole == nullptr ? 1 : 0, organ.num_fronts);
+  for (uint32_t node = 0; node < organ.num_free && whole != nullptr; ++node) {
+    if (condensation.roles[node] == whole->roles[node]) continue;
+    for (uint32_t f = exterior.front_of[node]; f != pack::kNoFront && condensation.is_own[f] == 0;
+         f = organ.fronts[f].parent)
+      condensation.is_own[f] = 1;
+  }
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    if (condensation.is_own[f] == 0) condensation.fronts[f] = whole->fronts[f];
+  }
+}
+
+Progress advance_condensation(const Exterior& exterior, uint64_t operations, CondensationScratch& scratch,
+                              Condensation& condensation, uint64_t& spent) {
+  for (; condensation.front < condensation.num_fronts; ++condensation.front) {
+    if (condensation.is_own[condensation.front] == 0) continue;
+    if (!condensation.is_assembled) {
+      if (spent >= operations) return Progress::goes_on;
+      const bool fits = list_front(exterior, scratch, condensation);
+      if (!fits) {
+        forget_front(condensation, scratch);
+        return Progress::failed;
+      }
+      spent += assemble_front(exterior, scratch, condensation);
+      condensation.is_assembled = true;
+      condensation.column = 0;
+    }
+    const FrontFactor& factor = condensation.fronts[condensation.front];
+    const uint32_t size = factor.columns + 3 * factor.num_below;
+    for (; condensation.column < size; condensation.column += kEliminationColumns) {
+      if (spent >= operations) return Progress::goes_on;
+      spent += elimination_operations(size, factor.columns, condensation.column);
+      if (!exterior.kernel.eliminate_float_columns(scratch.matrix, factor.stride, size, factor.columns,
+                                                   condensation.column)) {
+        forget_front(condensation, scratch);
+        return Progress::failed;
+      }
+    }
+    if (!keep_front(exterior, scratch, condensation)) {
+      forget_front(condensation, scratch);
+      return Progress::failed;
+    }
+    condensation.is_assembled = false;
+  }
+  return Progress::ended;
+}
+
+void forward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
+                        CondensationScratch& scratch, double* forces) {
+  for (uint32_t f = 0; f < condensation.num_fronts; ++f) {
+    const FrontFactor& factor = condensation.fronts[f];
+    if (factor.num_eliminated == 0) continue;
+    double* own = scratch.columns;
+    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+      memcpy(own + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *own);
+    for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
+    kernel.forward_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+      memcpy(forces + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+    const uint32_t rows = 3 * factor.num_below;
+    memset(scratch.below, 0, round_to_columns(rows) * sizeof *scratch.below);
+    kernel.add_float_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own,
+                             scratch.below);
+    for (uint32_t i = 0; i < factor.num_below; ++i) {
+      double* node = forces + size_t{3} * factor.nodes[factor.num_eliminated + i];
+      for (uint32_t axis = 0; axis < 3; ++axis) node[axis] -= scratch.below[3 * i + axis];
+    }
+  }
+}
+
+void backward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
+                         CondensationScratch& scratch, double* values) {
+  for (uint32_t f = condensation.num_fronts; f-- > 0;) {
+    const FrontFactor& factor = condensation.fronts[f];
+    if (factor.num_eliminated == 0) continue;
+    double* own = scratch.columns;
+    double* from_below = own + round_to_columns(factor.columns + kEliminationRows);
+    const uint32_t rows = round_to_columns(3 * factor.num_below);
+    for (uint32_t i = 0; i < factor.num_below; ++i)
+      memcpy(scratch.below + 3 * i, values + size_t{3} * factor.nodes[factor.num_eliminated + i],
+             3 * sizeof *values);
+    for (uint32_t i = 3 * factor.num_below; i < rows; ++i) scratch.below[i] = 0;
+    memset(from_below, 0, factor.columns * sizeof *from_below);
+    kernel.add_transposed_product(factor.panel + factor.columns, factor.stride, rows, factor.columns,
+                                  scratch.below, from_below);
+    for (uint32_t i = 0; i < factor.num_eliminated; ++i) {
+      for (uint32_t axis = 0; axis < 3; ++axis)
+        own[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
+    }
+    for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
+    kernel.back_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+      memcpy(values + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+  }
+}
+
+}  // namespace palpate

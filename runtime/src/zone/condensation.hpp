@@ -1,0 +1,129 @@
+// The exterior of a zone, condensed onto the zone's boundary: a multifrontal factor of the organ that leaves
+// out the zone.
+//
+// Divide the organ's nodes into the exterior O, the boundary B that zone and exterior share, and the rest of the
+// zone. With K the tangent stiffness of the exterior's elements and r the forces on their nodes,
+//
+//   [ K_OO K_OB ] [ du_O ]     [ r_O ]
+//   [ K_BO K_BB ] [ du_B ] = - [ r_B ]        (r_B without the zone's elements)
+//
+// elimination of O leaves the exterior's stiffness and force as the zone sees them:
+//
+//   S = K_BB - K_BO K_OO^-1 K_OB,   g = r_B - K_BO K_OO^-1 r_O.
+//
+// forward_substitute() maps r to g, and backward_substitute() extends du_B to du_O. The tree of fronts is the
+// pack's (Organ in schemas/pack.fbs). A front with a node of B in its columns does not eliminate the node but
+// hands the node to its parent; the roots hand B over to S. Fronts whose subtree holds no node of the zone are
+// the same in every zone: they are taken from a factor of the whole organ.
+//
+// Elimination is in float32: S and the substitutions only precondition the exterior's iterations (exterior.hpp),
+// whose fixed point does not depend on them.
+//
+// Source: Duff and Reid 1983, ACM TOMS 9 (multifrontal elimination).
+#pragma once
+
+#include "runtime/src/numerics/elimination.hpp"
+#include "runtime/src/zone/organ_elements.hpp"
+
+namespace palpate {
+
+enum class NodeRole : uint8_t {
+  eliminated,  // O
+  kept,        // B
+  absent       // the rest of the zone, and nodes that do not move
+};
+
+// A front's part of L: [columns][stride] with L11 on top and L21 below.
+struct FrontFactor {
+  const uint32_t* nodes;  // the eliminated nodes, then the nodes below
+  uint32_t num_eliminated;
+  uint32_t num_below;
+  uint32_t columns;  // 3 num_eliminated, rounded up to kEliminationColumns with unit pivots
+  uint32_t stride;
+  float* panel;
+  float* update;  // [3 num_below][3 num_below] lower triangle, column-major; null once the parent has it
+};
+
+// [num_free] the front that has each node as a column. Constant for a pack.
+uint32_t* carve_front_of(const pal_pack& pack, Arena& arena);
+void fill_front_of(const pal_pack& pack, uint32_t* front_of);
+
+struct CondensationRoom {  // capacity
+  uint32_t kept;           // nodes
+  size_t nodes;            // entries of all lists of nodes
+  size_t panels;           // floats
+  size_t updates;          // floats
+};
+
+struct Condensation {
+  CondensationRoom room;
+  uint32_t num_fronts;
+  FrontFactor* fronts;  // [num_fronts]
+  NodeRole* roles;      // [num_nodes]
+  uint8_t* is_own;      // [num_fronts] the front is not the whole organ's
+  uint32_t num_kept;
+  uint32_t* kept;         // [room.kept] nodes
+  uint32_t schur_stride;  // elimination_stride(3 num_kept)
+  double* schur;          // S: [schur_stride][schur_stride], both triangles
+  // Memory of the fronts
+  uint32_t* nodes;
+  float* panels;
+  float* updates;
+  size_t nodes_used;
+  size_t panels_used;
+  size_t updates_used;
+  // The elimination's state
+  uint32_t front;
+  uint32_t column;
+  bool is_assembled;
+};
+
+// What all condensations of a session share; one is advanced at a time.
+struct CondensationScratch {
+  float* matrix;         // the current front
+  uint32_t* unknown_of;  // [num_nodes] the node's first row in the current front, or kNoUnknown
+  double* columns;       // a front's vector: its columns
+  double* below;         // and its rows below
+  ZoneBatch<4>* linear;  // a front's elements without those of the zone
+  ZoneBatch<10>* quadratic;
+};
+
+// Room for any zone whose boundary has at most `kept` nodes; 0: for the whole organ, all of whose updates stay.
+CondensationRoom condensation_room(const pal_pack& pack, uint32_t kept);
+void carve_condensation(const pal_pack& pack, const CondensationRoom& room, Arena& arena,
+                        Condensation& condensation);
+// `kept`: the largest room of its condensations.
+void carve_scratch(const pal_pack& pack, uint32_t kept, Arena& arena, CondensationScratch& scratch);
+void clear_scratch(const pal_pack& pack, CondensationScratch& scratch);
+
+// What a condensation reads. `displacement`: [num_nodes][3] from the mesh, where K is the tangent.
+struct Exterior {
+  const pal_pack& pack;
+  const EliminationKernel& kernel;
+  const uint32_t* front_of;
+  const OrganElements& elements;
+  const uint8_t* is_zone_element;  // [num_elements]
+  const double* displacement;
+};
+
+// Begins with Condensation::roles and `kept` set by the caller. `whole`: the factor of the whole organ at the
+// same displacements, whose fronts may be shared; null: none are.
+void begin_condensation(const Exterior& exterior, const Condensation* whole, Condensation& condensation);
+
+enum class Progress { goes_on, ended, failed };
+
+// Advances for about so many multiply-adds and adds the work to `spent`. Fails where K_OO is not positive
+// definite, or the room does not suffice.
+Progress advance_condensation(const Exterior& exterior, uint64_t operations, CondensationScratch& scratch,
+                              Condensation& condensation, uint64_t& spent);
+
+// forces: [num_nodes][3]. On return the kept nodes have g, and the eliminated ones L^-1 r, which
+// backward_substitute() takes. Forces on fixed axes must be zero.
+void forward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
+                        CondensationScratch& scratch, double* forces);
+
+// values: [num_nodes][3]. In: du_B on kept nodes, and -L^-1 r on eliminated nodes. Out: du_O on eliminated nodes.
+void backward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
+                         CondensationScratch& scratch, double* values);
+
+}  // namespace palpate

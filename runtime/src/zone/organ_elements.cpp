@@ -1,0 +1,114 @@
+#include "runtime/src/zone/organ_elements.hpp"
+
+#include "runtime/src/pack/pack_view.hpp"
+
+namespace palpate {
+namespace {
+
+struct FrontCounts {
+  uint32_t linear;
+  uint32_t quadratic;
+  uint32_t patches;
+};
+
+FrontCounts count_elements(const OrganView& organ, const pack::Front& front) {
+  FrontCounts counts = {};
+  uint32_t last_patch = pack::kNoPatch;
+  for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e) {
+    const pack::ZoneElement& element = organ.elements[e];
+    ++(element.num_nodes == 4 ? counts.linear : counts.quadratic);
+    if (element.volume_patch != pack::kNoPatch && element.volume_patch != last_patch) ++counts.patches;
+    last_patch = element.volume_patch;
+  }
+  return counts;
+}
+
+uint32_t num_batches(uint32_t elements) {
+  return (elements + kLanes - 1) / kLanes;
+}
+
+// Puts an element in a lane, and in all lanes after it, which the next elements overwrite.
+template <int kNodes>
+bool append(const pal_pack& pack, const pack::ZoneElement& element, uint32_t index, ZonePatch* patches,
+            ZoneBatch<kNodes>* batches) {
+  ZoneBatch<kNodes>& batch = batches[index / kLanes];
+  int nodes[kNodes];
+  for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(element.nodes[a]);
+  const int first = static_cast<int>(index % kLanes);
+  batch.count = first + 1;
+  for (int lane = first; lane < kLanes; ++lane) {
+    if (!set_zone_element<kNodes>(pack.organ.nodes, pack.zone_materials, element, nodes, element.volume_patch,
+                                  lane, batch))
+      return false;
+  }
+  if (element.volume_patch == pack::kNoPatch) return true;
+  ZonePatch& patch = patches[element.volume_patch];
+  patch.material = pack.zone_materials + element.material;
+  for (const auto& point : batch.elements.points) patch.volume += point.volume[first];
+  return true;
+}
+
+}  // namespace
+
+void carve_organ_elements(const pal_pack& pack, Arena& arena, OrganElements& elements) {
+  const OrganView& organ = pack.organ;
+  uint32_t linear = 0;
+  uint32_t quadratic = 0;
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    const FrontCounts counts = count_elements(organ, organ.fronts[f]);
+    linear += num_batches(counts.linear);
+    quadratic += num_batches(counts.quadratic);
+  }
+  elements = {};
+  elements.all.linear = arena.take<ZoneBatch<4>>(linear);
+  elements.all.quadratic = arena.take<ZoneBatch<10>>(quadratic);
+  elements.all.patches = arena.take<ZonePatch>(organ.num_patches);
+  elements.first_linear = arena.take<uint32_t>(organ.num_fronts + size_t{1});
+  elements.first_quadratic = arena.take<uint32_t>(organ.num_fronts + size_t{1});
+  elements.first_patch = arena.take<uint32_t>(organ.num_fronts + size_t{1});
+}
+
+bool fill_organ_elements(const pal_pack& pack, OrganElements& elements) {
+  const OrganView& organ = pack.organ;
+  ZoneBatches& all = elements.all;
+  all.num_linear = all.num_quadratic = 0;
+  all.num_patches = organ.num_patches;
+  for (uint32_t p = 0; p < organ.num_patches; ++p) all.patches[p] = {};
+  uint32_t patches = 0;
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    const pack::Front& front = organ.fronts[f];
+    elements.first_linear[f] = all.num_linear;
+    elements.first_quadratic[f] = all.num_quadratic;
+    elements.first_patch[f] = patches;
+    uint32_t linear = 0;
+    uint32_t quadratic = 0;
+    for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e) {
+      const pack::ZoneElement& element = organ.elements[e];
+      const bool is_shaped =
+          element.num_nodes == 4
+              ? append<4>(pack, element, linear++, all.patches, all.linear + all.num_linear)
+              : append<10>(pack, element, quadratic++, all.patches, all.quadratic + all.num_quadratic);
+      if (!is_shaped) return false;
+    }
+    all.num_linear += num_batches(linear);
+    all.num_quadratic += num_batches(quadratic);
+    patches += count_elements(organ, front).patches;
+  }
+  elements.first_linear[organ.num_fronts] = all.num_linear;
+  elements.first_quadratic[organ.num_fronts] = all.num_quadratic;
+  elements.first_patch[organ.num_fronts] = patches;
+  return true;
+}
+
+ZoneBatches batches_of_front(const OrganElements& elements, uint32_t front) {
+  ZoneBatches batches = elements.all;
+  batches.linear += elements.first_linear[front];
+  batches.num_linear = elements.first_linear[front + 1] - elements.first_linear[front];
+  batches.quadratic += elements.first_quadratic[front];
+  batches.num_quadratic = elements.first_quadratic[front + 1] - elements.first_quadratic[front];
+  batches.first_patch = elements.first_patch[front];
+  batches.num_patches = elements.first_patch[front + 1] - elements.first_patch[front];
+  return batches;
+}
+
+}  // namespace palpate

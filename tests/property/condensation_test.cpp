@@ -1,0 +1,118 @@
+// The exterior of a zone, condensed onto the zone's boundary, against Eigen's dense elimination of the offline
+// solver's stiffness.
+#include "runtime/src/zone/condensation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <vector>
+
+#include "tests/support/condensed_organ.hpp"
+
+namespace palpate {
+namespace condensation_test {
+
+using test::CondensedOrgan;
+using test::tissue_block;
+using test::ZoneBlock;
+
+// Panels are float32.
+constexpr double kFloatPanels = 2e-5;
+
+CondensedOrgan condensed(const ZoneBlock& organ) {
+  const ZoneFinder finder(organ.block.model);
+  return CondensedOrgan(organ, finder.elements_about(organ.block.sites.sites.front(), 1));
+}
+
+double relative_error(const Eigen::MatrixXd& found, const Eigen::MatrixXd& expected) {
+  return (found - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
+}
+
+void expect_condensed(const ZoneBlock& organ) {
+  CondensedOrgan of = condensed(organ);
+  ASSERT_TRUE(of.run());
+  EXPECT_GT(of.slices, 3);
+  ASSERT_GT(of.exterior.num_kept, 0u);
+  const std::vector<Eigen::Index> outside = of.dofs_of(NodeRole::eliminated);
+  const std::vector<Eigen::Index> boundary = of.dofs_of(NodeRole::kept);
+  const Eigen::MatrixXd stiffness = of.stiffness(true);
+  const Eigen::MatrixXd K_OO = stiffness(outside, outside);
+  const Eigen::MatrixXd K_OB = stiffness(outside, boundary);
+  const Eigen::LDLT<Eigen::MatrixXd> factor(K_OO);
+  const Eigen::MatrixXd expected = stiffness(boundary, boundary) - K_OB.transpose() * factor.solve(K_OB);
+  Eigen::MatrixXd found = expected;
+  std::vector<Eigen::Index> place_of(of.pack.organ.num_nodes, -1);
+  for (uint32_t i = 0; i < of.exterior.num_kept; ++i)
+    place_of[of.exterior.kept[i]] = static_cast<Eigen::Index>(3 * i);
+  const auto row_of = [&](Eigen::Index dof) { return place_of[static_cast<size_t>(dof / 3)] + dof % 3; };
+  for (Eigen::Index j = 0; j < found.cols(); ++j) {
+    for (Eigen::Index i = 0; i < found.rows(); ++i)
+      found(i, j) = of.exterior.schur[row_of(boundary[static_cast<size_t>(j)]) * of.exterior.schur_stride +
+                                      row_of(boundary[static_cast<size_t>(i)])];
+  }
+  EXPECT_LT(relative_error(found, expected), kFloatPanels);
+
+  std::srand(5);
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(stiffness.rows());
+  const Eigen::VectorXd random = Eigen::VectorXd::Random(stiffness.rows());
+  forces(outside) = random(outside);
+  forces(boundary) = random(boundary);
+  const Eigen::VectorXd on_boundary = forces(boundary) - K_OB.transpose() * factor.solve(forces(outside));
+  Eigen::VectorXd moves = Eigen::VectorXd::Random(static_cast<Eigen::Index>(boundary.size()));
+  const Eigen::VectorXd extended = factor.solve(-forces(outside) - K_OB * moves);
+  forward_substitute(of.exterior, of.kernel, of.scratch, forces.data());
+  EXPECT_LT(relative_error(forces(boundary), on_boundary), kFloatPanels);
+  Eigen::VectorXd values = -forces;
+  values(boundary) = moves;
+  backward_substitute(of.exterior, of.kernel, of.scratch, values.data());
+  EXPECT_LT(relative_error(values(outside), extended), kFloatPanels);
+}
+
+TEST(Condensation, IsTheDenseElimination) {
+  expect_condensed(tissue_block(2));
+  expect_condensed(tissue_block(1, true, Eigen::Vector3d(0, 0.1, -0.3), 2, 0.6));
+}
+
+TEST(Condensation, KeepsSharedVolumesTogether) {
+  expect_condensed(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, false, true));
+}
+
+TEST(Condensation, OfTheWholeOrganSolvesForForces) {
+  const ZoneBlock& organ = tissue_block(2);
+  CondensedOrgan of = condensed(organ);
+  ASSERT_TRUE(of.run());
+  const Eigen::MatrixXd stiffness = of.stiffness(false);
+  std::vector<Eigen::Index> free = of.dofs_of(NodeRole::eliminated);
+  for (const NodeRole role : {NodeRole::kept, NodeRole::absent}) {
+    const std::vector<Eigen::Index> more = of.dofs_of(role);
+    free.insert(free.end(), more.begin(), more.end());
+  }
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(stiffness.rows());
+  forces(free).setRandom();
+  const Eigen::VectorXd expected = Eigen::MatrixXd(stiffness(free, free)).ldlt().solve(forces(free));
+  forward_substitute(of.whole, of.kernel, of.scratch, forces.data());
+  backward_substitute(of.whole, of.kernel, of.scratch, forces.data());
+  EXPECT_LT(relative_error(forces(free), expected), kFloatPanels);
+}
+
+TEST(Condensation, SharesTheFrontsThatHoldNothingOfTheZone) {
+  CondensedOrgan of = condensed(tissue_block(2));
+  ASSERT_TRUE(of.run());
+  const auto own = std::count(of.exterior.is_own, of.exterior.is_own + of.pack.organ.num_fronts, 1);
+  EXPECT_GT(own, 0);
+  EXPECT_LT(own, of.pack.organ.num_fronts);
+}
+
+TEST(Condensation, FailsWhereTheExteriorIsNotPositiveDefinite) {
+  CondensedOrgan of = condensed(tissue_block(2));
+  // Crushed to a tenth of its height: the tangent of the tissue between is not positive definite.
+  for (uint32_t node = 0; node < of.pack.organ.num_nodes; ++node) {
+    const double height = of.pack.organ.nodes[node].position[2];
+    of.rest[3 * node + 2] = height > 0.5 ? -0.45 : 0;
+  }
+  EXPECT_FALSE(of.run());
+}
+
+}  // namespace condensation_test
+}  // namespace palpate
