@@ -25,6 +25,16 @@ CondensedOrgan condensed(const ZoneBlock& organ) {
   return CondensedOrgan(organ, finder.elements_about(organ.block.sites.sites.front(), 1));
 }
 
+void forward_substitute(CondensedOrgan& of, const Condensation& condensation, double* forces) {
+  for (uint32_t f = 0; f < condensation.num_fronts; ++f)
+    forward_substitute_front(condensation, of.kernel, f, of.scratch, forces);
+}
+
+void backward_substitute(CondensedOrgan& of, const Condensation& condensation, double* values) {
+  for (uint32_t f = condensation.num_fronts; f-- > 0;)
+    backward_substitute_front(condensation, of.kernel, f, of.scratch, values);
+}
+
 double relative_error(const Eigen::MatrixXd& found, const Eigen::MatrixXd& expected) {
   return (found - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
 }
@@ -61,11 +71,11 @@ void expect_condensed(const ZoneBlock& organ) {
   const Eigen::VectorXd on_boundary = forces(boundary) - K_OB.transpose() * factor.solve(forces(outside));
   Eigen::VectorXd moves = Eigen::VectorXd::Random(static_cast<Eigen::Index>(boundary.size()));
   const Eigen::VectorXd extended = factor.solve(-forces(outside) - K_OB * moves);
-  forward_substitute(of.exterior, of.kernel, of.scratch, forces.data());
+  forward_substitute(of, of.exterior, forces.data());
   EXPECT_LT(relative_error(forces(boundary), on_boundary), kFloatPanels);
   Eigen::VectorXd values = -forces;
   values(boundary) = moves;
-  backward_substitute(of.exterior, of.kernel, of.scratch, values.data());
+  backward_substitute(of, of.exterior, values.data());
   EXPECT_LT(relative_error(values(outside), extended), kFloatPanels);
 }
 
@@ -91,8 +101,8 @@ TEST(Condensation, OfTheWholeOrganSolvesForForces) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(stiffness.rows());
   forces(free).setRandom();
   const Eigen::VectorXd expected = Eigen::MatrixXd(stiffness(free, free)).ldlt().solve(forces(free));
-  forward_substitute(of.whole, of.kernel, of.scratch, forces.data());
-  backward_substitute(of.whole, of.kernel, of.scratch, forces.data());
+  forward_substitute(of, of.whole, forces.data());
+  backward_substitute(of, of.whole, forces.data());
   EXPECT_LT(relative_error(forces(free), expected), kFloatPanels);
 }
 

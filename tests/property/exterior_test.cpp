@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/src/zone/acceleration.hpp"
+#include "runtime/src/zone/predictor.hpp"
 #include "tests/support/condensed_organ.hpp"
 
 namespace palpate {
@@ -29,12 +29,13 @@ class LiveOrgan {
         contacts_(contacts),
         of_(organ, zone_elements(organ, contacts, rings)),
         memory_([&](Arena& arena) {
-          carve_organ_state(of_.pack, arena, state_);
+          carve_exterior(of_.pack, arena, state_);
           carve_acceleration(size_t{3} * of_.pack.organ.num_nodes, arena, acceleration_);
+          carve_predictor(of_.pack, num_axes(), of_.exterior.num_kept, arena, predictor_);
         }),
         zone_model_(organ.block.model) {
     EXPECT_TRUE(of_.run());
-    rest_organ(of_.pack, of_.elements, state_);
+    rest_exterior(of_.outside(), state_);
     restart_acceleration(acceleration_);
     zone_model_.elements.clear();
     for (size_t i = 0; i < of_.tree.elements.size(); ++i) {
@@ -49,9 +50,49 @@ class LiveOrgan {
     take_outside();
   }
 
+  // Makes the predictor at rest, in slices.
+  void make_predictor(double step) {
+    const Eigen::MatrixXd stiffness = tangent();
+    const Eigen::LDLT<Eigen::MatrixXd> factor(stiffness(unknowns_, unknowns_) + outside_);
+    for (uint32_t axis = 0; axis < num_axes(); ++axis) {
+      Eigen::VectorXd unit = Eigen::VectorXd::Zero(u_.size());
+      for (const int node : organ_.block.sites.sites[contacts_[axis / 3].site].patch_nodes)
+        unit[3 * node + static_cast<int>(axis % 3)] = 1;
+      const Eigen::VectorXd forces = stiffness * unit(zone_->equation_dofs());
+      unit(dofs_) -= factor.solve(forces(unknowns_));
+      for (uint32_t i = 0; i < of_.pack.organ.num_nodes; ++i) {
+        for (int k = 0; k < 3; ++k)
+          predictor_.modes[axis * num_values() + 3 * i + static_cast<uint32_t>(k)] = unit[dof(i, k)];
+      }
+    }
+    begin_predictor(of_.exterior, num_axes(), step, predictor_);
+    Progress progress;
+    do {
+      uint64_t spent = 0;
+      progress = advance_predictor(of_.outside(), of_.exterior, CondensedOrgan::kSlice, of_.scratch, state_,
+                                   predictor_, spent);
+    } while (progress == Progress::goes_on);
+    EXPECT_EQ(progress, Progress::ended);
+  }
+
+  // The force on a contact.
+  Eigen::Vector3d force(size_t contact) const {
+    Eigen::VectorXd forces;
+    zone_->internal_force(u_, forces);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int node : organ_.block.sites.sites[contacts_[contact].site].patch_nodes)
+      sum += forces.segment<3>(3 * node) - rest_force_.segment<3>(3 * node);
+    return sum;
+  }
+
   // Moves the contacts by this part of their displacements, with the rest of the zone along the tangent, and solves the zone.
   void move(double part) {
+    move_without_solving(part);
+    solve_zone();
+  }
+  void move_without_solving(double part) {
     Eigen::VectorXd change = Eigen::VectorXd::Zero(u_.size());
+    part_ = part;
     for (const pal_contact& contact : contacts_) {
       for (const int node : organ_.block.sites.sites[contact.site].patch_nodes)
         change.segment<3>(3 * node) = rest_.segment<3>(3 * node) +
@@ -61,40 +102,37 @@ class LiveOrgan {
     const Eigen::VectorXd forces = stiffness * change(zone_->equation_dofs());
     change(dofs_) -= (stiffness(unknowns_, unknowns_) + outside_).ldlt().solve(forces(unknowns_));
     u_ += change;
-    solve_zone();
+    restart_acceleration(acceleration_);  // iterates of other contacts say nothing of the next ones
   }
 
-  // An iteration of the exterior and the zone's answer. Returns false where an element would be inverted.
-  bool iterate(bool accelerated) {
+  // An iteration of the exterior in slices of so many multiply-adds, then the zone's answer. Returns false where an element
+  // would be inverted.
+  bool iterate(uint64_t slice = UINT64_MAX) {
     const pal_pack& pack = of_.pack;
     std::vector<double> zone(size_t{3} * pack.organ.num_nodes);
     for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {
       for (int axis = 0; axis < 3; ++axis) zone[3 * i + static_cast<uint32_t>(axis)] = u_[dof(i, axis)];
     }
-    const std::vector<double> before(state_.displacement, state_.displacement + zone.size());
-    extend_exterior(pack, of_.exterior, of_.kernel, zone.data(), of_.scratch, state_);
-    if (accelerated) {
-      accelerate(before.data(), state_.displacement, acceleration_);
-      for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {
-        for (int axis = 0; axis < 3; ++axis)
-          u_[dof(i, axis)] = state_.displacement[3 * i + static_cast<uint32_t>(axis)];
-      }
+    begin_iteration(of_.outside(), of_.exterior, zone.data(), state_);
+    Progress progress;
+    do {
+      uint64_t spent = 0;
+      progress =
+          advance_iteration(of_.outside(), of_.exterior, slice, of_.scratch, &acceleration_, state_, spent);
+    } while (progress == Progress::goes_on);
+    if (progress == Progress::failed) return false;
+    part_of_iteration_ = part_;
+    for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {
+      for (int axis = 0; axis < 3; ++axis)
+        u_[dof(i, axis)] = state_.displacement[3 * i + static_cast<uint32_t>(axis)];
     }
-    if (!evaluate_organ(pack, of_.elements, state_)) return false;
-    Eigen::VectorXd own;
-    zone_->internal_force(u_, own);
-    own -= rest_force_;
-    std::vector<double> kept;
-    for (uint32_t i = 0; i < of_.exterior.num_kept; ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool is_free = (pack.organ.nodes[of_.exterior.kept[i]].free_axes >> axis & 1) != 0;
-        kept.push_back(is_free ? own[dof(of_.exterior.kept[i], axis)] : 0);
-      }
-    }
-    condense_exterior(of_.exterior, of_.kernel, kept.data(), of_.scratch, state_);
     solve_zone();
     return true;
   }
+
+  const ExteriorState& state() const { return state_; }
+  size_t num_values() const { return size_t{3} * of_.pack.organ.num_nodes; }
+  const Eigen::VectorXd& displacement() const { return u_; }
 
   // The largest error of any node over the largest |d|.
   double error(const ContactAnswer& truth) const {
@@ -125,6 +163,7 @@ class LiveOrgan {
     return elements;
   }
 
+  uint32_t num_axes() const { return 3 * static_cast<uint32_t>(contacts_.size()); }
   Eigen::Index dof(uint32_t node, int axis) const { return 3 * of_.tree.nodes[node] + axis; }
 
   // Nodes of the zone that no contact holds.
@@ -174,6 +213,15 @@ class LiveOrgan {
     Eigen::VectorXd force;
     zone_->internal_force(u_, force);
     Eigen::VectorXd sum(size);
+    std::vector<double> predicted(size_t{3} * of_.exterior.num_kept, 0.0);
+    for (const double sign : {1.0, -1.0}) {
+      const double part = sign > 0 ? part_ : part_of_iteration_;
+      std::vector<double> d;
+      for (const pal_contact& contact : contacts_) {
+        for (const double component : contact.displacement) d.push_back(part * component);
+      }
+      if (predictor_.is_ready) add_prediction(predictor_, d.data(), sign, predicted.data());
+    }
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(size);
     for (Eigen::Index i = 0; i < size; ++i) {
       const int at = dofs_[static_cast<size_t>(i)];
@@ -182,7 +230,7 @@ class LiveOrgan {
       if (row < 0) continue;
       const size_t place = size_t{3} * of_.exterior.kept[row / 3] + static_cast<size_t>(row % 3);
       moved[i] = u_[at] - state_.displacement[place];
-      sum[i] += state_.forces[place];
+      sum[i] += state_.forces[place] + predicted[static_cast<size_t>(row)];
     }
     return sum + outside_ * moved;
   }
@@ -207,8 +255,11 @@ class LiveOrgan {
   const ZoneBlock& organ_;
   std::vector<pal_contact> contacts_;
   CondensedOrgan of_;
-  OrganState state_;
+  ExteriorState state_;
   Acceleration acceleration_;
+  Predictor predictor_;
+  double part_ = 0;               // of the contacts' displacements, now
+  double part_of_iteration_ = 0;  // and at the exterior's last iteration
   Memory memory_;
   Model zone_model_;
   std::optional<Assembly> zone_;
@@ -225,14 +276,20 @@ const std::vector<pal_contact> kOne = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
 const std::vector<pal_contact> kNeighbours = {{0, {0.03, 0, -0.1}, 0, {}, {}, {}},
                                               {8, {-0.03, 0.02, -0.1}, 0, {}, {}, {}}};
 
+// Errors after each iteration where the contacts have come to rest, with an iteration for each step on the way.
 std::vector<double> errors_of(const ZoneBlock& organ, const std::vector<pal_contact>& contacts, int rings,
                               int iterations) {
   const ContactAnswer truth = organ.solve(contacts);
   LiveOrgan live(organ, contacts, rings);
-  for (int step = 1; step <= 4; ++step) live.move(0.25 * step);
+  for (int step = 1; step <= 8; ++step) {
+    if (step > 1) {
+      EXPECT_TRUE(live.iterate());
+    }
+    live.move(0.125 * step);
+  }
   std::vector<double> errors;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    EXPECT_TRUE(live.iterate(true));
+    EXPECT_TRUE(live.iterate());
     errors.push_back(live.error(truth));
   }
   return errors;
@@ -261,6 +318,106 @@ TEST(Exterior, ComesThereWithSharedVolumes) {
       errors_of(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, false, true), contacts, 1, 14);
   SCOPED_TRACE(testing::PrintToString(errors));
   EXPECT_LT(errors.back(), 1e-7);
+}
+
+// A column of 1 x 1 x 8, held at its foot and moved at its head.
+ZoneBlock column(const Law& law, bool shares_volumes) {
+  test::BlockShape shape;
+  shape.cells = {2, 2, 16};
+  shape.size = {1, 1, 8};
+  test::TouchedBlock block;
+  block.model = test::with_fixed_base(test::tetrahedral_block(shape));
+  if (shares_volumes) form_volume_patches(block.model, std::vector<int>(block.model.elements.size(), 0));
+  block.model.materials.front().law = law;
+  for (const int node : test::nodes_on_plane(block.model, 2, shape.size.z())) {
+    const Eigen::Vector3d& at = block.model.positions[static_cast<size_t>(node)];
+    if ((at.head<2>() - Eigen::Vector2d(0.5, 0.5)).norm() < 1e-9) block.scene.sites.push_back(node);
+  }
+  block.scene.max_displacement = 0.15;
+  block.scene.tip_radius = 0.6;
+  test::show_every_node(block);
+  return ZoneBlock(1, std::move(block));
+}
+
+// The organ bends outside of the zone, by a fifth of its length.
+TEST(Exterior, ComesThereWhereTheOrganBends) {
+  const std::vector<pal_contact> contacts = {{0, {1.6, 0, 0}, 0, {}, {}, {}}};
+  const std::vector<double> errors = errors_of(column(test::kTissue, false), contacts, 1, 14);
+  SCOPED_TRACE(testing::PrintToString(errors));
+  EXPECT_GT(errors[0], 1e-2);
+  EXPECT_LT(errors.back(), 1e-4);
+}
+
+TEST(Exterior, ComesThereWhereNearlyIncompressibleTissueBends) {
+  const std::vector<pal_contact> contacts = {{0, {0.64, 0, 0}, 0, {}, {}, {}}};
+  const std::vector<double> errors =
+      errors_of(column(CompressibleNeoHookean{1.0, 49.0}, true), contacts, 1, 20);
+  SCOPED_TRACE(testing::PrintToString(errors));
+  EXPECT_GT(errors[0], 1e-2);
+  EXPECT_LT(errors.back(), 2e-3);
+}
+
+TEST(Exterior, DependsOnNoSlices) {
+  LiveOrgan whole(tissue_block(2), kNeighbours, 1);
+  LiveOrgan sliced(tissue_block(2), kNeighbours, 1);
+  for (LiveOrgan* live : {&whole, &sliced}) live->move(0.5);
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    ASSERT_TRUE(whole.iterate());
+    ASSERT_TRUE(sliced.iterate(1));
+  }
+  const ExteriorState& one = whole.state();
+  const ExteriorState& other = sliced.state();
+  EXPECT_EQ(one.energy, other.energy);
+  for (size_t i = 0; i < whole.num_values(); ++i) {
+    ASSERT_EQ(one.displacement[i], other.displacement[i]);
+    ASSERT_EQ(one.forces[i], other.forces[i]);
+  }
+}
+
+// A tool that tears the organ apart in one step.
+TEST(Exterior, KeepsItsStateWhereTissueWouldBeInverted) {
+  const std::vector<pal_contact> torn = {{4, {0, 0, -3.0}, 0, {}, {}, {}}};
+  LiveOrgan live(tissue_block(2), torn, 1);
+  live.move(0.03);
+  ASSERT_TRUE(live.iterate());
+  const std::vector<double> before(live.state().displacement, live.state().displacement + live.num_values());
+  const std::vector<double> forces(live.state().forces, live.state().forces + live.num_values());
+  live.move_without_solving(1.0);
+  EXPECT_FALSE(live.iterate());
+  for (size_t i = 0; i < before.size(); ++i) {
+    ASSERT_EQ(live.state().displacement[i], before[i]);
+    ASSERT_EQ(live.state().forces[i], forces[i]);
+  }
+}
+
+// Largest force error where the contacts have moved this part of their way and no iteration has followed, over the largest
+// force at their end.
+double force_error(const ZoneBlock& organ, std::vector<pal_contact> contacts, double part, bool predicted) {
+  LiveOrgan live(organ, contacts, 1);
+  if (predicted) live.make_predictor(0.02);
+  for (int step = 1; step <= 4; ++step) live.move(0.25 * step * part);
+  const double end = organ.solve(contacts).forces.front().norm();
+  for (pal_contact& contact : contacts) {
+    for (double& d : contact.displacement) d *= part;
+  }
+  const ContactAnswer truth = organ.solve(contacts);
+  double worst = 0;
+  for (size_t c = 0; c < contacts.size(); ++c)
+    worst = std::max(worst, (live.force(c) - truth.forces[c]).norm());
+  return worst / end;
+}
+
+// Second order without, third order with it.
+TEST(Predictor, KeepsTheForceToThirdOrder) {
+  for (const auto* contacts : {&kOne, &kNeighbours}) {
+    const double plain = force_error(tissue_block(2), *contacts, 0.5, false);
+    const double with = force_error(tissue_block(2), *contacts, 0.5, true);
+    const double with_half = force_error(tissue_block(2), *contacts, 0.25, true);
+    SCOPED_TRACE(testing::Message() << plain << " " << with << " " << with_half);
+    EXPECT_LT(with, 0.3 * plain);
+    EXPECT_GT(with / with_half, 6.0);
+    EXPECT_LT(with / with_half, 11.0);
+  }
 }
 
 // y <- A y + b with eigenvalues beyond 1: plain iteration diverges.

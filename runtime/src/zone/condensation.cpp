@@ -62,61 +62,6 @@ size_t most_pending_updates(const OrganView& organ) {
   return most;
 }
 
-template <int kNodes>
-void copy_lane(const ZoneBatch<kNodes>& from, int lane, ZoneBatch<kNodes>& to, int place) {
-  const auto at = static_cast<size_t>(lane);
-  const auto in = static_cast<size_t>(place);
-  to.materials[in] = from.materials[at];
-  to.patches[in] = from.patches[at];
-  to.stiffness[in] = from.stiffness[at];
-  for (size_t a = 0; a < kNodes; ++a) to.elements.nodes[a][in] = from.elements.nodes[a][at];
-  for (size_t p = 0; p < to.elements.points.size(); ++p) {
-    to.volumes[p].set(place, from.volumes[p][lane]);
-    to.elements.points[p].volume.set(place, from.elements.points[p].volume[lane]);
-    for (size_t a = 0; a < kNodes; ++a) {
-      for (size_t i = 0; i < 3; ++i)
-        to.elements.points[p].gradients[a][i].set(place, from.elements.points[p].gradients[a][i][lane]);
-    }
-  }
-}
-
-// Copies the elements outside of the zone. `elements`: those of this kind, in the order of the batches' lanes.
-template <int kNodes, typename IsInZone>
-uint32_t copy_exterior(const ZoneBatch<kNodes>* from, uint32_t num_from, IsInZone&& next_is_in_zone,
-                       ZoneBatch<kNodes>* to) {
-  uint32_t count = 0;
-  for (uint32_t n = 0; n < num_from; ++n) {
-    for (int lane = 0; lane < from[n].count; ++lane) {
-      if (next_is_in_zone()) continue;
-      ZoneBatch<kNodes>& batch = to[count / kLanes];
-      const int first = static_cast<int>(count++ % kLanes);
-      batch.count = first + 1;
-      for (int place = first; place < kLanes; ++place) copy_lane(from[n], lane, batch, place);
-    }
-  }
-  return (count + kLanes - 1) / kLanes;
-}
-
-ZoneBatches exterior_batches(const Exterior& exterior, uint32_t index, CondensationScratch& scratch) {
-  const OrganView& organ = exterior.pack.organ;
-  const pack::Front& front = organ.fronts[index];
-  ZoneBatches batches = batches_of_front(exterior.elements, index);
-  const auto skip = [&](uint32_t nodes) {
-    return [&organ, &exterior, nodes, e = front.first_element]() mutable {
-      while (organ.elements[e].num_nodes != nodes) ++e;
-      return exterior.is_zone_element[e++] != 0;
-    };
-  };
-  const uint32_t linear = copy_exterior(batches.linear, batches.num_linear, skip(4), scratch.linear);
-  const uint32_t quadratic = copy_exterior(batches.quadratic, batches.num_quadratic,
-                                           skip(pack::kZoneElementNodes), scratch.quadratic);
-  batches.linear = scratch.linear;
-  batches.num_linear = linear;
-  batches.quadratic = scratch.quadratic;
-  batches.num_quadratic = quadratic;
-  return batches;
-}
-
 // Lists a front's nodes and gives each node its rows. Returns false where the room does not suffice.
 bool list_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
   const OrganView& organ = exterior.pack.organ;
@@ -182,9 +127,7 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
   const uint32_t size = factor.columns + 3 * factor.num_below;
   memset(scratch.matrix, 0, size_t{factor.stride} * round_to_columns(size) * sizeof *scratch.matrix);
   uint64_t spent = kOfEntry * factor.stride * size;
-  const ZoneBatches batches = condensation.is_own[index] != 0 && exterior.is_zone_element != nullptr
-                                  ? exterior_batches(exterior, index, scratch)
-                                  : batches_of_front(exterior.elements, index);
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.left_out, index);
   const ZoneUnknowns unknowns = {scratch.unknown_of, nullptr, nullptr};
   add_zone_stiffness(batches, exterior.displacement, unknowns, scratch.matrix, factor.stride);
   spent += stiffness_operations(batches);
@@ -310,20 +253,16 @@ void carve_scratch(const pal_pack& pack, uint32_t kept, Arena& arena, Condensati
   size_t matrix = 0;
   size_t columns = 0;
   size_t below = 0;
-  uint32_t elements = 0;
   for_each_bound(pack.organ, kept, [&](const pack::Front& front, uint32_t kept_within) {
     const FrontBound bound = bound_of(front, kept_within);
     matrix = std::max(matrix, bound.stride() * (bound.stride() + kEliminationColumns));
     columns = std::max(columns, bound.columns);
     below = std::max(below, bound.below);
-    elements = std::max(elements, front.num_elements);
   });
   scratch.matrix = arena.take<float>(matrix);
   scratch.unknown_of = arena.take<uint32_t>(pack.organ.num_nodes);
   scratch.columns = arena.take<double>(2 * (columns + kEliminationRows));
   scratch.below = arena.take<double>(below + 2 * kEliminationRows);
-  scratch.linear = arena.take<ZoneBatch<4>>(elements / kLanes + 1);
-  scratch.quadratic = arena.take<ZoneBatch<10>>(elements / kLanes + 1);
 }
 
 void clear_scratch(const pal_pack& pack, CondensationScratch& scratch) {
@@ -385,53 +324,51 @@ Progress advance_condensation(const Exterior& exterior, uint64_t operations, Con
   return Progress::ended;
 }
 
-void forward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
-                        CondensationScratch& scratch, double* forces) {
-  for (uint32_t f = 0; f < condensation.num_fronts; ++f) {
-    const FrontFactor& factor = condensation.fronts[f];
-    if (factor.num_eliminated == 0) continue;
-    double* own = scratch.columns;
-    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-      memcpy(own + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *own);
-    for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-    kernel.forward_substitute_floats(factor.panel, factor.stride, factor.columns, own);
-    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-      memcpy(forces + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
-    const uint32_t rows = 3 * factor.num_below;
-    memset(scratch.below, 0, round_to_columns(rows) * sizeof *scratch.below);
-    kernel.add_float_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own,
-                             scratch.below);
-    for (uint32_t i = 0; i < factor.num_below; ++i) {
-      double* node = forces + size_t{3} * factor.nodes[factor.num_eliminated + i];
-      for (uint32_t axis = 0; axis < 3; ++axis) node[axis] -= scratch.below[3 * i + axis];
-    }
+uint64_t forward_substitute_front(const Condensation& condensation, const EliminationKernel& kernel,
+                                  uint32_t front, CondensationScratch& scratch, double* forces) {
+  const FrontFactor& factor = condensation.fronts[front];
+  if (factor.num_eliminated == 0) return 0;
+  double* own = scratch.columns;
+  for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+    memcpy(own + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *own);
+  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
+  kernel.forward_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+  for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+    memcpy(forces + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+  const uint32_t rows = 3 * factor.num_below;
+  memset(scratch.below, 0, round_to_columns(rows) * sizeof *scratch.below);
+  kernel.add_float_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own,
+                           scratch.below);
+  for (uint32_t i = 0; i < factor.num_below; ++i) {
+    double* node = forces + size_t{3} * factor.nodes[factor.num_eliminated + i];
+    for (uint32_t axis = 0; axis < 3; ++axis) node[axis] -= scratch.below[3 * i + axis];
   }
+  return uint64_t{factor.stride} * factor.columns;
 }
 
-void backward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
-                         CondensationScratch& scratch, double* values) {
-  for (uint32_t f = condensation.num_fronts; f-- > 0;) {
-    const FrontFactor& factor = condensation.fronts[f];
-    if (factor.num_eliminated == 0) continue;
-    double* own = scratch.columns;
-    double* from_below = own + round_to_columns(factor.columns + kEliminationRows);
-    const uint32_t rows = round_to_columns(3 * factor.num_below);
-    for (uint32_t i = 0; i < factor.num_below; ++i)
-      memcpy(scratch.below + 3 * i, values + size_t{3} * factor.nodes[factor.num_eliminated + i],
-             3 * sizeof *values);
-    for (uint32_t i = 3 * factor.num_below; i < rows; ++i) scratch.below[i] = 0;
-    memset(from_below, 0, factor.columns * sizeof *from_below);
-    kernel.add_transposed_product(factor.panel + factor.columns, factor.stride, rows, factor.columns,
-                                  scratch.below, from_below);
-    for (uint32_t i = 0; i < factor.num_eliminated; ++i) {
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        own[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
-    }
-    for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-    kernel.back_substitute_floats(factor.panel, factor.stride, factor.columns, own);
-    for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-      memcpy(values + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+uint64_t backward_substitute_front(const Condensation& condensation, const EliminationKernel& kernel,
+                                   uint32_t front, CondensationScratch& scratch, double* values) {
+  const FrontFactor& factor = condensation.fronts[front];
+  if (factor.num_eliminated == 0) return 0;
+  double* own = scratch.columns;
+  double* from_below = own + round_to_columns(factor.columns + kEliminationRows);
+  const uint32_t rows = round_to_columns(3 * factor.num_below);
+  for (uint32_t i = 0; i < factor.num_below; ++i)
+    memcpy(scratch.below + 3 * i, values + size_t{3} * factor.nodes[factor.num_eliminated + i],
+           3 * sizeof *values);
+  for (uint32_t i = 3 * factor.num_below; i < rows; ++i) scratch.below[i] = 0;
+  memset(from_below, 0, factor.columns * sizeof *from_below);
+  kernel.add_transposed_product(factor.panel + factor.columns, factor.stride, rows, factor.columns,
+                                scratch.below, from_below);
+  for (uint32_t i = 0; i < factor.num_eliminated; ++i) {
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      own[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
   }
+  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
+  kernel.back_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+  for (uint32_t i = 0; i < factor.num_eliminated; ++i)
+    memcpy(values + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+  return uint64_t{factor.stride} * factor.columns;
 }
 
 }  // namespace palpate

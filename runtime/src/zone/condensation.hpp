@@ -11,7 +11,7 @@
 //
 //   S = K_BB - K_BO K_OO^-1 K_OB,   g = r_B - K_BO K_OO^-1 r_O.
 //
-// forward_substitute() maps r to g, and backward_substitute() extends du_B to du_O. The tree of fronts is the
+// The forward substitution maps r to g, and the backward one extends du_B to du_O. The tree of fronts is the
 // pack's (Organ in schemas/pack.fbs). A front with a node of B in its columns does not eliminate the node but
 // hands the node to its parent; the roots hand B over to S. Fronts whose subtree holds no node of the zone are
 // the same in every zone: they are taken from a factor of the whole organ.
@@ -84,8 +84,6 @@ struct CondensationScratch {
   uint32_t* unknown_of;  // [num_nodes] the node's first row in the current front, or kNoUnknown
   double* columns;       // a front's vector: its columns
   double* below;         // and its rows below
-  ZoneBatch<4>* linear;  // a front's elements without those of the zone
-  ZoneBatch<10>* quadratic;
 };
 
 // Room for any zone whose boundary has at most `kept` nodes; 0: for the whole organ, all of whose updates stay.
@@ -102,7 +100,7 @@ struct Exterior {
   const EliminationKernel& kernel;
   const uint32_t* front_of;
   const OrganElements& elements;
-  const uint8_t* is_zone_element;  // [num_elements]
+  const uint8_t* left_out;  // [num_lanes()] elements of the zone (organ_elements.hpp); null: none
   const double* displacement;
 };
 
@@ -117,13 +115,15 @@ enum class Progress { goes_on, ended, failed };
 Progress advance_condensation(const Exterior& exterior, uint64_t operations, CondensationScratch& scratch,
                               Condensation& condensation, uint64_t& spent);
 
-// forces: [num_nodes][3]. On return the kept nodes have g, and the eliminated ones L^-1 r, which
-// backward_substitute() takes. Forces on fixed axes must be zero.
-void forward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
-                        CondensationScratch& scratch, double* forces);
+// The front's part of the forward substitution; fronts in ascending order. forces: [num_nodes][3]. At the end the kept
+// nodes have g, and the eliminated ones L^-1 r, which the backward substitution takes. Forces on fixed axes must be
+// zero. Returns multiply-adds.
+uint64_t forward_substitute_front(const Condensation& condensation, const EliminationKernel& kernel,
+                                  uint32_t front, CondensationScratch& scratch, double* forces);
 
-// values: [num_nodes][3]. In: du_B on kept nodes, and -L^-1 r on eliminated nodes. Out: du_O on eliminated nodes.
-void backward_substitute(const Condensation& condensation, const EliminationKernel& kernel,
-                         CondensationScratch& scratch, double* values);
+// The front's part of the backward substitution; fronts in descending order. values: [num_nodes][3]. In: du_B on
+// kept nodes, and -L^-1 r on eliminated nodes. Out: du_O on eliminated nodes. Returns multiply-adds.
+uint64_t backward_substitute_front(const Condensation& condensation, const EliminationKernel& kernel,
+                                   uint32_t front, CondensationScratch& scratch, double* values);
 
 }  // namespace palpate

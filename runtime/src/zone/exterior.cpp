@@ -1,6 +1,10 @@
 #include "runtime/src/zone/exterior.hpp"
 
+#include <math.h>
 #include <string.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_set.hpp"
@@ -8,83 +12,137 @@
 namespace palpate {
 namespace {
 
-void clear_fixed_axes(const OrganView& organ, double* values) {
-  for (uint32_t node = 0; node < organ.num_nodes; ++node) {
-    const uint32_t axes = organ.nodes[node].free_axes;
-    for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
-      if ((axes >> axis & 1) == 0) values[size_t{3} * node + axis] = 0;
-    }
-  }
+using Phase = ExteriorState::Phase;
+
+size_t num_values(const Exterior& exterior) {
+  return size_t{3} * exterior.pack.organ.num_nodes;
 }
 
-// The tangent of the exterior is that at the pressures of the last evaluation.
+// The tangent of the exterior is that at the pressures of the last iteration.
 void follow_pressures_of(const ZoneBatches& batches) {
-  for (uint32_t p = 0; p < batches.num_patches; ++p)
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p)
     batches.patches[p].followed = batches.patches[p].pressure;
+}
+
+void begin_evaluation(const Exterior& exterior, Acceleration* acceleration, ExteriorState& state) {
+  const size_t size = num_values(exterior);
+  for (size_t i = 0; i < size; ++i) state.next[i] += state.displacement[i];
+  if (acceleration != nullptr) accelerate(state.displacement, state.next, *acceleration);
+  for (size_t i = 0; i < size; ++i) state.next_forces[i] = -state.rest_force[i];
+  state.strain = {0, static_cast<double>(INFINITY)};
+  state.phase = Phase::evaluate;
+  state.front = 0;
+}
+
+// Subtracts the work of the rest forces; forces on fixed axes are the supports'. Returns false where the tissue is
+// inverted.
+bool end_evaluation(const Exterior& exterior, ExteriorState& state) {
+  const OrganView& organ = exterior.pack.organ;
+  for (uint32_t node = 0; node < organ.num_nodes; ++node) {
+    const pack::ZoneNode& entry = organ.nodes[node];
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const size_t i = size_t{3} * node + axis;
+      state.strain.energy -= state.rest_force[i] * (state.next[i] - entry.displacement[axis]);
+      if ((entry.free_axes >> axis & 1) == 0) state.next_forces[i] = 0;
+    }
+  }
+  state.phase = Phase::condense;
+  state.front = 0;
+  return state.strain.smallest_jacobian > kLeastJacobian;
+}
+
+void end_iteration(const Exterior& exterior, ExteriorState& state) {
+  follow_pressures_of(exterior.elements.all);
+  std::swap(state.displacement, state.next);
+  std::swap(state.forces, state.next_forces);
+  state.energy = state.strain.energy;
+  state.smallest_jacobian = state.strain.smallest_jacobian;
+  state.phase = Phase::ended;
 }
 
 }  // namespace
 
-void carve_organ_state(const pal_pack& pack, Arena& arena, OrganState& state) {
-  const size_t size = size_t{3} * pack.organ.num_nodes;
-  state = {};
-  state.rest_force = arena.take<double>(size);
-  state.displacement = arena.take<double>(size);
-  state.forces = arena.take<double>(size);
-  state.extension = arena.take<double>(size);
+uint64_t evaluate_front(const Exterior& exterior, uint32_t front, const double* displacement,
+                        ZoneStrain& strain, double* forces) {
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.left_out, front);
+  const ZoneStrain own = add_zone_forces(batches, displacement, forces);
+  strain.energy += own.energy;
+  strain.smallest_jacobian = std::min(strain.smallest_jacobian, own.smallest_jacobian);
+  return force_operations(batches);
 }
 
-void rest_organ(const pal_pack& pack, const OrganElements& elements, OrganState& state) {
-  const OrganView& organ = pack.organ;
-  const size_t bytes = size_t{3} * organ.num_nodes * sizeof(double);
+void carve_exterior(const pal_pack& pack, Arena& arena, ExteriorState& state) {
+  const size_t size = size_t{3} * pack.organ.num_nodes;
+  state = {};
+  for (double** values :
+       {&state.rest_force, &state.displacement, &state.forces, &state.next, &state.next_forces})
+    *values = arena.take<double>(size);
+}
+
+void rest_exterior(const Exterior& exterior, ExteriorState& state) {
+  const OrganView& organ = exterior.pack.organ;
+  const size_t bytes = num_values(exterior) * sizeof(double);
   for (uint32_t node = 0; node < organ.num_nodes; ++node)
     memcpy(state.displacement + size_t{3} * node, organ.nodes[node].displacement, 3 * sizeof(double));
   memset(state.rest_force, 0, bytes);
   memset(state.forces, 0, bytes);
-  add_zone_forces(elements.all, state.displacement, state.rest_force);
-  follow_pressures_of(elements.all);
+  ZoneStrain strain = {0, static_cast<double>(INFINITY)};
+  for (uint32_t f = 0; f < organ.num_fronts; ++f)
+    evaluate_front(exterior, f, state.displacement, strain, state.rest_force);
+  follow_pressures_of(exterior.elements.all);
   state.energy = 0;
-  state.smallest_jacobian = 1;
+  state.smallest_jacobian = strain.smallest_jacobian;
+  state.phase = Phase::ended;
 }
 
-void extend_exterior(const pal_pack& pack, const Condensation& condensation, const EliminationKernel& kernel,
-                     const double* zone, CondensationScratch& scratch, OrganState& state) {
-  const uint32_t num_nodes = pack.organ.num_nodes;
-  double* change = state.extension;
-  for (uint32_t node = 0; node < num_nodes; ++node) {
+void begin_iteration(const Exterior& exterior, const Condensation& condensation, const double* zone,
+                     ExteriorState& state) {
+  const OrganView& organ = exterior.pack.organ;
+  for (uint32_t node = 0; node < organ.num_nodes; ++node) {
     const bool is_outside = condensation.roles[node] == NodeRole::eliminated;
     for (size_t i = size_t{3} * node; i < size_t{3} * node + 3; ++i)
-      change[i] = is_outside ? -state.forces[i] : zone[i] - state.displacement[i];
+      state.next[i] = is_outside ? -state.forces[i] : zone[i] - state.displacement[i];
   }
-  backward_substitute(condensation, kernel, scratch, change);
-  for (size_t i = 0; i < size_t{3} * num_nodes; ++i) state.displacement[i] += change[i];
+  state.phase = Phase::extend;
+  state.front = 0;
 }
 
-bool evaluate_organ(const pal_pack& pack, const OrganElements& elements, OrganState& state) {
-  const OrganView& organ = pack.organ;
-  const size_t size = size_t{3} * organ.num_nodes;
-  for (size_t i = 0; i < size; ++i) state.forces[i] = -state.rest_force[i];
-  const ZoneStrain strain = add_zone_forces(elements.all, state.displacement, state.forces);
-  follow_pressures_of(elements.all);
-  state.smallest_jacobian = strain.smallest_jacobian;
-  state.energy = strain.energy;
-  for (uint32_t node = 0; node < organ.num_nodes; ++node) {
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const size_t i = size_t{3} * node + axis;
-      state.energy -= state.rest_force[i] * (state.displacement[i] - organ.nodes[node].displacement[axis]);
+Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
+                           CondensationScratch& scratch, Acceleration* acceleration, ExteriorState& state,
+                           uint64_t& spent) {
+  const uint32_t num_fronts = exterior.pack.organ.num_fronts;
+  while (state.phase != Phase::ended) {
+    if (spent >= operations) return Progress::goes_on;
+    if (state.front == num_fronts) {
+      switch (state.phase) {
+        case Phase::extend:
+          begin_evaluation(exterior, acceleration, state);
+          break;
+        case Phase::evaluate:
+          if (!end_evaluation(exterior, state)) {
+            state.phase = Phase::ended;
+            return Progress::failed;
+          }
+          break;
+        default:
+          end_iteration(exterior, state);
+      }
+      continue;
+    }
+    const uint32_t front = state.front++;
+    switch (state.phase) {
+      case Phase::extend:
+        spent += backward_substitute_front(condensation, exterior.kernel, num_fronts - 1 - front, scratch,
+                                           state.next);
+        break;
+      case Phase::evaluate:
+        spent += evaluate_front(exterior, front, state.next, state.strain, state.next_forces);
+        break;
+      default:
+        spent += forward_substitute_front(condensation, exterior.kernel, front, scratch, state.next_forces);
     }
   }
-  clear_fixed_axes(organ, state.forces);
-  return strain.smallest_jacobian > kLeastJacobian;
-}
-
-void condense_exterior(const Condensation& condensation, const EliminationKernel& kernel,
-                       const double* zone_forces, CondensationScratch& scratch, OrganState& state) {
-  for (uint32_t i = 0; i < condensation.num_kept; ++i) {
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      state.forces[size_t{3} * condensation.kept[i] + axis] -= zone_forces[3 * i + axis];
-  }
-  forward_substitute(condensation, kernel, scratch, state.forces);
+  return Progress::ended;
 }
 
 }  // namespace palpate

@@ -1,48 +1,58 @@
-// The live exterior: the whole organ outside of a zone in equilibrium, an iteration at a time.
+// The live exterior: the organ outside of a zone comes to equilibrium with the zone, an iteration at a time.
 //
-// With the forces r(u) of all elements beyond those at rest, and the condensation of condensation.hpp at a nearby
-// state, one iteration takes the zone's displacement u_V and
+// r(u): the forces of the elements outside of the zone, beyond those at rest. One iteration takes the zone's
+// displacement u_V, and with the condensation of condensation.hpp at a nearby state
 //
-//   extends     du_O = -K_OO^-1 (r_O + K_OB du_B),   du_B = u_B - (u_B of the last iteration),   u_O <- u_O + du_O
+//   extends     u_O <- u_O - K_OO^-1 (r_O + K_OB du_B),   du_B = u_B - (u_B of the last iteration)
 //   evaluates   r at (u_V, u_O)
-//   condenses   g = r_B - P_B - K_BO K_OO^-1 r_O,    P: the forces of the zone's own elements
+//   condenses   g = r_B - K_BO K_OO^-1 r_O
 //
-// With it the zone is in equilibrium where P_B(u_V) + g + S (u_B' - u_B) = 0 for its next displacement u'. That is
-// Newton's method for the whole organ with an old tangent outside of the zone. The fixed point r = 0 is the solution
-// of the whole organ, whatever K is; K decides how fast the iterations converge (acceleration.hpp).
+// With the forces P of the zone's own elements, the zone is then in equilibrium at u' where P_B(u') + g + S (u'_B - u_B)
+// vanishes. That is Newton's method for the whole organ with an old tangent outside of the zone. The fixed point, r_O = 0,
+// is the solution of the whole organ, whatever K is; K decides how fast the iterations converge (acceleration.hpp).
 //
 // Source: Gendre, Allix, Gosselet and Comte 2009, Comput. Mech. 44 (iterative global-local coupling).
 #pragma once
 
+#include "runtime/src/zone/acceleration.hpp"
 #include "runtime/src/zone/condensation.hpp"
 
 namespace palpate {
 
-struct OrganState {
-  double* rest_force;    // [num_nodes][3] of all elements at rest: the organ's weight holds them
-  double* displacement;  // [num_nodes][3] u, from the mesh
-  double*
-      forces;  // [num_nodes][3] r, zero on fixed axes; after condense_exterior() as forward_substitute() says
-  double* extension;  // [num_nodes][3] scratch
-  double energy;      // stored by all elements at u, less the work of rest_force
-  double smallest_jacobian;
+struct ExteriorState {
+  double* rest_force;        // [num_nodes][3] of the elements outside at rest: the organ's weight holds them
+  double* displacement;      // [num_nodes][3] u, from the mesh
+  double* forces;            // [num_nodes][3] g on kept nodes; L^-1 r on eliminated nodes
+  double energy;             // stored by the elements outside at u, less the work of rest_force
+  double smallest_jacobian;  // det F of the elements outside at u
+  // The iteration under way
+  enum class Phase : uint32_t { extend, evaluate, condense, ended } phase;
+  uint32_t front;       // fronts that the phase has passed
+  double* next;         // [num_nodes][3] its u
+  double* next_forces;  // [num_nodes][3] and r
+  ZoneStrain strain;
 };
 
-void carve_organ_state(const pal_pack& pack, Arena& arena, OrganState& state);
+void carve_exterior(const pal_pack& pack, Arena& arena, ExteriorState& state);
 
-// At rest, where no forces act. Cost: one pass over the elements.
-void rest_organ(const pal_pack& pack, const OrganElements& elements, OrganState& state);
+// At rest, where r = 0. Cost: one pass over the elements.
+void rest_exterior(const Exterior& exterior, ExteriorState& state);
 
-// u_O of the next iteration. `zone`: [num_nodes][3], read on kept and absent nodes, where it becomes the organ's.
-void extend_exterior(const pal_pack& pack, const Condensation& condensation, const EliminationKernel& kernel,
-                     const double* zone, CondensationScratch& scratch, OrganState& state);
+// Begins an iteration. `zone`: [num_nodes][3] from the mesh, read on kept and absent nodes.
+void begin_iteration(const Exterior& exterior, const Condensation& condensation, const double* zone,
+                     ExteriorState& state);
 
-// r, energy and smallest det F at `displacement`. Returns false where an element is inverted or nearly so: the
-// forces then mean nothing.
-bool evaluate_organ(const pal_pack& pack, const OrganElements& elements, OrganState& state);
+// Advances the iteration for about so many multiply-adds and adds the work to `spent`. The same bits for any slices. Fails
+// where an element outside would be inverted or nearly so: the state is then as before the iteration.
+// `acceleration`: mixes the whole of u, the zone's nodes too, where the zone's next solution starts; or null. Restart it
+// where contacts have moved.
+Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
+                           CondensationScratch& scratch, Acceleration* acceleration, ExteriorState& state,
+                           uint64_t& spent);
 
-// g on the kept nodes of `forces`. `zone_forces`: [num_kept][3] P_B at `displacement`, less that at rest.
-void condense_exterior(const Condensation& condensation, const EliminationKernel& kernel,
-                       const double* zone_forces, CondensationScratch& scratch, OrganState& state);
+// Adds the forces of a front's elements outside of the zone, and their energy and smallest det F. Returns
+// multiply-adds.
+uint64_t evaluate_front(const Exterior& exterior, uint32_t front, const double* displacement,
+                        ZoneStrain& strain, double* forces);
 
 }  // namespace palpate

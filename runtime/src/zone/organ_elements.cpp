@@ -100,7 +100,22 @@ bool fill_organ_elements(const pal_pack& pack, OrganElements& elements) {
   return true;
 }
 
-ZoneBatches batches_of_front(const OrganElements& elements, uint32_t front) {
+uint32_t num_lanes(const OrganElements& elements) {
+  return kLanes * (elements.all.num_linear + elements.all.num_quadratic);
+}
+
+void leave_out(const OrganView& organ, const OrganElements& elements, const uint8_t* is_zone_element,
+               uint8_t* left_out) {
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    const pack::Front& front = organ.fronts[f];
+    uint8_t* linear = left_out + kLanes * elements.first_linear[f];
+    uint8_t* quadratic = left_out + kLanes * (elements.all.num_linear + elements.first_quadratic[f]);
+    for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e)
+      *(organ.elements[e].num_nodes == 4 ? linear++ : quadratic++) = is_zone_element[e];
+  }
+}
+
+ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* left_out, uint32_t front) {
   ZoneBatches batches = elements.all;
   batches.linear += elements.first_linear[front];
   batches.num_linear = elements.first_linear[front + 1] - elements.first_linear[front];
@@ -108,6 +123,10 @@ ZoneBatches batches_of_front(const OrganElements& elements, uint32_t front) {
   batches.num_quadratic = elements.first_quadratic[front + 1] - elements.first_quadratic[front];
   batches.first_patch = elements.first_patch[front];
   batches.num_patches = elements.first_patch[front + 1] - elements.first_patch[front];
+  if (left_out == nullptr) return batches;
+  batches.linear_left_out = left_out + kLanes * elements.first_linear[front];
+  batches.quadratic_left_out =
+      left_out + kLanes * (elements.all.num_linear + elements.first_quadratic[front]);
   return batches;
 }
 

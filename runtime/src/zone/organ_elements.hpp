@@ -18,7 +18,14 @@ void carve_organ_elements(const pal_pack& pack, Arena& arena, OrganElements& ele
 // Computes the shapes of all elements. Returns false if an element is inverted in the mesh.
 bool fill_organ_elements(const pal_pack& pack, OrganElements& elements);
 
-// The batches of one front.
-ZoneBatches batches_of_front(const OrganElements& elements, uint32_t front);
+// Lanes of all batches: the linear ones first.
+uint32_t num_lanes(const OrganElements& elements);
+
+// Marks the lanes of the elements with is_zone_element[element] != 0. left_out: [num_lanes()].
+void leave_out(const OrganView& organ, const OrganElements& elements, const uint8_t* is_zone_element,
+               uint8_t* left_out);
+
+// The batches of one front, but for the marked elements. `left_out`: [num_lanes()], or null.
+ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* left_out, uint32_t front);
 
 }  // namespace palpate

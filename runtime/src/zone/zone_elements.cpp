@@ -97,6 +97,11 @@ DyadicLanes terms_of(const ZoneLanes& batch, const ZonePatch* patches, double Zo
   return lanes;
 }
 
+// Whether a lane's element is left out. `left_out`: of the batch's first lane, or null.
+bool is_left_out(const uint8_t* left_out, uint32_t batch, int lane) {
+  return left_out != nullptr && left_out[uint32_t{kLanes} * batch + static_cast<uint32_t>(lane)] != 0;
+}
+
 void add_measures_of(const ZoneLanes& batch, const Lanes& volume, const KinematicsLanes& kinematics,
                      ZonePatch* patches) {
   for (int lane = 0; lane < batch.count; ++lane) {
@@ -120,6 +125,23 @@ void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double
   }
 }
 
+template <int kNodes>
+bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const uint8_t* left_out,
+                    uint32_t patch) {
+  for (uint32_t n = 0; n < count && left_out != nullptr; ++n) {
+    for (int lane = 0; lane < batches[n].count; ++lane) {
+      if (batches[n].patches[lane] == patch) return is_left_out(left_out, n, lane);
+    }
+  }
+  return false;
+}
+
+// A volume patch is left out as a whole.
+bool is_left_out(const ZoneBatches& batches, uint32_t patch) {
+  return holds_left_out(batches.linear, batches.num_linear, batches.linear_left_out, patch) ||
+         holds_left_out(batches.quadratic, batches.num_quadratic, batches.quadratic_left_out, patch);
+}
+
 // Makes the pressures of the patches; their energy.
 double share_volumes(const ZoneBatches& batches, const double* displacement) {
   if (batches.num_patches == 0) return 0;
@@ -130,6 +152,7 @@ double share_volumes(const ZoneBatches& batches, const double* displacement) {
   double energy = 0;
   for (uint32_t p = batches.first_patch; p < end; ++p) {
     ZonePatch& patch = batches.patches[p];
+    if (is_left_out(batches, p)) continue;
     const VolumeTerm term = volume_term(*patch.material, patch.measure / patch.volume);
     patch.pressure = term.pressure;
     patch.stiffness = term.stiffness / patch.volume;
@@ -471,6 +494,7 @@ template <typename Number>
 void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                const Target<Number>& target) {
   for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p) {
+    if (is_left_out(batches, p)) continue;
     PatchGradient gradient;
     add_gradient(batches.linear, batches.num_linear, p, displacement, unknowns, gradient);
     add_gradient(batches.quadratic, batches.num_quadratic, p, displacement, unknowns, gradient);
@@ -512,7 +536,7 @@ void add_pressure_changes(const ZoneBatch<kNodes>* batches, uint32_t count, cons
 
 template <int kNodes>
 void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                   const double* displacement, ZoneStrain& strain, double* forces) {
+                   const uint8_t* left_out, const double* displacement, ZoneStrain& strain, double* forces) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     const ZoneBatch<kNodes>& batch = batches[n];
@@ -523,6 +547,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
       kernels.deform(point, nodal, kinematics);
       kernels.add_force(point, kinematics, terms_of(batch, patches, &ZonePatch::pressure, kinematics), sums);
       for (int lane = 0; lane < batch.count; ++lane) {
+        if (is_left_out(left_out, n, lane)) continue;
         const double J = kinematics.J[lane];
         const pack::ZoneMaterial& material = *batch.materials[lane];
         // Small strains know no inversion.
@@ -541,13 +566,21 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
         }
       }
     }
+    // Elements that are left out add nothing to their nodes.
+    for (size_t a = 0; a < kNodes && left_out != nullptr; ++a) {
+      for (size_t i = 0; i < 3; ++i) {
+        for (int lane = 0; lane < batch.count; ++lane) {
+          if (is_left_out(left_out, n, lane)) sums[a][i].set(lane, 0.0);
+        }
+      }
+    }
     scatter<kNodes>(batch.elements, batch.count, sums, forces);
   }
 }
 
 template <int kNodes, typename Number>
 void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                      const double* displacement, const ZoneUnknowns& unknowns,
+                      const uint8_t* left_out, const double* displacement, const ZoneUnknowns& unknowns,
                       const Target<Number>& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
@@ -566,6 +599,7 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const Zo
       }
     }
     for (int lane = 0; lane < batch.count; ++lane) {
+      if (is_left_out(left_out, n, lane)) continue;
       int places[kNodes];
       for (size_t a = 0; a < kNodes; ++a) places[a] = batch.elements.nodes[a][static_cast<size_t>(lane)];
       scatter_stiffness(kNodes, places, stiffness.data(), lane, unknowns, target);
@@ -658,8 +692,10 @@ template bool set_zone_element<10>(const pack::ZoneNode*, const pack::ZoneMateri
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
   ZoneStrain strain = {share_volumes(batches, displacement), static_cast<double>(INFINITY)};
-  add_forces_of(batches.linear, batches.num_linear, batches.patches, displacement, strain, forces);
-  add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, strain, forces);
+  add_forces_of(batches.linear, batches.num_linear, batches.patches, batches.linear_left_out, displacement,
+                strain, forces);
+  add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.quadratic_left_out,
+                displacement, strain, forces);
   return strain;
 }
 
@@ -716,8 +752,10 @@ void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, 
                         Number* matrix, uint32_t stride) {
   const Target<Number> target = {matrix, stride};
   share_volumes(batches, displacement);
-  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, displacement, unknowns, target);
-  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, displacement, unknowns, target);
+  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, batches.linear_left_out, displacement,
+                   unknowns, target);
+  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.quadratic_left_out,
+                   displacement, unknowns, target);
   add_dyads(batches, displacement, unknowns, target);
 }
 

@@ -57,6 +57,9 @@ struct ZoneBatches {
   uint32_t num_patches;
   ZonePatch* patches;    // by ZoneLanes::patches
   uint32_t first_patch;  // the patches of these batches are first_patch .. first_patch + num_patches - 1
+  // A number for each lane: not 0 leaves out the lane's element, as if it were not there; null: none is left out
+  const uint8_t* linear_left_out;
+  const uint8_t* quadratic_left_out;
 };
 
 // Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
