@@ -96,7 +96,7 @@ static_assert(sizeof(CompressedBlock) == 8);
 inline constexpr uint32_t kBlockUnit = 4;  // numbers
 inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep numbers are whole units
 
-// A node of NonlinearZone.
+// A node of NonlinearZone, or of Organ, where num_outside is 0 and row kNoNode.
 struct ZoneNode {
   double position[3];      // position in the mesh
   double displacement[3];  // from the mesh position to rest: zero without gravity
@@ -117,8 +117,9 @@ struct ZoneElement {
   uint32_t nodes[kZoneElementNodes];  // nodes of NonlinearZone; 0 from num_nodes on
   uint32_t num_nodes;                 // 4 or 10
   uint32_t material;
-  // Elements of a volume patch share their volume change (offline/fem/shared_volumes.hpp). They are
-  // consecutive, with ascending patches. kNoPatch elements come last, with a volume change at each point.
+  // Elements of a volume patch share their volume change (offline/fem/shared_volumes.hpp). They are consecutive, with
+  // ascending patches. In a NonlinearZone the elements without a patch, kNoPatch, come last; in an Organ they may
+  // stand between.
   uint32_t volume_patch;
 };
 static_assert(sizeof(ZoneElement) == 52);
@@ -134,8 +135,9 @@ struct Front {
   uint32_t num_rows;
   uint32_t parent;  // the front that holds all its rows; kNoFront: a root
   uint32_t first_element;
-  uint32_t num_elements;  // elements whose first node in the elimination is a column of the front
-  uint32_t num_within;    // fronts of its subtree, which end with the front itself
+  // Elements whose first node in the elimination is a column of the front; elements without a free node join front 0
+  uint32_t num_elements;
+  uint32_t num_within;  // fronts of its subtree, which end with the front itself
 };
 static_assert(sizeof(Front) == 32);
 inline constexpr uint32_t kNoFront = UINT32_MAX;

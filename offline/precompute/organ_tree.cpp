@@ -168,7 +168,7 @@ OrganTree make_organ_tree(const Model& model, const ContactSites& sites) {
 }
 
 double organ_bytes(const Model& model) {
-  constexpr double kRowsOfNode = 8;  // places below fronts, for each node: 2 to 4 in organ meshes
+  constexpr double kRowsOfNode = 8;  // generous: places below fronts, for each node
   double corners = 0;
   for (const Tetrahedron& element : model.elements) corners += element.num_nodes;
   return sizeof(pack::ZoneElement) * static_cast<double>(model.elements.size()) +

@@ -27,7 +27,7 @@ struct OrganTree {
 // Throws std::runtime_error where the analysis fails, std::bad_alloc where memory runs out.
 OrganTree make_organ_tree(const Model& model, const ContactSites& sites);
 
-// Upper bound of a pack's bytes for the organ's mesh and tree, from counts alone.
+// Estimate of a pack's bytes for the organ's mesh and tree, from counts alone.
 double organ_bytes(const Model& model);
 
 }  // namespace palpate

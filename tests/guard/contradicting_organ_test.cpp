@@ -61,6 +61,12 @@ TEST_F(Contradiction, NodesOfTheOrgan) {
       [](OrganArrays& organ) { organ.elements[0].num_nodes = 5; },
       [](OrganArrays& organ) { organ.elements[0].material = 1000; },
       [](OrganArrays& organ) { organ.elements[0].volume_patch = 1; },
+      [](OrganArrays& organ) { organ.nodes[0].num_outside = 1; },
+      [](OrganArrays& organ) {  // a list without its last element
+        uint32_t last = organ.num_nodes - 1;
+        while (organ.nodes[last].num_elements == 0) --last;
+        --organ.nodes[last].num_elements;
+      },
   };
   for (size_t i = 0; i < std::size(changes); ++i)
     EXPECT_EQ(status_after(changes[i]), PAL_STATUS_CORRUPT_CONTENT) << i;

@@ -357,6 +357,13 @@ TEST(Exterior, ComesThereWhereNearlyIncompressibleTissueBends) {
   EXPECT_LT(errors.back(), 2e-3);
 }
 
+TEST(Exterior, StoresNothingAtRestUnderGravity) {
+  LiveOrgan live(tissue_block(1, true, Eigen::Vector3d(0, 0.1, -0.3), 2, 0.6), {{0, {}, 0, {}, {}, {}}}, 1);
+  ASSERT_TRUE(live.iterate());
+  EXPECT_GT(live.state().rest_energy, 1e-6);
+  EXPECT_NEAR(live.state().energy, 0, 1e-9 * live.state().rest_energy);
+}
+
 TEST(Exterior, DependsOnNoSlices) {
   LiveOrgan whole(tissue_block(2), kNeighbours, 1);
   LiveOrgan sliced(tissue_block(2), kNeighbours, 1);

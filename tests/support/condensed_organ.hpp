@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <set>
 #include <vector>
 
@@ -17,15 +18,13 @@ namespace palpate::test {
 // Memory that an arena takes, zeroed.
 class Memory {
  public:
-  template <typename Carve>
-  explicit Memory(Carve&& carve) : bytes_(size_of(carve)) {
+  explicit Memory(const std::function<void(Arena&)>& carve) : bytes_(size_of(carve)) {
     Arena arena(bytes_.bytes().data());
     carve(arena);
   }
 
  private:
-  template <typename Carve>
-  static size_t size_of(Carve&& carve) {
+  static size_t size_of(const std::function<void(Arena&)>& carve) {
     Arena counting(nullptr);
     carve(counting);
     return counting.used();
@@ -49,7 +48,7 @@ struct CondensedOrgan {
           carve_scratch(pack, most, arena, scratch);
         }) {
     EXPECT_TRUE(fill_organ_elements(pack, elements));
-    fill_front_of(pack, front_of);
+    EXPECT_TRUE(fill_front_of(pack, front_of));
     clear_scratch(pack, scratch);
     for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {
       for (const double u : pack.organ.nodes[i].displacement) rest.push_back(u);
@@ -67,7 +66,7 @@ struct CondensedOrgan {
 
   bool advance(const Condensation* shared, const uint8_t* without, Condensation& condensation) {
     const Exterior what = {pack, kernel, front_of, elements, without, rest.data()};
-    begin_condensation(what, shared, condensation);
+    if (!begin_condensation(what, shared, scratch, condensation)) return false;
     Progress progress;
     do {
       uint64_t spent = 0;

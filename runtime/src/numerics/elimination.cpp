@@ -49,7 +49,7 @@ bool eliminate_columns_scalar(Number* matrix, uint32_t stride, uint32_t size, ui
   const bool inside = first < eliminated;
   const uint32_t columns = inside ? first : eliminated;
   constexpr uint32_t kTile = kRows<Number>;
-  DiagonalBlock<Number> block;
+  DiagonalBlock<Number> block = {};
   ScalarTile<Number> tile;
   for (uint32_t row = first / kTile * kTile; row < size; row += kTile) {
     Number* target = matrix + size_t{first} * stride + row;

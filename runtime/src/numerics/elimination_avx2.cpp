@@ -107,7 +107,7 @@ PALPATE_AVX2 bool eliminate_columns_avx2(Number* matrix, uint32_t stride, uint32
   constexpr uint32_t kRows = 64 / sizeof(Number);
   const bool inside = first < eliminated;
   const uint32_t columns = inside ? first : eliminated;
-  DiagonalBlock<Number> block;
+  DiagonalBlock<Number> block = {};
   Vector<Number> low[kColumns];
   Vector<Number> high[kColumns];
   for (uint32_t row = first / kRows * kRows; row < size; row += kRows) {

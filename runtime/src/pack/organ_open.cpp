@@ -1,5 +1,7 @@
 #include "runtime/src/pack/organ_open.hpp"
 
+#include <algorithm>
+
 #include "runtime/src/pack/number_checks.hpp"
 
 namespace palpate {
@@ -41,7 +43,8 @@ bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entrie
                                : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes;
     if (!is_packed || node.free_axes > 7 || (node.free_axes == 0) != (i >= organ.num_free) ||
         node.first_element != first_element || node.num_elements > num_entries - first_element ||
-        !all_within(node.position, 3, kLargestScale) || !all_within(node.displacement, 3, kLargestScale))
+        node.row != pack::kNoNode || node.num_outside != 0 || !all_within(node.position, 3, kLargestScale) ||
+        !all_within(node.displacement, 3, kLargestScale))
       return false;
     first_element += node.num_elements;
     if (!are_elements_of(organ, i)) return false;
@@ -73,14 +76,13 @@ bool are_rows(const OrganView& organ, const pack::Front& front) {
   const pack::Front* parent = front.parent == pack::kNoFront ? nullptr : organ.fronts + front.parent;
   if ((parent == nullptr) != (front.num_rows == 0)) return false;
   uint32_t least = front.first_column + front.num_columns;
-  uint32_t of_parent = 0;
   for (uint32_t i = 0; i < front.num_rows; ++i) {
     const uint32_t place = rows[i];
     if (place < least || place >= organ.num_free) return false;
     least = place + 1;
     if (place >= parent->first_column && place - parent->first_column < parent->num_columns) continue;
-    while (of_parent < parent->num_rows && organ.rows[parent->first_row + of_parent] < place) ++of_parent;
-    if (of_parent == parent->num_rows || organ.rows[parent->first_row + of_parent] != place) return false;
+    const uint32_t* of_parent = organ.rows + parent->first_row;
+    if (!std::binary_search(of_parent, of_parent + parent->num_rows, place)) return false;
   }
   return true;
 }
@@ -97,6 +99,10 @@ bool are_fronts(const OrganView& organ, uint64_t num_rows) {
         front.num_elements > organ.num_elements - element || front.num_within < 1 ||
         front.num_within > f + 1 ||
         (front.parent != pack::kNoFront && (front.parent <= f || front.parent >= organ.num_fronts)))
+      return false;
+    // A volume patch belongs to one front.
+    if (front.num_elements > 0 && element > 0 && organ.elements[element].volume_patch != pack::kNoPatch &&
+        organ.elements[element].volume_patch == organ.elements[element - 1].volume_patch)
       return false;
     column += front.num_columns;
     row += front.num_rows;
@@ -117,6 +123,7 @@ bool are_fronts(const OrganView& organ, uint64_t num_rows) {
     }
   }
   if (num_children != num_parents) return false;
+  // Whether the places are a permutation needs memory: fill_front_of() checks it.
   for (uint32_t place = 0; place < organ.num_free; ++place) {
     if (organ.order[place] >= organ.num_free) return false;
   }
@@ -147,9 +154,13 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
   if (organ.nodes == nullptr || organ.elements == nullptr || organ.node_elements == nullptr ||
       organ.fronts == nullptr || organ.order == nullptr || organ.rows == nullptr)
     return false;
+  uint64_t num_corners = 0;
   for (uint32_t e = 0; e < organ.num_elements; ++e) {
     if (!is_element(pack, organ, organ.elements[e])) return false;
+    num_corners += organ.elements[e].num_nodes;
   }
+  // Lists of distinct elements that contain the node are complete where their lengths add up.
+  if (num_entries != num_corners) return false;
   if (!are_nodes(pack, organ, num_entries) || !are_patches(pack, organ) || !are_fronts(organ, num_rows))
     return false;
   pack.organ = organ;

@@ -73,8 +73,10 @@ void accelerate(const double* y, double* image, Acceleration& acceleration) {
   double* change = acceleration.changes + acceleration.next * size;
   for (size_t i = 0; i < size; ++i) {
     const double f = image[i] - y[i];
-    move[i] = y[i] - acceleration.last_y[i];
-    change[i] = f - acceleration.last_f[i];
+    if (acceleration.has_last) {
+      move[i] = y[i] - acceleration.last_y[i];
+      change[i] = f - acceleration.last_f[i];
+    }
     acceleration.last_y[i] = y[i];
     acceleration.last_f[i] = f;
   }
@@ -87,6 +89,7 @@ void accelerate(const double* y, double* image, Acceleration& acceleration) {
   double gamma[kMostAccelerated];
   find_weights(acceleration, acceleration.last_f, gamma);
   for (uint32_t k = 0; k < acceleration.count; ++k) {
+    if (gamma[k] == 0) continue;
     const double* of_y = acceleration.moves + k * size;
     const double* of_f = acceleration.changes + k * size;
     for (size_t i = 0; i < size; ++i) image[i] -= gamma[k] * (of_y[i] + of_f[i]);

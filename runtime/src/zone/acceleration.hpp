@@ -4,8 +4,8 @@
 //
 //   y_next = y + f - (dY + dF) gamma,    gamma = argmin |f - dF gamma|.
 //
-// A linear G converges in as many iterations as it has distinct slow modes; plain iteration would diverge where
-// an eigenvalue of G exceeds 1.
+// A linear G with m <= depth distinct eigenvalues converges in m + 1 iterations, also where the modulus of an eigenvalue
+// exceeds 1 and plain iteration would diverge.
 //
 // Source: Anderson 1965, J. ACM 12; Walker and Ni 2011, SIAM J. Numer. Anal. 49.
 #pragma once
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-inline constexpr uint32_t kMostAccelerated = 5;  // iterates remembered: the sixth gains nothing on bent bars
+inline constexpr uint32_t kMostAccelerated = 5;  // depth
 
 struct Acceleration {
   size_t size;      // of y

@@ -1,5 +1,6 @@
 #include "runtime/src/zone/condensation.hpp"
 
+#include <math.h>
 #include <string.h>
 
 #include <algorithm>
@@ -49,8 +50,8 @@ size_t all_updates(const OrganView& organ) {
 }
 
 // The most numbers that wait for their parents without kept nodes: a front leaves its update and takes those of its
-// children. In a zone an update of a rows waits with a + b rows, where all b together are the 3 kept nodes, and
-// sum (a + b)^2 <= 2 sum a^2 + 2 (sum b)^2.
+// children. In a zone an update of a rows waits with at most b rows more, of kept nodes handed up. A kept node is in
+// one waiting update at a time, so the b add up to at most 3 kept, and sum (a + b)^2 <= 2 sum a^2 + 18 kept^2.
 size_t most_pending_updates(const OrganView& organ) {
   size_t most = 0;
   size_t pending = 0;
@@ -103,10 +104,12 @@ void add_update(const FrontFactor& child, const uint32_t* unknown_of, uint32_t s
   const size_t size = size_t{3} * child.num_below;
   for (uint32_t b = 0; b < child.num_below; ++b) {
     const uint32_t column = unknown_of[nodes[b]];
+    if (column == kNoUnknown) continue;  // of a forged tree
     for (uint32_t k = 0; k < 3; ++k) {
       const float* from = child.update + (3 * b + k) * size;
       for (uint32_t a = b; a < child.num_below; ++a) {
         const uint32_t row = unknown_of[nodes[a]];
+        if (row == kNoUnknown) continue;
         for (uint32_t i = a == b ? k : 0; i < 3; ++i) {
           const uint32_t low = std::min(row + i, column + k);
           const uint32_t high = std::max(row + i, column + k);
@@ -118,7 +121,7 @@ void add_update(const FrontFactor& child, const uint32_t* unknown_of, uint32_t s
 }
 
 // Multiply-adds that take as long as clearing an entry.
-constexpr uint64_t kOfEntry = 2;
+constexpr uint64_t kOperationsPerEntry = 2;
 
 // Sums the front's elements and the updates of its children. Returns multiply-adds that take as long.
 uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
@@ -126,7 +129,7 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
   const FrontFactor& factor = condensation.fronts[index];
   const uint32_t size = factor.columns + 3 * factor.num_below;
   memset(scratch.matrix, 0, size_t{factor.stride} * round_to_columns(size) * sizeof *scratch.matrix);
-  uint64_t spent = kOfEntry * factor.stride * size;
+  uint64_t spent = kOperationsPerEntry * factor.stride * size;
   const ZoneBatches batches = batches_of_front(exterior.elements, exterior.left_out, index);
   const ZoneUnknowns unknowns = {scratch.unknown_of, nullptr, nullptr};
   add_zone_stiffness(batches, exterior.displacement, unknowns, scratch.matrix, factor.stride);
@@ -155,8 +158,9 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
   return spent;
 }
 
-// Adds the update of a root to S.
-void add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch, Condensation& condensation) {
+// Adds the update of a root to S. Returns false where it has overflowed.
+bool add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch, Condensation& condensation) {
+  bool is_finite = true;
   // Places of the kept nodes; the front's rows are not needed any more.
   for (uint32_t i = 0; i < condensation.num_kept; ++i) scratch.unknown_of[condensation.kept[i]] = 3 * i;
   const uint32_t* nodes = factor.nodes + factor.num_eliminated;
@@ -166,11 +170,13 @@ void add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch,
     for (uint32_t a = b; a < 3 * factor.num_below; ++a) {
       const size_t row = scratch.unknown_of[nodes[a / 3]] + a % 3;
       const double entry = static_cast<double>(from[a]);
+      is_finite = is_finite && isfinite(entry);
       condensation.schur[column * condensation.schur_stride + row] += entry;
       if (a != b) condensation.schur[row * condensation.schur_stride + column] += entry;
     }
   }
   for (uint32_t i = 0; i < condensation.num_kept; ++i) scratch.unknown_of[condensation.kept[i]] = kNoUnknown;
+  return is_finite;
 }
 
 // Keeps the eliminated front. Returns false where the room does not suffice.
@@ -196,12 +202,12 @@ bool keep_front(const Exterior& exterior, CondensationScratch& scratch, Condensa
   const uint32_t listed = factor.num_eliminated + factor.num_below;
   for (uint32_t i = 0; i < listed; ++i) scratch.unknown_of[factor.nodes[i]] = kNoUnknown;
   condensation.nodes_used += listed;
-  if (is_root) add_to_schur(factor, scratch, condensation);
-  return true;
+  return !is_root || add_to_schur(factor, scratch, condensation);
 }
 
 // Nodes of a front that the scratch still names, after a failure.
-void forget_front(const Condensation& condensation, CondensationScratch& scratch) {
+void forget_front(Condensation& condensation, CondensationScratch& scratch) {
+  condensation.is_assembled = false;
   const FrontFactor& factor = condensation.fronts[condensation.front];
   for (uint32_t i = 0; i < factor.num_eliminated + factor.num_below; ++i)
     scratch.unknown_of[factor.nodes[i]] = kNoUnknown;
@@ -213,12 +219,17 @@ uint32_t* carve_front_of(const pal_pack& pack, Arena& arena) {
   return arena.take<uint32_t>(pack.organ.num_free);
 }
 
-void fill_front_of(const pal_pack& pack, uint32_t* front_of) {
+bool fill_front_of(const pal_pack& pack, uint32_t* front_of) {
   const OrganView& organ = pack.organ;
+  for (uint32_t node = 0; node < organ.num_free; ++node) front_of[node] = pack::kNoFront;
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
-    for (uint32_t c = 0; c < organ.fronts[f].num_columns; ++c)
-      front_of[organ.order[organ.fronts[f].first_column + c]] = f;
+    for (uint32_t c = 0; c < organ.fronts[f].num_columns; ++c) {
+      uint32_t& front = front_of[organ.order[organ.fronts[f].first_column + c]];
+      if (front != pack::kNoFront) return false;
+      front = f;
+    }
   }
+  return true;
 }
 
 CondensationRoom condensation_room(const pal_pack& pack, uint32_t kept) {
@@ -259,18 +270,22 @@ void carve_scratch(const pal_pack& pack, uint32_t kept, Arena& arena, Condensati
     columns = std::max(columns, bound.columns);
     below = std::max(below, bound.below);
   });
+  scratch.kept = kept;
   scratch.matrix = arena.take<float>(matrix);
   scratch.unknown_of = arena.take<uint32_t>(pack.organ.num_nodes);
-  scratch.columns = arena.take<double>(2 * (columns + kEliminationRows));
-  scratch.below = arena.take<double>(below + 2 * kEliminationRows);
+  scratch.columns = arena.take<double>(2 * columns);
+  scratch.below = arena.take<double>(below + kEliminationColumns);
 }
 
 void clear_scratch(const pal_pack& pack, CondensationScratch& scratch) {
   for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) scratch.unknown_of[i] = kNoUnknown;
 }
 
-void begin_condensation(const Exterior& exterior, const Condensation* whole, Condensation& condensation) {
+bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
+                        Condensation& condensation) {
   const OrganView& organ = exterior.pack.organ;
+  if (condensation.is_assembled) forget_front(condensation, scratch);
+  if (condensation.num_kept > condensation.room.kept || condensation.room.kept > scratch.kept) return false;
   condensation.front = condensation.column = 0;
   condensation.is_assembled = false;
   condensation.nodes_used = condensation.panels_used = condensation.updates_used = 0;
@@ -285,8 +300,9 @@ void begin_condensation(const Exterior& exterior, const Condensation* whole, Con
       condensation.is_own[f] = 1;
   }
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
-    if (condensation.is_own[f] == 0) condensation.fronts[f] = whole->fronts[f];
+    if (whole != nullptr && condensation.is_own[f] == 0) condensation.fronts[f] = whole->fronts[f];
   }
+  return true;
 }
 
 Progress advance_condensation(const Exterior& exterior, uint64_t operations, CondensationScratch& scratch,
@@ -351,7 +367,7 @@ uint64_t backward_substitute_front(const Condensation& condensation, const Elimi
   const FrontFactor& factor = condensation.fronts[front];
   if (factor.num_eliminated == 0) return 0;
   double* own = scratch.columns;
-  double* from_below = own + round_to_columns(factor.columns + kEliminationRows);
+  double* from_below = own + factor.columns;
   const uint32_t rows = round_to_columns(3 * factor.num_below);
   for (uint32_t i = 0; i < factor.num_below; ++i)
     memcpy(scratch.below + 3 * i, values + size_t{3} * factor.nodes[factor.num_eliminated + i],

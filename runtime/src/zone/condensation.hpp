@@ -46,7 +46,8 @@ struct FrontFactor {
 
 // [num_free] the front that has each node as a column. Constant for a pack.
 uint32_t* carve_front_of(const pal_pack& pack, Arena& arena);
-void fill_front_of(const pal_pack& pack, uint32_t* front_of);
+// Returns false where the order of the elimination is no permutation.
+bool fill_front_of(const pal_pack& pack, uint32_t* front_of);
 
 struct CondensationRoom {  // capacity
   uint32_t kept;           // nodes
@@ -80,6 +81,7 @@ struct Condensation {
 
 // What all condensations of a session share; one is advanced at a time.
 struct CondensationScratch {
+  uint32_t kept;         // its room
   float* matrix;         // the current front
   uint32_t* unknown_of;  // [num_nodes] the node's first row in the current front, or kNoUnknown
   double* columns;       // a front's vector: its columns
@@ -106,7 +108,8 @@ struct Exterior {
 
 // Begins with Condensation::roles and `kept` set by the caller. `whole`: the factor of the whole organ at the
 // same displacements, whose fronts may be shared; null: none are.
-void begin_condensation(const Exterior& exterior, const Condensation* whole, Condensation& condensation);
+bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
+                        Condensation& condensation);
 
 enum class Progress { goes_on, ended, failed };
 

@@ -48,7 +48,8 @@ bool end_evaluation(const Exterior& exterior, ExteriorState& state) {
   }
   state.phase = Phase::condense;
   state.front = 0;
-  return state.strain.smallest_jacobian > kLeastJacobian;
+  state.strain.energy -= state.rest_energy;
+  return state.strain.smallest_jacobian > kLeastJacobian && isfinite(state.strain.energy);
 }
 
 void end_iteration(const Exterior& exterior, ExteriorState& state) {
@@ -90,6 +91,7 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f)
     evaluate_front(exterior, f, state.displacement, strain, state.rest_force);
   follow_pressures_of(exterior.elements.all);
+  state.rest_energy = strain.energy;
   state.energy = 0;
   state.smallest_jacobian = strain.smallest_jacobian;
   state.phase = Phase::ended;
@@ -121,6 +123,7 @@ Progress advance_iteration(const Exterior& exterior, const Condensation& condens
         case Phase::evaluate:
           if (!end_evaluation(exterior, state)) {
             state.phase = Phase::ended;
+            if (acceleration != nullptr) restart_acceleration(*acceleration);
             return Progress::failed;
           }
           break;

@@ -8,8 +8,8 @@
 //   condenses   g = r_B - K_BO K_OO^-1 r_O
 //
 // With the forces P of the zone's own elements, the zone is then in equilibrium at u' where P_B(u') + g + S (u'_B - u_B)
-// vanishes. That is Newton's method for the whole organ with an old tangent outside of the zone. The fixed point, r_O = 0,
-// is the solution of the whole organ, whatever K is; K decides how fast the iterations converge (acceleration.hpp).
+// vanishes. That is Newton's method for the whole organ with an old tangent outside of the zone. The fixed point, r_O = 0
+// and P_B + r_B = 0, is the solution of the whole organ, whatever K is; K decides how fast the iterations converge (acceleration.hpp).
 //
 // Source: Gendre, Allix, Gosselet and Comte 2009, Comput. Mech. 44 (iterative global-local coupling).
 #pragma once
@@ -23,7 +23,8 @@ struct ExteriorState {
   double* rest_force;        // [num_nodes][3] of the elements outside at rest: the organ's weight holds them
   double* displacement;      // [num_nodes][3] u, from the mesh
   double* forces;            // [num_nodes][3] g on kept nodes; L^-1 r on eliminated nodes
-  double energy;             // stored by the elements outside at u, less the work of rest_force
+  double rest_energy;        // stored by the elements outside at rest
+  double energy;             // stored at u beyond that, less the work of rest_force: 0 at rest
   double smallest_jacobian;  // det F of the elements outside at u
   // The iteration under way
   enum class Phase : uint32_t { extend, evaluate, condense, ended } phase;
@@ -43,7 +44,8 @@ void begin_iteration(const Exterior& exterior, const Condensation& condensation,
                      ExteriorState& state);
 
 // Advances the iteration for about so many multiply-adds and adds the work to `spent`. The same bits for any slices. Fails
-// where an element outside would be inverted or nearly so: the state is then as before the iteration.
+// where an element outside would be inverted or nearly so: the state is then as before the iteration, and the
+// acceleration restarts. No condensation may advance during an iteration: both read the pressures of shared volumes.
 // `acceleration`: mixes the whole of u, the zone's nodes too, where the zone's next solution starts; or null. Restart it
 // where contacts have moved.
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
