@@ -136,6 +136,7 @@ TEST(ZoneRim, IsThereForNeighboursAlone) {
                                                         static_cast<uint32_t>(sites.size()), fixed));
     if (fixed > 0) session.fix({of.pack->info().num_contact_nodes - 1});
     std::vector<pal_contact> contacts;
+    contacts.reserve(sites.size());
     for (const uint32_t site : sites) contacts.push_back({site, {0, 0, -0.01}, 0, {}, {}, {}});
     settle(session, contacts);
     return num_rim_nodes(session);
@@ -178,6 +179,7 @@ TEST(ZoneRim, SeveralGroupsFit) {
        {std::vector<uint32_t>{3, 5, 9, 10, 20, 23, 24}, {0, 1, 3, 4, 20, 21, 23, 24}, {0, 1, 23, 24}}) {
     OwnedSession session(organ.pack->get(), organ.config(static_cast<uint32_t>(sites.size())));
     std::vector<pal_contact> contacts;
+    contacts.reserve(sites.size());
     for (const uint32_t site : sites) contacts.push_back({site, {0, 0, -0.01}, 0, {}, {}, {}});
     for (const pal_contact_result& result : settle(session, contacts)) EXPECT_EQ(result.flags, 0u);
   }
