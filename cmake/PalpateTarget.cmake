@@ -1,10 +1,10 @@
 # Sets the compile options of a target. Third-party headers come in as SYSTEM (imported targets).
 # TEST: the target is compiled quickly rather than for speed. The libraries that it tests keep their options.
-# UNITY: the compiler reads eight files at once, for Eigen's templates take most of the time; sixteen files of tests, which
+# UNITY: the compiler reads ten files at once, for Eigen's templates take most of the time; sixteen files of tests, which
 # share more of their templates. Each file still includes the headers that it uses: the preset `tidy` compiles them one by one.
 function(palpate_target name)
   cmake_parse_arguments(arg "TEST;UNITY" "" "" ${ARGN})
-  set(files_at_once 8)
+  set(files_at_once 10)
   if(arg_TEST)
     set(files_at_once 16)
     target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O1;-g0>")

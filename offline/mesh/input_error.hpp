@@ -13,7 +13,7 @@ inline std::string location(const SourceLine& where) {
   return where.line > 0 ? where.file + ":" + std::to_string(where.line) : where.file;
 }
 
-// what() is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes".
+// The text is one line: "liver.inp:214: element 1873 is inverted (volume -3.1e-09); reorder its nodes".
 class InputError : public std::runtime_error {
  public:
   InputError(const SourceLine& where, const std::string& message)

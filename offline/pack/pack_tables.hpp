@@ -75,6 +75,16 @@ flatbuffers::Offset<pack::PolynomialDd> create_polynomials(const PackContent& co
                                                            uint64_t base,
                                                            flatbuffers::FlatBufferBuilder& builder);
 
+// mesh_tables.cpp
+struct MeshTables {
+  std::vector<pack::ZoneNode> nodes;
+  std::vector<pack::ZoneElement> elements;
+  std::vector<uint32_t> node_elements;
+};
+// The tables of these model nodes and of these elements among them. `volume_patches`: for each element.
+MeshTables mesh_tables(const PackContent& content, const std::vector<int>& nodes,
+                       const std::vector<int>& elements, const std::vector<uint32_t>& volume_patches);
+
 // zone_tables.cpp
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store);
 flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content, const ZoneSegments& zone,

@@ -36,56 +36,27 @@ pack::ZoneMaterial zone_material(const Law& law) {
   return material;
 }
 
-// Lists the zone nodes; also fills their elements.
-std::vector<pack::ZoneNode> zone_nodes(const PackContent& content, std::vector<uint32_t>& node_elements,
-                                       std::vector<pack::ZoneElement>& elements) {
+// The mesh of all zones, with the rows of its nodes in the exterior.
+MeshTables zone_mesh(const PackContent& content) {
   const ZoneTables& zone = *content.zone;
-  const Model& model = content.model;
-  std::vector<uint32_t> place(static_cast<size_t>(model.num_nodes()), pack::kNoNode);
-  std::vector<uint32_t> packed(place.size(), pack::kNoNode);
-  for (size_t i = 0; i < zone.nodes.size(); ++i)
-    place[static_cast<size_t>(zone.nodes[i])] = static_cast<uint32_t>(i);
-  for (size_t i = 0; i < content.sites.packed_nodes.size(); ++i)
-    packed[static_cast<size_t>(content.sites.packed_nodes[i])] = static_cast<uint32_t>(i);
-  const size_t first_inner = num_panels(content.sites) * pack::kPanelNodes;
-  std::vector<uint32_t> row = packed;
-  for (size_t i = 0; i < zone.inner_nodes.size(); ++i)
-    row[static_cast<size_t>(zone.inner_nodes[i])] = static_cast<uint32_t>(first_inner + i);
-  std::vector<std::vector<uint32_t>> of_node(zone.nodes.size());
+  std::vector<uint32_t> volume_patches;
   for (const int e : zone.elements) {
-    const Tetrahedron& tetrahedron = model.elements[static_cast<size_t>(e)];
-    pack::ZoneElement element = {};
-    element.num_nodes = static_cast<uint32_t>(tetrahedron.num_nodes);
-    element.material = static_cast<uint32_t>(tetrahedron.material);
-    element.volume_patch =
-        tetrahedron.volume_patch < 0 ? pack::kNoPatch : static_cast<uint32_t>(tetrahedron.volume_patch);
-    for (size_t a = 0; a < tetrahedron.nodes().size(); ++a) {
-      element.nodes[a] = place[static_cast<size_t>(tetrahedron.nodes()[a])];
-      of_node[element.nodes[a]].push_back(static_cast<uint32_t>(elements.size()));
-    }
-    elements.push_back(element);
+    const int patch = content.model.elements[static_cast<size_t>(e)].volume_patch;
+    volume_patches.push_back(patch < 0 ? pack::kNoPatch : static_cast<uint32_t>(patch));
   }
-  const std::vector<char> fixed = model.fixed_dofs();
-  const Eigen::VectorXd at_rest = content.rest != nullptr ? content.rest->displacement_of(model)
-                                                          : Eigen::VectorXd::Zero(model.num_dofs());
-  std::vector<pack::ZoneNode> nodes;
-  for (size_t i = 0; i < zone.nodes.size(); ++i) {
-    const auto at = static_cast<size_t>(zone.nodes[i]);
-    pack::ZoneNode node = {};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      node.position[axis] = model.positions[at][static_cast<Eigen::Index>(axis)];
-      node.displacement[axis] = at_rest[static_cast<Eigen::Index>(3 * at + axis)];
-      if (fixed[3 * at + axis] == 0) node.free_axes |= 1U << axis;
-    }
-    node.packed_node = packed[at];
-    node.first_element = static_cast<uint32_t>(node_elements.size());
-    node.num_elements = static_cast<uint32_t>(of_node[i].size());
+  MeshTables mesh = mesh_tables(content, zone.nodes, zone.elements, volume_patches);
+  const auto first_inner = static_cast<uint32_t>(num_panels(content.sites) * pack::kPanelNodes);
+  std::vector<uint32_t> inner_row(static_cast<size_t>(content.model.num_nodes()), pack::kNoNode);
+  for (size_t i = 0; i < zone.inner_nodes.size(); ++i)
+    inner_row[static_cast<size_t>(zone.inner_nodes[i])] = first_inner + static_cast<uint32_t>(i);
+  for (size_t i = 0; i < mesh.nodes.size(); ++i) {
+    pack::ZoneNode& node = mesh.nodes[i];
     node.num_outside = static_cast<uint32_t>(zone.num_outside[i]);
-    node.row = static_cast<int>(i) < zone.num_free ? row[at] : pack::kNoNode;
-    node_elements.insert(node_elements.end(), of_node[i].begin(), of_node[i].end());
-    nodes.push_back(node);
+    if (static_cast<int>(i) >= zone.num_free) continue;
+    const uint32_t inner = inner_row[static_cast<size_t>(zone.nodes[i])];
+    node.row = inner != pack::kNoNode ? inner : node.packed_node;
   }
-  return nodes;
+  return mesh;
 }
 
 // Calls append(rows, panel) for each panel of packed nodes, then of inner nodes.
@@ -157,12 +128,11 @@ void add_exterior(const PackContent& content, SegmentStore& store, ZoneSegments&
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   const ZoneTables& zone = *content.zone;
-  std::vector<uint32_t> node_elements;
-  std::vector<pack::ZoneElement> elements;
+  const MeshTables mesh = zone_mesh(content);
   ZoneSegments segments;
-  segments.nodes = store.add(zone_nodes(content, node_elements, elements));
-  segments.elements = store.add(elements);
-  segments.node_elements = store.add(node_elements);
+  segments.nodes = store.add(mesh.nodes);
+  segments.elements = store.add(mesh.elements);
+  segments.node_elements = store.add(mesh.node_elements);
   std::vector<pack::ZoneMaterial> materials;
   for (const Material& material : content.model.materials) materials.push_back(zone_material(material.law));
   segments.materials = store.add(materials);

@@ -41,8 +41,8 @@ ZoneBlock whole_block(const Law& law, bool quadratic, bool shares_volumes = fals
   return {8, law, quadratic, gravity, quadratic ? 2 : 4, quadratic ? 0.3 : 0.26, false, shares_volumes};
 }
 
-// Fields in single precision; forces as exact as the full solve. `all`: else neighbours alone, which need what the
-// other contacts need and more.
+// Expects forces as exact as the full solve, and fields to single precision. Without `all` only the neighbours touch,
+// which is the hardest of the three contact sets.
 void expect_truth_of_each(const ZoneBlock& organ, bool all = true) {
   constexpr double kRounding = field_tolerance(2e-7);
   ASSERT_EQ(organ.zone.most_boundary_nodes, 0);

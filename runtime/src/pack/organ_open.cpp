@@ -2,37 +2,11 @@
 
 #include <algorithm>
 
+#include "runtime/src/pack/mesh_checks.hpp"
 #include "runtime/src/pack/number_checks.hpp"
 
 namespace palpate {
 namespace {
-
-bool is_element(const pal_pack& pack, const OrganView& organ, const pack::ZoneElement& element) {
-  if (element.material >= pack.num_zone_materials ||
-      (element.num_nodes != 4 && element.num_nodes != pack::kZoneElementNodes))
-    return false;
-  for (uint32_t a = 0; a < element.num_nodes; ++a) {
-    if (element.nodes[a] >= organ.num_nodes) return false;
-    for (uint32_t b = 0; b < a; ++b) {
-      if (element.nodes[a] == element.nodes[b]) return false;
-    }
-  }
-  return true;
-}
-
-// Whether the elements of a node are distinct and contain the node.
-bool are_elements_of(const OrganView& organ, uint32_t index) {
-  const pack::ZoneNode& node = organ.nodes[index];
-  const uint32_t* listed = organ.node_elements + node.first_element;
-  for (uint32_t e = 0; e < node.num_elements; ++e) {
-    if (listed[e] >= organ.num_elements || (e > 0 && listed[e] <= listed[e - 1])) return false;
-    const pack::ZoneElement& element = organ.elements[listed[e]];
-    bool has = false;
-    for (uint32_t a = 0; a < element.num_nodes; ++a) has = has || element.nodes[a] == index;
-    if (!has) return false;
-  }
-  return true;
-}
 
 bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entries) {
   uint64_t first_element = 0;
@@ -47,7 +21,9 @@ bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entrie
         !all_within(node.displacement, 3, kLargestScale))
       return false;
     first_element += node.num_elements;
-    if (!are_elements_of(organ, i)) return false;
+    if (!are_elements_of(organ.node_elements + node.first_element, node.num_elements, organ.elements,
+                         organ.num_elements, i))
+      return false;
   }
   return first_element == num_entries;
 }
@@ -156,7 +132,7 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
     return false;
   uint64_t num_corners = 0;
   for (uint32_t e = 0; e < organ.num_elements; ++e) {
-    if (!is_element(pack, organ, organ.elements[e])) return false;
+    if (!is_mesh_element(pack, organ.num_nodes, organ.elements[e])) return false;
     num_corners += organ.elements[e].num_nodes;
   }
   // Lists of distinct elements that contain the node are complete where their lengths add up.

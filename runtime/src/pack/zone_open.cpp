@@ -3,25 +3,12 @@
 #include <math.h>
 
 #include "runtime/kernels/isotropic_law.hpp"
+#include "runtime/src/pack/mesh_checks.hpp"
 #include "runtime/src/pack/number_checks.hpp"
 #include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 namespace {
-
-// Whether the elements of a node follow the elements of the node before, are distinct and contain the node.
-// The work of a frame is then bounded by the file.
-bool are_elements_of(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index) {
-  const uint32_t* listed = pack.zone_node_elements + node.first_element;
-  for (uint32_t e = 0; e < node.num_elements; ++e) {
-    if (e > 0 && listed[e] <= listed[e - 1]) return false;
-    const pack::ZoneElement& element = pack.zone_elements[listed[e]];
-    bool has = false;
-    for (uint32_t a = 0; a < element.num_nodes; ++a) has = has || element.nodes[a] == index;
-    if (!has) return false;
-  }
-  return true;
-}
 
 bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, uint64_t num_entries) {
   const bool is_contact = index < pack.num_contact_nodes;
@@ -33,19 +20,6 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
               : node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes) &&
          node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
-}
-
-bool is_element(const pal_pack& pack, const pack::ZoneElement& element) {
-  if (element.material >= pack.num_zone_materials ||
-      (element.num_nodes != 4 && element.num_nodes != pack::kZoneElementNodes))
-    return false;
-  for (uint32_t a = 0; a < element.num_nodes; ++a) {
-    if (element.nodes[a] >= pack.num_zone_nodes) return false;
-    for (uint32_t b = 0; b < a; ++b) {
-      if (element.nodes[a] == element.nodes[b]) return false;
-    }
-  }
-  return true;
 }
 
 // Whether elements of a volume patch are consecutive, within the capacity, and of one law with a volumetric
@@ -195,17 +169,16 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     first_element += nodes[i].num_elements;
   }
   if (first_element != num_entries) return false;
-  for (uint64_t i = 0; i < num_entries; ++i) {
-    if (pack.zone_node_elements[i] >= pack.num_zone_elements) return false;
-  }
   for (uint32_t i = 0; i < pack.num_zone_elements; ++i) {
-    if (!is_element(pack, pack.zone_elements[i])) return false;
+    if (!is_mesh_element(pack, pack.num_zone_nodes, pack.zone_elements[i])) return false;
     if (pack.zone_elements[i].num_nodes != 4) ++pack.num_quadratic;
     if (pack.zone_elements[i].volume_patch != pack::kNoPatch) ++pack.num_sharing;
   }
   if (!are_patches(pack)) return false;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
-    if (!are_elements_of(pack, nodes[i], i)) return false;
+    if (!are_elements_of(pack.zone_node_elements + nodes[i].first_element, nodes[i].num_elements,
+                         pack.zone_elements, pack.num_zone_elements, i))
+      return false;
   }
   for (uint32_t i = 0; i < pack.num_zone_materials; ++i) {
     if (!is_material(pack.zone_materials[i])) return false;

@@ -5,18 +5,10 @@
 
 #include <algorithm>
 
+#include "runtime/src/numerics/product.hpp"
+
 namespace palpate {
 namespace {
-
-double product(const double* a, const double* b, size_t size) {
-  double sums[4] = {};  // independent sums, so that no addition waits for another
-  size_t i = 0;
-  for (; i + 4 <= size; i += 4) {
-    for (size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-  }
-  for (; i < size; ++i) sums[0] += a[i] * b[i];
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-}
 
 // Solves dF^T dF gamma = dF^T f by a Cholesky factor that skips columns which depend on earlier ones to rounding.
 void find_weights(const Acceleration& acceleration, const double* f, double* gamma) {

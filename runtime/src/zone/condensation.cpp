@@ -139,7 +139,7 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
     add_update(of_child, scratch.unknown_of, factor.stride, scratch.matrix);
     const size_t entries = size_t{9} * of_child.num_below * of_child.num_below;
     spent += entries;
-    if (condensation.is_own[child] == 0 || condensation.room.kept == 0) return;
+    if (condensation.is_own[child] == 0 || condensation.room.keeps_updates) return;
     condensation.updates_used -= entries;
     of_child.update = nullptr;
   });
@@ -233,14 +233,14 @@ bool fill_front_of(const pal_pack& pack, uint32_t* front_of) {
 }
 
 CondensationRoom condensation_room(const pal_pack& pack, uint32_t kept) {
-  CondensationRoom room = {kept, 0, 0, 0};
+  CondensationRoom room = {kept, kept == 0, 0, 0, 0};
   for_each_bound(pack.organ, kept, [&](const pack::Front& front, uint32_t kept_within) {
     const FrontBound bound = bound_of(front, kept_within);
     room.nodes += front.num_columns + front.num_rows + kept_within;
     room.panels += bound.stride() * bound.columns;
   });
-  room.updates =
-      kept == 0 ? all_updates(pack.organ) : 2 * most_pending_updates(pack.organ) + 18 * size_t{kept} * kept;
+  room.updates = room.keeps_updates ? all_updates(pack.organ)
+                                    : 2 * most_pending_updates(pack.organ) + 18 * size_t{kept} * kept;
   return room;
 }
 

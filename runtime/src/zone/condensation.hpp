@@ -51,6 +51,7 @@ bool fill_front_of(const pal_pack& pack, uint32_t* front_of);
 
 struct CondensationRoom {  // capacity
   uint32_t kept;           // nodes
+  bool keeps_updates;      // for condensations that share the fronts
   size_t nodes;            // entries of all lists of nodes
   size_t panels;           // floats
   size_t updates;          // floats
@@ -88,7 +89,7 @@ struct CondensationScratch {
   double* below;         // and its rows below
 };
 
-// Room for any zone whose boundary has at most `kept` nodes; 0: for the whole organ, all of whose updates stay.
+// Room for any zone whose boundary has at most `kept` nodes; 0: for the whole organ, which keeps all updates.
 CondensationRoom condensation_room(const pal_pack& pack, uint32_t kept);
 void carve_condensation(const pal_pack& pack, const CondensationRoom& room, Arena& arena,
                         Condensation& condensation);
@@ -107,7 +108,8 @@ struct Exterior {
 };
 
 // Begins with Condensation::roles and `kept` set by the caller. `whole`: the factor of the whole organ at the
-// same displacements, whose fronts may be shared; null: none are.
+// same displacements, whose fronts may be shared while it lives; null: none are. Returns false where the kept nodes do not
+// fit into the room.
 bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
                         Condensation& condensation);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/src/numerics/product.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_exterior.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
@@ -25,16 +26,6 @@ constexpr double kMostSettled = 10;  // |N| of one contact; more and the organ o
 constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
 constexpr uint64_t kLeastSlice = 20000;  // multiply-adds
-
-double product(const double* a, const double* b, uint32_t count) {
-  double sums[4] = {};  // of which none waits for another
-  uint32_t i = 0;
-  for (; i + 4 <= count; i += 4) {
-    for (uint32_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-  }
-  for (; i < count; ++i) sums[0] += a[i] * b[i];
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-}
 
 uint32_t num_sensitivities(const ZoneGroup& group) {
   return group.num_axes + group.num_fitted;
