@@ -386,7 +386,7 @@ void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
   const auto behind = [&](uint32_t row) {
     return product(sensitivity(group, row), residual, group.unknowns);
   };
-  double forces[kMostZoneAxes];
+  double forces[kMostZoneAxes] = {};
   for (uint32_t i = 0; i < group.num_axes; ++i) forces[i] = residual[group.unknowns + i] - behind(i);
   double change[3 * kMostZoneContacts] = {};
   for (uint32_t i = 0; i < loads; ++i) {
