@@ -117,6 +117,7 @@ Group equilibrium_cases() {
       Expected::nothing, [bar] { return compressed_column(8, 0.15, bar); },
       "past Euler's load the straight column is not stable and it buckles to either side: no function of the "
       "displacement tells which");
+  group.cases.back().slow = true;
   add("two_ways_half_edge", "a patch at half an edge, reached on a spiral", bar, Expected::answer,
       [] { return two_ways(0.12, 0.26, 4); });
   add("two_ways_edge", "a single node at one edge, reached on a spiral", bar, Expected::answer,

@@ -177,8 +177,10 @@ Group material_cases() {
   };
   zone_only("mean_dilatation_zones", "C3D4 MEAN DILATATION, nu = 0.499: pack of zones",
             shared(5, test::Elements::c3d4_mean_dilatation, 0.499));
+  group.cases.back().slow = true;
   zone_only("c3d10h_zones_049", "C3D10H, nu = 0.49: pack of zones", shared(2, test::Elements::c3d10h, 0.49));
   zone_only("c3d10h_zones", "C3D10H, nu = 0.499: pack of zones", shared(2, test::Elements::c3d10h, 0.499));
+  group.cases.back().slow = true;
   add("inclusion_solved", "inclusion 1e4 times stiffer: block compressed by 20 % and sheared", other_path,
       [] { return top_solved(test::block_with_inclusion(1e4)); });
   add("inclusion_is_rigid",

@@ -95,6 +95,7 @@ Group slender_cases() {
          fmt::format("a bar bent by {:.0f} % of its length, {:.2g} times its thickness", 100 * part, size),
          bar, part > kFollowed ? Expected::limit : Expected::answer, part > kFollowed ? limit : "",
          [size, bar] { return bent(size, bar); }});
+    group.cases.back().slow = part > kFollowed;
   }
   return group;
 }

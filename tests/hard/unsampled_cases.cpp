@@ -76,6 +76,7 @@ Group unsampled_cases() {
   add("mixture_to_the_edge",
       "pushed four ways to the edge of the domain, where other sites had to be sampled", Expected::answer,
       [bar] { return pushed(mixture(), bar); });
+  group.cases.back().slow = true;
   add("jump_across", "from one end of the domain to the other in one frame", Expected::answer, [across] {
     return jump(tissue(), site_near(tissue(), false, kMiddle), {across, -across});
   });
@@ -92,6 +93,7 @@ Group unsampled_cases() {
     };
     return swipe(organ, place(true), place(false), {0.03, 0, -0.06});
   });
+  group.cases.back().slow = true;
   add("two_contacts", "two contacts at sites without samples, pushed in by a quarter of an edge",
       Expected::answer, [bar] {
         const Organ& organ = tissue();

@@ -1,6 +1,7 @@
 // nonlinear_zone compared with the full finite element solve: exact where the zone is the whole organ.
 #include <gtest/gtest.h>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/nonlinear_zone_fixture.hpp"
 
 namespace palpate::test::nonlinear_zone_fixture {
@@ -128,6 +129,7 @@ const Law kNearlyIncompressible[] = {
     Ogden{{{0.5, 1.3}, {0.1, 5.0}, {0.3, -2.0}}, {{25, 0, 0.1}}}, StVenantKirchhoff{1.0, 20.0}};
 
 TEST(NonlinearZone, IsTheFullSolveWhereVolumesAreShared) {
+  if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   for (const bool quadratic : {false, true}) {
     for (const Law& law : kNearlyIncompressible) {
       if (quadratic && !is_nightly()) continue;

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
@@ -50,6 +51,7 @@ TEST(ZoneNeighbours, NeighboursThatPullAgainstEachOther) {
 // The interaction terms of two contacts remove part of the error. For neighbours, whose loads share a part,
 // they remove less.
 TEST(ZoneNeighbours, PairsAddToEachOther) {
+  if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
     const auto error_of = [&](bool pairs) {
@@ -111,6 +113,7 @@ TEST(ZoneNeighbours, NearContactsAddToOthersToSecondOrder) {
 // zones. A common zone holds these elements in full, and the error then falls with the square of the loads,
 // by 16 to a quarter.
 TEST(ZoneNeighbours, NearContactsHoldTheTissueBetween) {
+  if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 12.0}, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
   ASSERT_TRUE(organ.zone.between);
   ZoneTables apart = organ.zone;
@@ -134,6 +137,7 @@ TEST(ZoneNeighbours, NearContactsHoldTheTissueBetween) {
 // Any two contacts fit with the tissue between them, whose boundary may exceed two zones' boundaries. A
 // session of two contacts equals a session of four, which has more room.
 TEST(ZoneNeighbours, AnyTwoFit) {
+  if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   const ZoneBlock& organ = tissue_block(1, true, Eigen::Vector3d::Zero(), 3, 0.01, true);
   ASSERT_TRUE(organ.zone.between);
   OwnedSession of_two(organ.pack->get(), organ.config(2));

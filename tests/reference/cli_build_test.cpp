@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/support/nightly.hpp"
 #include "tests/support/scene_files.hpp"
 
 namespace palpate::test {
@@ -169,6 +170,7 @@ TEST(Build, TakesManyContacts) {
 
 // Every free surface node is a site. The compliance is compressed, as for a larger organ.
 TEST(Build, CompressedComplianceIsSaidAndMeasured) {
+  if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   const std::string scene =
       "[contact]\nsites = \"surface\"\nmax_displacement = 0.02\ntip_radius = 0.13\nmax_contacts = 3\n"
       "[models]\npolynomial = false\ncompliance = \"";
