@@ -48,6 +48,7 @@ inline Tube pressurised_tube(int cells, Elements elements, const Law& law) {
   Model block = in_nodes_of(elements, tetrahedral_block(shape));
   tube.inner_nodes = nodes_on_plane(block, 0, 0.0);
   std::vector<PrescribedDisplacement> fixed;
+  fixed.reserve(static_cast<size_t>(2 * block.num_nodes()));
   for (int node = 0; node < block.num_nodes(); ++node) fixed.push_back({node, 2, 0.0});
   for (const int node : nodes_on_plane(block, 1, 0.0)) fixed.push_back({node, 1, 0.0});
   for (const int node : nodes_on_plane(block, 1, 1.0)) fixed.push_back({node, 0, 0.0});
