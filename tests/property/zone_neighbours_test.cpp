@@ -54,7 +54,7 @@ TEST(ZoneNeighbours, PairsAddToEachOther) {
   if (!is_nightly()) GTEST_SKIP() << "only in ./dev test --all";
   for (const auto& [first, second, left] : {std::tuple{6u, 18u, 0.3}, {6u, 7u, 0.75}}) {
     SCOPED_TRACE(second);
-    const auto error_of = [&](bool pairs) {
+    const auto error_of = [&, first = first, second = second](bool pairs) {
       const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, pairs);
       const double size = 0.3 * organ.block.sites.mean_surface_edge;
       const std::vector<pal_contact> contacts = {{first, {0.3 * size, 0, -size}, 0, {}, {}, {}},
