@@ -324,7 +324,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         fmt::format("{} --turn for {} contacts; give one for each at most", rotations.size(), count));
   if (!rotations.empty()) require_zones("--turn");
   ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),
-                           arguments.zone_rings, 0, !rotations.empty());
+                           arguments.zone_rings, 0, !rotations.empty(), true);
   session.turn(rotations);
   session.fix(fixed);
   if (!arguments.gravity.empty()) {

@@ -39,7 +39,7 @@ struct ZoneSegments {
 
 struct OrganSegments {
   uint32_t num_nodes, num_free, num_elements, num_fronts;
-  pack::Segment nodes, elements, node_elements, fronts, order, rows;
+  pack::Segment nodes, elements, node_elements, fronts, order, rows, zone_nodes, zone_elements;
 };
 
 // geometry_tables.cpp

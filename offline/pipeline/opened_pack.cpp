@@ -20,8 +20,11 @@ size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
 
 pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                              std::uint32_t max_fixed, std::uint32_t zone_rings, std::uint32_t zone_iterations,
-                             bool patches_turn) {
+                             bool patches_turn, bool refines) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
+  const pack::Organ* organ = opened.tables().organ();
+  const bool may_be_zone = model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE;
+  config.refines = refines && may_be_zone && organ != nullptr && organ->zone_nodes() != nullptr ? 1 : 0;
   config.patches_turn = patches_turn ? 1 : 0;
   config.zone_rings = zone_rings;
   config.zone_iterations = zone_iterations;
@@ -72,7 +75,7 @@ std::vector<std::string> flag_names(std::uint32_t flags) {
       {PAL_FLAG_EXTRAPOLATED, "extrapolated"},       {PAL_FLAG_CLAMPED, "clamped"},
       {PAL_FLAG_LINEAR_FALLBACK, "linear_fallback"}, {PAL_FLAG_OVERLAPPING, "overlapping"},
       {PAL_FLAG_ILL_CONDITIONED, "ill_conditioned"}, {PAL_FLAG_NEAREST_SITE, "nearest_site"},
-      {PAL_FLAG_UNCONVERGED, "unconverged"}};
+      {PAL_FLAG_UNCONVERGED, "unconverged"},         {PAL_FLAG_UNREFINED, "unrefined"}};
   std::vector<std::string> names;
   for (const auto& [flag, name] : kNames) {
     if ((flags & flag) != 0) names.emplace_back(name);
@@ -128,12 +131,12 @@ int OpenedPack::label_of_site(size_t site) const {
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                                    std::uint32_t max_fixed, std::uint32_t zone_rings,
-                                   std::uint32_t zone_iterations, bool patches_turn)
+                                   std::uint32_t zone_iterations, bool patches_turn, bool refines)
     : ModelUnitSession(opened, config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations,
-                                         patches_turn)) {}
+                                         patches_turn, refines)) {}
 
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, const pal_session_config& config)
-    : opened_(&opened), arena_(arena_bytes(opened.pack(), config)) {
+    : opened_(&opened), arena_(arena_bytes(opened.pack(), config)), refines_(config.refines != 0) {
   require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
 }
 
@@ -208,6 +211,13 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
   return results;
 }
 
+double ModelUnitSession::refine() {
+  if (!refines_) return 0;
+  pal_refinement refinement = {};
+  require_ok(session_.refine(0, refinement), "refinement");
+  return refinement.change / opened_->info().metres_per_length_unit;
+}
+
 std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
   turn_patches(0);
   contact_frame({});  // at rest
@@ -247,12 +257,18 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
       results = contact_frame(on_the_way);
       if (is_in_balance()) break;
     }
+    refine();
   }
-  // Hold the contacts until the stiffness belongs to this state and no digit changes.
+  // Hold the contacts until the exterior is in equilibrium, then until the stiffness belongs to this state and no
+  // digit changes.
+  constexpr double kRefined = 1e-6;  // of the largest displacement
+  bool is_refined = !refines_;
   for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
+    if (!is_refined) is_refined = refine() <= kRefined * farthest && frame > 0;
     results = contact_frame(contacts);
-    still = is_in_balance() ? still + 1 : 0;
+    still = is_refined && is_in_balance() ? still + 1 : 0;
   }
+  for (pal_contact_result& result : results) result.flags |= is_refined ? 0 : PAL_FLAG_UNREFINED;
   return results;
 }
 

@@ -45,10 +45,11 @@ class ModelUnitSession {
   // Settings of nonlinear_zone:
   //   `zone_rings`: 0 takes all rings of the pack,
   //   Newton iterations of a frame: 0 takes the runtime's default,
-  //   whether patches turn.
+  //   whether patches turn,
+  //   whether `settle` goes on to the equilibrium of the whole organ, where the pack has it.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                    std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0,
-                   bool patches_turn = false);
+                   bool patches_turn = false, bool refines = false);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
   // Whether patches can turn: the pack allows turning, and the model is not polynomial alone.
@@ -68,11 +69,14 @@ class ModelUnitSession {
  private:
   ModelUnitSession(const OpenedPack& opened, const pal_session_config& config);
   void turn_patches(double part);
+  // An iteration of the refining lane. Returns by how much it changed displacements: length unit.
+  double refine();
 
   const OpenedPack* opened_;
   AlignedBytes arena_;
   Session session_;
   std::vector<Eigen::Vector3d> rotations_;
+  bool refines_;
 };
 
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.

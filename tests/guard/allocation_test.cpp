@@ -118,7 +118,8 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
   const pal_pack_info info = pack.info();
   std::vector<pal_real> field(size_t{3} * info.num_nodes);
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
-    const pal_session_config config = session_config(pack.get(), model, 4, 6);
+    pal_session_config config = session_config(pack.get(), model, 4, 6);
+    config.refines = model == PAL_MODEL_ZONE ? 1 : 0;
     size_t bytes = 0;
     ASSERT_EQ(counted([&] { require(pal_session_required_bytes(pack.get(), &config, &bytes), "bytes"); }), 0);
     AlignedBytes arena(bytes);
@@ -141,6 +142,7 @@ TEST_F(Allocation, NoneFromInitToTheLastFrame) {
               (frame / 3 + 5 * c) % info.num_sites, {1e-3 * frame, 0.01 * c, -1e-4 * frame}, 0, {}, {}, {}};
         }
         answered += pal_contact_frame(session, contacts, count, results) == PAL_STATUS_OK;
+        answered += pal_session_refine(session, 0, nullptr) == PAL_STATUS_OK;
         answered += pal_visual_frame(session, field.data(), kNodeBytes) == PAL_STATUS_OK;
       }
     });

@@ -40,6 +40,7 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
       all.push_back(session_config(pack.get(), PAL_MODEL_ZONE, contacts, fixed));
       all.back().max_tools = 2;
       all.back().patches_turn = fixed > 0 ? 1 : 0;
+      all.back().refines = contacts == 3 ? 1 : 0;
     }
   }
   return all;
@@ -67,6 +68,9 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
       ASSERT_EQ(pal_session_set_orientations(session, orientations.data(), count), PAL_STATUS_OK);
     }
     answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
+    if (config.refines != 0) {
+      ASSERT_EQ(pal_session_refine(session, 0, nullptr), PAL_STATUS_OK);
+    }
     ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
   }
   EXPECT_EQ(answered, 40);

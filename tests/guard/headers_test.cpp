@@ -60,7 +60,7 @@ TEST_F(Headers, CompileAlone) {
       EXPECT_EQ(as_cpp.exit_code, 0) << as_cpp.output;
     }
   }
-  EXPECT_EQ(num_headers, 10);
+  EXPECT_EQ(num_headers, 11);
 }
 
 TEST_F(Headers, CheckRefusesSpoiltHeaders) {

@@ -35,9 +35,9 @@ TEST(Snapshot, ARefusedFrameLeavesTheFieldAlone) {
 }
 
 #ifdef PALPATE_SNAPSHOT_THREADS
-CommandResult run_threads(const std::string& more) {
+CommandResult run_threads(const std::string& more, const AlignedBytes& of_pack = small_pack_bytes()) {
   const TempDir dir;
-  const auto bytes = small_pack_bytes().bytes();
+  const auto bytes = of_pack.bytes();
   const auto pack = dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   return run_command(shell_word(PALPATE_SNAPSHOT_THREADS) + " " + shell_word(pack.string()) + more);
 }
@@ -51,6 +51,18 @@ TEST(Snapshot, OneReaderBesideTheHapticThreadIsNoRace) {
   const CommandResult run = run_threads("");
   if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
   EXPECT_EQ(run.exit_code, 0) << run.output;
+}
+
+TEST(Snapshot, OneRefinerBesideTheHapticThreadIsNoRace) {
+  const CommandResult run = run_threads(" refine", zone_pack_bytes());
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+}
+
+TEST(Snapshot, TwoRefinersAreARaceAndAreFound) {
+  const CommandResult run = run_threads(" two-refiners", zone_pack_bytes());
+  if (sanitizer_cannot_run(run)) GTEST_SKIP() << run.output;
+  EXPECT_EQ(run.exit_code, 66) << run.output;
 }
 
 TEST(Snapshot, TwoReadersAreARaceAndAreFound) {

@@ -1,8 +1,12 @@
-// snapshot_threads PACK [two-readers]: haptic frames on one thread, visual frames on another, under
+// snapshot_threads PACK [two-readers | refine | two-refiners]: haptic frames on one thread, visual frames on another, under
 // ThreadSanitizer. Every field that the reader sees must equal, to the bit, the field of some haptic frame.
 // The header forbids two readers: with two-readers ThreadSanitizer must find the race (exit code 66), which
-// proves the check.
+// proves the check. With refine a third thread refines zones: frames at rest must come to the answer of one thread.
+// Two threads that refine are a race, too.
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -18,8 +22,10 @@ struct Simulation {
   std::vector<unsigned char> memory;
   palpate::Session session;
 
-  bool init(const palpate::Pack& pack) {
+  bool init(const palpate::Pack& pack, bool refines = false) {
     pal_session_config config = pal_default_session_config(pack.get());
+    if (refines) config.model = PAL_MODEL_ZONE;
+    config.refines = refines ? 1 : 0;
     config.max_contacts = 3;
     size_t bytes = 0;
     if (palpate::Session::required_bytes(pack, config, bytes) != PAL_STATUS_OK) return false;
@@ -95,9 +101,83 @@ int run(const char* path, bool two_readers) {
   return answered && torn == 0 && scenes_seen > 1 ? 0 : 1;
 }
 
+constexpr int kIterations = 40;
+
+// Moves two contacts to and fro and holds them until `iterate`, called after each frame, returns kIterations.
+template <typename Iterate>
+std::vector<double> forces_at_rest(palpate::Session& session, double push, Iterate&& iterate) {
+  constexpr int kMoving = 50;
+  constexpr int kMostFrames = 50000;
+  std::vector<pal_contact_result> results(2);
+  int iterations = 0;
+  int first = 0;
+  for (int frame = 0; frame < kMostFrames && iterations - first < kIterations; ++frame) {
+    std::vector<pal_contact> contacts = scenes(push)[2];
+    const double part = frame < kMoving ? 0.01 * (frame % 40) : 0.4;
+    for (pal_contact& contact : contacts) {
+      for (double& d : contact.displacement) d *= part;
+    }
+    if (session.contact_frame(contacts, results) != PAL_STATUS_OK) return {};
+    iterations = iterate();
+    if (frame < kMoving) first = iterations;
+  }
+  if ((results[0].flags & PAL_FLAG_UNREFINED) != 0) return {};
+  std::vector<double> forces;
+  for (const pal_contact_result& result : results)
+    forces.insert(forces.end(), result.force, result.force + 3);
+  return forces;
+}
+
+int run_refining(const char* path, int num_refiners) {
+  palpate::Pack pack;
+  if (pack.open(path) != PAL_STATUS_OK) return 2;
+  const double push = pack.info().max_displacement;
+  Simulation alone;
+  Simulation shared;
+  if (!alone.init(pack, true) || !shared.init(pack, true)) return 2;
+  int made = 0;
+  const std::vector<double> expected = forces_at_rest(
+      alone.session, push, [&] { return alone.session.refine() == PAL_STATUS_OK ? ++made : kIterations; });
+  std::atomic<bool> finished = false;
+  std::atomic<int> delivered = 0;
+  std::vector<std::jthread> others;
+  for (int refiner = 0; refiner < num_refiners; ++refiner) {
+    others.emplace_back([&] {
+      pal_refinement refinement = {};
+      while (!finished) {
+        if (shared.session.refine(20000, refinement) == PAL_STATUS_OK && refinement.delivered != 0)
+          ++delivered;
+        if (refinement.waiting == 0) std::this_thread::yield();
+      }
+    });
+  }
+  others.emplace_back([&] {
+    std::vector<pal_real> field(size_t{3} * pack.info().num_nodes);
+    while (!finished) {
+      if (shared.session.visual_frame(field.data()) != PAL_STATUS_OK) return;
+    }
+  });
+  const std::vector<double> found = forces_at_rest(shared.session, push, [&] {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+    return delivered.load();
+  });
+  finished = true;
+  others.clear();
+  double largest = 0;
+  double error = expected.size() == 6 && found.size() == 6 ? 0 : 1;
+  for (size_t i = 0; i < found.size() && error < 1; ++i) {
+    largest = std::max(largest, std::abs(expected[i]));
+    error = std::max(error, std::abs(found[i] - expected[i]));
+  }
+  std::printf("%d deliveries, error %g of %g\n", delivered.load(), error, largest);
+  return error <= 1e-6 * largest ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
-  return run(argv[1], argc > 2 && std::strcmp(argv[2], "two-readers") == 0);
+  const auto is_mode = [&](const char* name) { return argc > 2 && std::strcmp(argv[2], name) == 0; };
+  if (is_mode("refine") || is_mode("two-refiners")) return run_refining(argv[1], is_mode("refine") ? 1 : 2);
+  return run(argv[1], is_mode("two-readers"));
 }

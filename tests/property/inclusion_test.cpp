@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "tests/support/inclusion_block.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
@@ -18,39 +19,8 @@ using Eigen::Vector3d;
 
 const std::vector<pal_contact> kPress = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
 
-pal_inclusion ball(const Vector3d& centre, double radius, double stiffness) {
-  return {sizeof(pal_inclusion), 0, {centre[0], centre[1], centre[2]}, radius, stiffness};
-}
-
 void include(OwnedSession& session, const pal_inclusion& inclusion) {
   require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
-}
-
-// The definition in palpate.h: a cubic over an edge, with half of the change at the radius.
-double stiffness_at(const pal_inclusion& inclusion, double edge, const Vector3d& point) {
-  const double depth = (inclusion.radius - (point - Vector3d(inclusion.centre)).norm()) / edge;
-  const double t = std::clamp(depth + 0.5, 0.0, 1.0);
-  return 1 + (inclusion.stiffness - 1) * (3 * t * t - 2 * t * t * t);
-}
-
-// The full solve of an organ in which each element has its own stiffness.
-ContactAnswer solve_with(const ZoneBlock& organ, const pal_inclusion& inclusion,
-                         const std::vector<pal_contact>& contacts) {
-  TouchedBlock block = organ.block;
-  const Material tissue = block.model.materials.front();
-  block.model.materials.clear();
-  for (Tetrahedron& element : block.model.elements) {
-    Vector3d centre = Vector3d::Zero();
-    for (size_t k = 0; k < 4; ++k)
-      centre += 0.25 * block.model.positions[static_cast<size_t>(element.nodes()[k])];
-    const double part = stiffness_at(inclusion, block.sites.mean_surface_edge, centre);
-    element.material = static_cast<int>(block.model.materials.size());
-    Material own = tissue;
-    own.law = CompressibleNeoHookean{part * kTissue.mu, part * kTissue.lambda};
-    block.model.materials.push_back(own);
-  }
-  const Assembly assembly(block.model, block.model.fixed_dofs());
-  return solve_contacts(block, assembly, organ.rest, contacts);
 }
 
 // |error of the force| / |force| for a contact.

@@ -243,7 +243,7 @@ TEST(PatchRotation, RefusesWhatMakesNoSense) {
   config.patches_turn = 2;
   EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
   config = turning(organ);
-  config.reserved = 1;
+  config.refines = 2;
   EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
   config = turning(organ);
   config.model = PAL_MODEL_LINEAR;

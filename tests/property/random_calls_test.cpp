@@ -237,8 +237,16 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     }
     return status;
   }
+  pal_status refine() {
+    Wide<pal_refinement> wide;
+    wide.value.struct_size = size_of_struct(sizeof wide.value);
+    const uint64_t operations = any(3) == 0 ? 0 : any(200000);
+    const pal_status status = pal_session_refine(session_.get(), operations, rarely_null(&wide.value));
+    EXPECT_TRUE(std::isfinite(wide.value.change));
+    return status;
+  }
   pal_status call() {
-    switch (any(26)) {
+    switch (any(27)) {
       case 0:
         return set_fixed();
       case 1:
@@ -267,6 +275,8 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
         return orient();
       case 15:
         return torque();
+      case 16:
+        return refine();
       default:
         return haptic_frame();
     }
@@ -281,6 +291,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     pal_session_config config = session_config(pack_.get(), GetParam(), 3, 4);
     config.blend_seconds = 0.005;
     config.patches_turn = GetParam() == PAL_MODEL_ZONE ? 1 : 0;
+    config.refines = config.patches_turn;
     config.budget_seconds = 3e-6;
     config.seconds_per_operation = 1e-9;
     config.organ = pose({0.01, -0.02, 0.005}, {0.1, 0.05, -0.02});

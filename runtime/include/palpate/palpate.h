@@ -8,6 +8,7 @@
  *   tool.h       pal_haptic_frame    poses of tools in; forces, torques and stiffness out
  *   contact.h    pal_contact_frame   displacements of sites in; forces and stiffness out
  *   field.h      pal_visual_frame    displacements of the shown nodes, of the last frame
+ *   refinement.h pal_session_refine  nonlinear zones to the equilibrium of the whole organ, between frames
  *   recording.h  pal_session_record  every call of a session, to be replayed to the same bits
  *   status.h     pal_status          errors, and flags of doubtful answers
  *   version.h    pal_version         version of header and library
@@ -16,8 +17,8 @@
  * (pal_pack_info::has_units). The organ frame has the model's axes and origin. pal_session_config::organ places it in the
  * world. Tools and gravity speak world; all else speaks the organ frame.
  *
- * Threads. A pack: any thread at any time. A session: one thread at a time, but pal_visual_frame may run on one more
- * thread beside any other call.
+ * Threads. A pack: any thread at any time. A session: one thread at a time, but pal_visual_frame and pal_session_refine
+ * may each run on one more thread beside any other call.
  *
  * Errors. A call that fails returns its pal_status and changes nothing. A doubtful answer is no error; it has a flag.
  * NULL is PAL_STATUS_NULL_ARGUMENT unless a comment allows it. Nothing allocates, throws, locks or prints.
@@ -40,6 +41,7 @@
 #include <palpate/field.h>
 #include <palpate/pack.h>
 #include <palpate/recording.h>
+#include <palpate/refinement.h>
 #include <palpate/session.h>
 #include <palpate/status.h>
 #include <palpate/tool.h>

@@ -168,6 +168,15 @@ class Session {
     return pal_visual_frame(session_, displacements, stride_bytes);
   }
 
+  // On the thread of haptic frames or on one of its own.
+  [[nodiscard]] pal_status refine(uint64_t operations = 0) noexcept {
+    return pal_session_refine(session_, operations, nullptr);
+  }
+  [[nodiscard]] pal_status refine(uint64_t operations, pal_refinement& refinement) noexcept {
+    refinement.struct_size = sizeof refinement;
+    return pal_session_refine(session_, operations, &refinement);
+  }
+
   // `buffer`: aligned to 8.
   [[nodiscard]] pal_status record(void* buffer, size_t buffer_bytes) noexcept {
     return pal_session_record(session_, buffer, buffer_bytes);

@@ -49,7 +49,9 @@ typedef struct pal_session_config {
   /* 1: patches turn with the tools that hold them, up to a quarter turn, and tools feel the torque; nonlinear_zone alone
    * answers. 0, the default: patches only translate. */
   uint32_t patches_turn;
-  uint32_t reserved; /* 0 */
+  /* 1: pal_session_refine brings nonlinear_zone to the equilibrium of the whole organ. Takes memory for the organ's elements
+   * and their factor. 0, the default: the organ outside of zones follows the pack's series */
+  uint32_t refines;
 } pal_session_config;
 
 /* Fills the defaults, and the limits as numbers. Set config->struct_size first. `pack` may be NULL: then one contact,

@@ -88,7 +88,10 @@ enum {
   PAL_FLAG_UNCONVERGED = 1 << 14,
   /* Tools: the model's force may have any value, as from a jam of tissue until it has converged again. The last good force
    * is played and fades to zero over ramp_seconds; the stiffness is 0. */
-  PAL_FLAG_HELD = 1 << 15
+  PAL_FLAG_HELD = 1 << 15,
+  /* The session refines, but no iteration for these contacts has ended yet: the organ outside of the zone follows the
+   * pack's series, with the errors of the survey. */
+  PAL_FLAG_UNREFINED = 1 << 16
 };
 
 /* After any of these flags a force must not be trusted. Do not play that of a contact frame: it may have any value. That of

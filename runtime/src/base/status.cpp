@@ -100,6 +100,8 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
       return "nonlinear_zone has not converged at this displacement";
     case PAL_FLAG_HELD:
       return "the model's force is unreliable; the last good force plays and fades out";
+    case PAL_FLAG_UNREFINED:
+      return "no iteration of the refining lane has ended yet for these contacts";
   }
   return "not a known flag";
 }

@@ -106,6 +106,26 @@ bool are_fronts(const OrganView& organ, uint64_t num_rows) {
   return true;
 }
 
+// Whether each node and element of a zone is that of the organ which the organ's table names.
+bool are_of_zone(const pal_pack& pack, const OrganView& organ) {
+  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
+    if (organ.of_zone_node[i] >= organ.num_nodes) return false;
+    const pack::ZoneNode& one = pack.zone_nodes[i];
+    const pack::ZoneNode& other = organ.nodes[organ.of_zone_node[i]];
+    if (one.packed_node != other.packed_node || one.free_axes != other.free_axes) return false;
+  }
+  for (uint32_t e = 0; e < pack.num_zone_elements; ++e) {
+    if (organ.of_zone_element[e] >= organ.num_elements) return false;
+    const pack::ZoneElement& one = pack.zone_elements[e];
+    const pack::ZoneElement& other = organ.elements[organ.of_zone_element[e]];
+    if (one.num_nodes != other.num_nodes || one.material != other.material) return false;
+    for (uint32_t a = 0; a < one.num_nodes; ++a) {
+      if (organ.of_zone_node[one.nodes[a]] != other.nodes[a]) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack) {
@@ -139,6 +159,13 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
   if (num_entries != num_corners) return false;
   if (!are_nodes(pack, organ, num_entries) || !are_patches(pack, organ) || !are_fronts(organ, num_rows))
     return false;
+  if (table.zone_nodes() != nullptr && table.zone_elements() != nullptr) {
+    organ.of_zone_node = array_of<uint32_t>(pack, table.zone_nodes(), first_offset, pack.num_zone_nodes);
+    organ.of_zone_element =
+        array_of<uint32_t>(pack, table.zone_elements(), first_offset, pack.num_zone_elements);
+    if (organ.of_zone_node == nullptr || organ.of_zone_element == nullptr || !are_of_zone(pack, organ))
+      return false;
+  }
   pack.organ = organ;
   return true;
 }

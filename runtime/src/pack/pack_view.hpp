@@ -49,6 +49,8 @@ struct OrganView {
   const pack::Front* fronts;
   const uint32_t* order;  // [num_free] node of each place in the elimination
   const uint32_t* rows;
+  const uint32_t* of_zone_node;     // [num_zone_nodes] the same node here. Null: no session refines
+  const uint32_t* of_zone_element;  // [num_zone_elements]
 };
 
 }  // namespace palpate

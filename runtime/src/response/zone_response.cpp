@@ -110,6 +110,23 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   }
 }
 
+// The field of the last delivery, and the request for the next one.
+void refer_to_refinement(TissueState& tissue, ZoneAnswer& answer, FieldState& field) {
+  const ZoneSet& set = tissue.zone.active;
+  ZoneMailbox& mailbox = tissue.refinement.mailbox;
+  if (set.is_refined) {
+    field.refined = mailbox.fields[set.field];
+    field.refined_field = set.field;
+  } else {
+    answer.flags |= PAL_FLAG_UNREFINED;
+  }
+  uint32_t used = 0;
+  for (const FieldState& slot : tissue.snapshots.slots) {
+    if (slot.refined_field != kNoField) used |= 1u << slot.refined_field;
+  }
+  post_request(*tissue.pack, used, tissue.zone, mailbox);
+}
+
 }  // namespace
 
 bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
@@ -140,6 +157,11 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
+  const bool refines = tissue.config->refines != 0;
+  if (refines)
+    tissue.is_delivered =
+        take_delivery(pack, tissue.refinement.mailbox, tissue.zone, tissue.energy_corrected);
+  tissue.energy_corrected *= pack.newtons * pack.metres;
   ZoneAnswer answer;
   ForceControl control;
   PointResponse transfer[pack::kMostZoneContacts];
@@ -167,6 +189,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
   }
+  if (refines) refer_to_refinement(tissue, answer, field);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;

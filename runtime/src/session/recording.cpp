@@ -42,6 +42,13 @@ class CallWriter {
   unsigned char* end_ = nullptr;
 };
 
+void record_delivery(pal_session& session) {
+  if (!session.tissue.is_delivered) return;
+  const CallSubject subject = {0, 0};
+  CallWriter writer(session.recorder, Call::delivery, sizeof subject);
+  writer.put(&subject, sizeof subject);
+}
+
 }  // namespace
 
 void record_fixed(pal_session& session, const uint32_t* contact_nodes, uint32_t count) {
@@ -104,6 +111,7 @@ void record_orientations(pal_session& session, const double* orientations, uint3
 void record_contact_frame(pal_session& session, const pal_contact* contacts, uint32_t count,
                           const pal_contact_result* results) {
   if (session.recorder.buffer == nullptr) return;
+  record_delivery(session);
   const CallSubject subject = {count, 0};
   const Answer answer = {digest_of(results, count)};
   CallWriter writer(session.recorder, Call::contact_frame,
@@ -127,6 +135,7 @@ void record_contact_frame(pal_session& session, const pal_contact* contacts, uin
 void record_haptic_frame(pal_session& session, const pal_haptic_input& input,
                          const pal_tool_result* results) {
   if (session.recorder.buffer == nullptr) return;
+  record_delivery(session);
   const CallSubject subject = {input.num_tools, input.ages != nullptr};
   const uint32_t tools = session.config.max_tools;
   const Answer answer = {digest_of(results, tools)};

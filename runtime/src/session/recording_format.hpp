@@ -33,6 +33,8 @@ enum class Call : uint32_t {
   set_gravity = 7,
   set_inclusion = 8,
   set_orientations = 9,
+  // The next frame takes the delivery of the request under way: replay works on the request until it is made.
+  delivery = 10,
 };
 
 struct CallHeader {

@@ -149,6 +149,13 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
     }
     case Call::haptic_frame:
       return replay_tools(session, reader, subject, replay);
+    case Call::delivery: {
+      pal_refinement refinement = {};
+      refinement.struct_size = sizeof refinement;
+      const pal_status status = pal_session_refine(&session, 0, &refinement);
+      return status == PAL_STATUS_OK && refinement.delivered != 0 ? PAL_STATUS_OK
+                                                                  : PAL_STATUS_CORRUPT_RECORDING;
+    }
   }
   return PAL_STATUS_CORRUPT_RECORDING;
 }

@@ -22,6 +22,7 @@
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/session/session_state.hpp"
 #include "runtime/src/tools/force_limits.hpp"
+#include "runtime/src/zone/refinement.hpp"
 #include "runtime/src/zone/zone_exterior.hpp"
 
 namespace palpate {
@@ -67,6 +68,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
                arena, arrays.tissue.zone);
+    if (config.refines != 0) carve_refinement(pack, arrays.tissue.zone, arena, arrays.tissue.refinement);
     const uint32_t of_zone = arrays.tissue.zone.max_boundary + arrays.tissue.zone.max_rim_nodes +
                              arrays.tissue.zone.max_contacts * kMostCorners * pack.max_patch_nodes +
                              linear.max_shown;
@@ -84,6 +86,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
     slot.exterior_sites = arena.take<uint32_t>(most_exterior);
     slot.exterior_weights = arena.take<pal_real>(num_exterior_columns(pack, most_exterior));
   }
+  for (FieldState& slot : arrays.tissue.snapshots.slots) slot.refined_field = kNoField;
   reset_snapshots(arrays.tissue.snapshots);
   carve_tools(config, arena, arrays.tools);
   return session;
@@ -144,11 +147,13 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     return PAL_STATUS_BAD_ARGUMENT;
   if (config.zone_rings == 0) config.zone_rings = pack->zone_rings;
   if (config.zone_iterations == 0) config.zone_iterations = kUsualZoneIterations;
-  if (config.patches_turn > 1 || config.reserved != 0) return PAL_STATUS_BAD_ARGUMENT;
+  if (config.patches_turn > 1 || config.refines > 1) return PAL_STATUS_BAD_ARGUMENT;
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
   if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
     return PAL_STATUS_BAD_ARGUMENT;
   if (const pal_status status = check_model(*pack, config); status != PAL_STATUS_OK) return status;
+  if (config.refines != 0 && !(has_zone(*pack, config) && is_refinable(*pack)))
+    return PAL_STATUS_NO_SUCH_MODEL;
   return config.patches_turn == 0 || has_zone(*pack, config) ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
 }
 

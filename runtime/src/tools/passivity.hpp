@@ -11,6 +11,8 @@
 //    E += part (W - W_before)         one contact set in equilibrium answers, and tools feel its forces
 //    E += sum of F . dx + T . dtheta  any other frame, by the trapezoidal rule, with F and T the output
 //
+// A delivery of the refining lane changes W where tools stand. The account keeps the work that tools have done.
+//
 // The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` moves towards
 //   E / W  while the tools move out, so that they end at E = 0,
 //   1      while the tools move in, no faster than a blend.

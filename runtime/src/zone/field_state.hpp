@@ -8,6 +8,8 @@
 
 namespace palpate {
 
+inline constexpr uint32_t kNoField = UINT32_MAX;
+
 // The field of one haptic frame, as weights of columns in the pack. API units.
 struct FieldState {
   pal_model model;  // that answered; PAL_MODEL_AUTO: the tissue is at rest
@@ -25,6 +27,10 @@ struct FieldState {
   uint32_t exterior_rings;
   uint32_t* exterior_sites;
   pal_real* exterior_weights;  // of their columns (zone_exterior.hpp)
+  // nonlinear_zone, refined: displacements of all packed nodes at the last delivery, in place of those at rest, and which
+  // field of ZoneMailbox holds them. Null, kNoField: none
+  const pal_real* refined;
+  uint32_t refined_field;
   bool gravity_turned;
   pal_real gravity_turn[3];
 

@@ -24,6 +24,9 @@ constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
 // Of what a round of all groups has changed, the next one changes some part.
 constexpr double kOfChange = 0.3;
+// Where contacts stand still and the refining lane is at work, frames go on to this part of the two, as far as their
+// iterations reach: what is left of a frame would be the noise of the lane's iterates.
+constexpr double kAtRest = 1e-4;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr double kLargest = 1e60;  // displacement, model units
@@ -156,11 +159,16 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   take_inclusion(pack, state);
   ZoneFrame frame = {pack, state, set, set.flags};
   state.strained = true;
+  double farthest = 0;
   double size = 1e-6 * pack.max_displacement;
   for (uint32_t i = 0; i < set.num_axes; ++i) {
     size = std::max(size, length_of(frame, i, displacements[i]));
-    size = std::max(size, length_of(frame, i, displacements[i] - set.followed[i]));
+    const double move = length_of(frame, i, displacements[i] - set.followed[i]);
+    size = std::max(size, move);
+    farthest = std::max(farthest, move);
   }
+  const bool is_still = farthest <= kStill * pack.mean_surface_edge;
+  const double goal = set.is_refined && is_still ? kAtRest : 1;
   bool is_renewed[kMostZoneContacts] = {};
   weigh_exterior(pack, state, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -192,9 +200,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     find_residual(frame, group);
     find_traction(frame, group);
   }
-  bool converged = false;
   bool failed[kMostZoneContacts] = {};
-  bool done[kMostZoneContacts] = {};
   double left[kMostZoneContacts] = {};
   const auto left_uncoupled = [](const ZoneGroup& group) {
     return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
@@ -202,17 +208,27 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const auto left_in_rim = [&](const ZoneGroup& group) {  // of second order
     return std::max(2 * group.rim.largest * group.rim.since / size, kOfChange * group.rim.change);
   };
-  const auto is_settled = [&](const ZoneGroup& group) {
-    return std::max(left_uncoupled(group), left_in_rim(group)) <= kMostUncoupled * size;
+  const auto is_settled = [&](const ZoneGroup& group, double part) {
+    return std::max(left_uncoupled(group), left_in_rim(group)) <= part * kMostUncoupled * size;
+  };
+  const auto is_done = [&](uint32_t g, double part) {
+    return !failed[g] && left[g] <= part * kConverged * size;
+  };
+  const auto has_converged = [&](double part) {
+    bool all = set.num_groups > 0;
+    for (uint32_t g = 0; g < set.num_groups; ++g)
+      all = all && is_done(g, part) && is_settled(set.groups[g], part);
+    return all;
   };
   uint32_t taken = 0;
-  for (; taken < iterations && !converged; ++taken) {
+  for (; taken < iterations && (taken == 0 || !has_converged(goal)); ++taken) {
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
-      if (failed[g] || (done[g] && is_settled(group))) continue;
-      if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > kMostUncoupled * size))
+      if (failed[g] || (taken > 0 && is_done(g, goal) && is_settled(group, goal))) continue;
+      const double most_uncoupled = goal * kMostUncoupled * size;
+      if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > most_uncoupled))
         find_coupling(frame, group);
-      if (taken == 0 || left_in_rim(group) > kMostUncoupled * size) find_rim(frame, group);
+      if (taken == 0 || left_in_rim(group) > most_uncoupled) find_rim(frame, group);
       find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
@@ -220,12 +236,11 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       failed[g] = step < 0;
       conclude(frame, step > kConverged * size ? before : 0, group);
       left[g] = step * contraction(frame, group);
-      done[g] = !failed[g] && left[g] <= kConverged * size;
     }
-    converged = set.num_groups > 0;
-    for (uint32_t g = 0; g < set.num_groups; ++g)
-      converged = converged && done[g] && is_settled(set.groups[g]);
   }
+  bool done[kMostZoneContacts] = {};
+  for (uint32_t g = 0; g < set.num_groups; ++g) done[g] = taken > 0 && is_done(g, 1);
+  const bool converged = taken > 0 && has_converged(1);
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
   Setback setbacks[kMostZoneContacts];
   bool goes_any_back = false;
@@ -243,7 +258,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     }
     keep_trend(frame, group);
     if (!done[g]) answer_on_the_way(frame, group);
-    if (!done[g] || !is_settled(group)) continue;
+    if (!done[g] || !is_settled(group, 1)) continue;
     group.failures = 0;
     if (goes_any_back) continue;  // it is one with what is lost
     group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
@@ -253,7 +268,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     frame.flags |= PAL_FLAG_UNCONVERGED;
     settle_groups(frame, setbacks);
   }
-  ZoneAnswer answer = {0, taken, goes_any_back, 0, 0};
+  ZoneAnswer answer = {0, taken, goes_any_back, set.corrected_energy, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
@@ -284,19 +299,23 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   field.num_moved = 0;
   field.num_corners = 0;
   field.num_own = 0;
-  fill_exterior_state(pack, state, field);
+  field.num_exterior = 0;
+  if (!set.is_refined) fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t place = first_boundary(group) + b;
       for (uint32_t axis = 0; axis < 3; ++axis) {
-        const double of_rim = group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis] : 0;
+        // Rims and other series are part of a refined field.
+        const double part = set.is_refined            ? set.traction_then[3 * place + axis]
+                            : group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis]
+                                                      : 0.0;
         field.weights[3 * field.num_held + axis] =
-            static_cast<pal_real>((set.traction[3 * place + axis] - of_rim) * pack.metres);
+            static_cast<pal_real>((set.traction[3 * place + axis] - part) * pack.metres);
       }
       field.held[field.num_held++] = set.nodes[place];
     }
-    for (uint32_t i = 0; i < group.rim.num_nodes; ++i) {
+    for (uint32_t i = 0; i < group.rim.num_nodes && !set.is_refined; ++i) {
       for (uint32_t axis = 0; axis < 3; ++axis)
         field.weights[3 * field.num_held + axis] =
             static_cast<pal_real>(group.rim.force[3 * i + axis] * pack.metres);

@@ -27,6 +27,16 @@ uint32_t num_batches(uint32_t elements) {
   return (elements + kLanes - 1) / kLanes;
 }
 
+FrontCounts count_batches(const OrganView& organ) {
+  FrontCounts batches = {};
+  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
+    const FrontCounts counts = count_elements(organ, organ.fronts[f]);
+    batches.linear += num_batches(counts.linear);
+    batches.quadratic += num_batches(counts.quadratic);
+  }
+  return batches;
+}
+
 // Puts an element in a lane, and in all lanes after it, which the next elements overwrite.
 template <int kNodes>
 bool append(const pal_pack& pack, const pack::ZoneElement& element, uint32_t index, ZonePatch* patches,
@@ -52,16 +62,10 @@ bool append(const pal_pack& pack, const pack::ZoneElement& element, uint32_t ind
 
 void carve_organ_elements(const pal_pack& pack, Arena& arena, OrganElements& elements) {
   const OrganView& organ = pack.organ;
-  uint32_t linear = 0;
-  uint32_t quadratic = 0;
-  for (uint32_t f = 0; f < organ.num_fronts; ++f) {
-    const FrontCounts counts = count_elements(organ, organ.fronts[f]);
-    linear += num_batches(counts.linear);
-    quadratic += num_batches(counts.quadratic);
-  }
+  const FrontCounts batches = count_batches(organ);
   elements = {};
-  elements.all.linear = arena.take<ZoneBatch<4>>(linear);
-  elements.all.quadratic = arena.take<ZoneBatch<10>>(quadratic);
+  elements.all.linear = arena.take<ZoneBatch<4>>(batches.linear);
+  elements.all.quadratic = arena.take<ZoneBatch<10>>(batches.quadratic);
   elements.all.patches = arena.take<ZonePatch>(organ.num_patches);
   elements.first_linear = arena.take<uint32_t>(organ.num_fronts + size_t{1});
   elements.first_quadratic = arena.take<uint32_t>(organ.num_fronts + size_t{1});
@@ -98,6 +102,11 @@ bool fill_organ_elements(const pal_pack& pack, OrganElements& elements) {
   elements.first_quadratic[organ.num_fronts] = all.num_quadratic;
   elements.first_patch[organ.num_fronts] = patches;
   return true;
+}
+
+uint32_t most_lanes(const pal_pack& pack) {
+  const FrontCounts batches = count_batches(pack.organ);
+  return kLanes * (batches.linear + batches.quadratic);
 }
 
 uint32_t num_lanes(const OrganElements& elements) {

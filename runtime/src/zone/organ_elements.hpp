@@ -18,6 +18,9 @@ void carve_organ_elements(const pal_pack& pack, Arena& arena, OrganElements& ele
 // Computes the shapes of all elements. Returns false if an element is inverted in the mesh.
 bool fill_organ_elements(const pal_pack& pack, OrganElements& elements);
 
+// The most that num_lanes() can be.
+uint32_t most_lanes(const pal_pack& pack);
+
 // Lanes of all batches: the linear ones first.
 uint32_t num_lanes(const OrganElements& elements);
 

@@ -112,6 +112,8 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   find_boundary(frame, group);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
     state.outside[i] = group.exterior_force[i] - state.pull[i] - state.overlap[i];
+  const double* correction = set.correction + size_t{3} * first_boundary(group);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) state.outside[i] += correction[i];
 
   double* residual = state.residual;
   const uint32_t free = group.num_interior + group.num_boundary;
@@ -176,9 +178,17 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
   }
 }
 
+double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
+  const double* correction = frame.set.correction + size_t{3} * first_boundary(group);
+  double energy = exterior_energy(frame, group) + rim_energy(frame.set, group);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+    energy += 0.5 * frame.state.boundary[i] * (frame.state.outside[i] + correction[i]);
+  return energy;
+}
+
 double stored_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
-  double energy = group.energy + exterior_energy(frame, group) + rim_energy(set, group);
+  double energy = group.energy + outside_energy(frame, group);
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
     const double* rest = at_rest(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis) {
@@ -186,8 +196,6 @@ double stored_energy(const ZoneFrame& frame, const ZoneGroup& group) {
       energy -= set.rest_force[i] * (set.displacement[i] - rest[axis]);
     }
   }
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
-    energy += 0.5 * frame.state.boundary[i] * frame.state.outside[i];
   return energy;
 }
 

@@ -29,11 +29,15 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
 // each. Of evaluate_group() and find_pull(); leaves w_B in ZoneState::boundary, and S w_B - T b
-// less ZoneState::overlap in ZoneState::outside.
+// less ZoneState::overlap, with ZoneSet::correction, in ZoneState::outside.
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // The group's tractions, of the find_residual() before.
 void find_traction(ZoneFrame& frame, const ZoneGroup& group);
+
+// What the organ outside of the group stores, after find_residual() and find_traction(), but for
+// ZoneSet::corrected_energy, which is that of all groups.
+double outside_energy(const ZoneFrame& frame, const ZoneGroup& group);
 
 // What the group and the organ outside of it store, after find_residual() and find_traction().
 double stored_energy(const ZoneFrame& frame, const ZoneGroup& group);

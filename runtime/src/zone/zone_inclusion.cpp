@@ -22,35 +22,39 @@ double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const doub
   return 1.0 + (inclusion.stiffness - 1.0) * t * t * (3.0 - 2.0 * t);
 }
 
-// Of a lane's element.
-double stiffness_of(const pal_pack& pack, const ZoneState& state, const std::array<int, kLanes>* corners,
-                    int lane) {
-  if (!state.inclusion.is_present) return 1;
+// Of a lane's element. `node_of(place)`: the node at a place of the batches.
+template <typename NodeOf>
+double stiffness_of(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+                    const std::array<int, kLanes>* corners, int lane) {
+  if (!inclusion.is_present) return 1;
   double centre[3] = {};
   for (size_t corner = 0; corner < 4; ++corner) {
-    const uint32_t place = static_cast<uint32_t>(corners[corner][static_cast<size_t>(lane)]);
-    const pack::ZoneNode& node = pack.zone_nodes[state.active.nodes[place]];
+    const pack::ZoneNode& node = node_of(static_cast<uint32_t>(corners[corner][static_cast<size_t>(lane)]));
     for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
   }
-  return stiffness_at(pack, state.inclusion, centre);
+  return stiffness_at(pack, inclusion, centre);
 }
 
 // The largest change of a stiffness, of the larger.
-double change_of(const pal_pack& pack, const ZoneState& state, const ZoneBatches& batches) {
+template <typename NodeOf>
+double change_of(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+                 const ZoneBatches& batches) {
   double largest = 0;
   for_each_lanes(batches, [&](const ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
     for (int lane = 0; lane < lanes.count; ++lane) {
-      const double to = stiffness_of(pack, state, corners, lane);
+      const double to = stiffness_of(pack, inclusion, node_of, corners, lane);
       largest = std::max(largest, fabs(to - lanes.stiffness[lane]) / std::max(to, lanes.stiffness[lane]));
     }
   });
   return largest;
 }
 
-void set_stiffness(const pal_pack& pack, const ZoneState& state, const ZoneBatches& batches) {
+template <typename NodeOf>
+void set_stiffness(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+                   const ZoneBatches& batches) {
   for_each_lanes(batches, [&](ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
     for (int lane = 0; lane < kLanes; ++lane)
-      lanes.stiffness[lane] = stiffness_of(pack, state, corners, lane);
+      lanes.stiffness[lane] = stiffness_of(pack, inclusion, node_of, corners, lane);
   });
   scale_volumes(batches);
 }
@@ -87,13 +91,16 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
   const bool is_new = set.inclusion_version == kNoInclusion;
   if (is_new) state.inclusion_energy = 0;
   set.inclusion_version = state.inclusion_version;
+  const auto node_of = [&](uint32_t place) -> const pack::ZoneNode& {
+    return pack.zone_nodes[set.nodes[place]];
+  };
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     ZoneBatches& batches = group.batches;
-    const double change = change_of(pack, state, batches);
+    const double change = change_of(pack, state.inclusion, node_of, batches);
     if (change == 0) continue;
     const double before = is_new ? 0 : element_energy(set, group, pack, state.forces);
-    set_stiffness(pack, state, batches);
+    set_stiffness(pack, state.inclusion, node_of, batches);
     find_rest_force(pack, state, group);
     for (uint32_t p = 0; p < batches.num_patches; ++p)
       batches.patches[p].at_rest = batches.patches[p].pressure;
@@ -104,6 +111,11 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
     group.moved_since += 0.5 * change * pack.mean_surface_edge;
     if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.forces) - before;
   }
+}
+
+void set_organ_stiffness(const pal_pack& pack, const Inclusion& inclusion, const OrganElements& elements) {
+  const auto node_of = [&](uint32_t node) -> const pack::ZoneNode& { return pack.organ.nodes[node]; };
+  set_stiffness(pack, inclusion, node_of, elements.all);
 }
 
 }  // namespace palpate

@@ -15,6 +15,7 @@
 // tests/property/inclusion_test.cpp.
 #pragma once
 
+#include "runtime/src/zone/organ_elements.hpp"
 #include "runtime/src/zone/zone_set.hpp"
 
 namespace palpate {
@@ -22,5 +23,8 @@ namespace palpate {
 // Gives the elements of the set that answers the stiffness that they are to have, where that has changed, and counts
 // what this adds to the energy that they store where they are. Cost where it has: three evaluations of the elements.
 void take_inclusion(const pal_pack& pack, ZoneState& state);
+
+// Gives all elements of the organ the stiffness that an inclusion gives them.
+void set_organ_stiffness(const pal_pack& pack, const Inclusion& inclusion, const OrganElements& elements);
 
 }  // namespace palpate

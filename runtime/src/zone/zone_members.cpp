@@ -316,6 +316,8 @@ bool list_elements(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGr
   for (uint32_t i = 0; i < state.num_found_elements && sound; ++i) {
     const uint32_t index = state.found_elements[i];
     if ((state.element_contacts[index] & mask) == 0) continue;
+    if (set.num_elements == state.max_elements) return false;
+    set.elements[set.num_elements++] = index;
     const pack::ZoneElement& element = pack.zone_elements[index];
     if (element.num_nodes == 4) {
       sound = append_element(pack, element, state.element_contacts[index], state.place_of, num_linear++,
@@ -378,7 +380,7 @@ void begin_listing(bool between, ZoneState& state) {
   forget_marks(state);
   state.between = between;
   state.column = 0;
-  state.next.num_groups = state.next.num_nodes = 0;
+  state.next.num_groups = state.next.num_nodes = state.next.num_elements = 0;
   state.masters_used = state.linear_used = state.quadratic_used = state.patches_used = state.boundary_used =
       0;
   state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;

@@ -84,12 +84,15 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->places = arena.take<double[3]>(state.max_contacts);
     set->turning = arena.take<double[9]>(state.max_contacts);
     set->nodes = arena.take<uint32_t>(state.max_nodes);
+    set->elements = arena.take<uint32_t>(state.max_elements);
     set->unknown_of = arena.take<uint32_t>(state.max_nodes);
     set->first_master = arena.take<uint32_t>(size_t{state.max_nodes} + 1);
     set->masters = arena.take<ZoneMaster>(state.max_masters);
     set->displacement = arena.take<double>(size_t{3} * state.max_nodes);
     set->rest_force = arena.take<double>(size_t{3} * state.max_nodes);
     set->traction = arena.take<double>(size_t{3} * state.max_nodes);
+    for (double** of_boundary : {&set->correction, &set->traction_posted, &set->traction_then})
+      *of_boundary = arena.take<double>(size_t{3} * state.max_nodes);
     set->balanced = {arena.take<double>(size_t{3} * state.max_nodes),
                      arena.take<double>(axes),
                      arena.take<double>(axes),
@@ -196,7 +199,8 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
-    memset(set.traction + size_t{3} * i, 0, 3 * sizeof(double));
+    for (double* of_boundary : {set.traction, set.correction, set.traction_then})
+      memset(of_boundary + size_t{3} * i, 0, 3 * sizeof(double));
   }
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
@@ -209,6 +213,10 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   }
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
+  // At rest there is nothing to correct.
+  ++set.restarts;
+  set.is_refined = false;
+  set.corrected_energy = 0;
   group.stored = 0;
   rest_rim(group);
   group.has_tangent = false;

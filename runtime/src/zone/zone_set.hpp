@@ -198,7 +198,9 @@ struct ZoneSet {
   ZoneGroup* groups;  // [max_contacts]
   uint64_t near;      // bits of contacts near another: the patch of one reaches into the other's zone
   uint32_t num_nodes;
-  uint32_t* nodes;       // [max_nodes] zone nodes, group by group
+  uint32_t* nodes;  // [max_nodes] zone nodes, group by group
+  uint32_t num_elements;
+  uint32_t* elements;    // [max_elements] zone elements, group by group
   uint32_t* unknown_of;  // [max_nodes] ZoneUnknowns::of_node; within the group. kNoUnknown: it does not move
   uint32_t* first_master;  // [max_nodes + 1]
   ZoneMaster* masters;     // [max_masters]
@@ -217,7 +219,17 @@ struct ZoneSet {
   double (*points)[3];
   double (*places)[3];
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
-  ZonePlace balanced;    // of each group, when it was in balance last, or where it began
+  // The refining lane's part (zone_mailbox.hpp)
+  uint64_t number;          // no other set of the session has it
+  uint32_t restarts;        // how often a group began anew at rest
+  bool is_refined;          // a delivery was taken
+  uint32_t field;           // of ZoneMailbox, that it wrote
+  double* correction;       // [max_nodes][3] what it adds to the force of the exterior
+  double corrected_energy;  // and to its energy, beyond correction . w
+  double refined_change;    // ZoneDelivery::change
+  double* traction_posted;  // [max_nodes][3] t of the request under way
+  double* traction_then;    // [max_nodes][3] and of the last delivery's request
+  ZonePlace balanced;       // of each group, when it was in balance last, or where it began
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;

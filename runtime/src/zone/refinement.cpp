@@ -1,0 +1,201 @@
+#include "runtime/src/zone/refinement.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_inclusion.hpp"
+
+namespace palpate {
+namespace {
+
+using Phase = Refinement::Phase;
+
+Exterior exterior_of(const pal_pack& pack, const EliminationKernel& kernel, const Refinement& of,
+                     bool is_whole) {
+  return {pack, kernel, of.front_of, of.elements, is_whole ? nullptr : of.left_out, of.rest};
+}
+
+// Nodes of the zone that move at its boundary are kept; the others of the zone, and fixed ones, are absent.
+bool begin_own(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  const ZoneRequest& request = of.mailbox.request;
+  std::fill_n(of.own.roles, pack.organ.num_nodes, NodeRole::eliminated);
+  for (uint32_t i = 0; i < request.num_nodes; ++i) of.own.roles[request.nodes[i]] = NodeRole::absent;
+  for (uint32_t i = 0; i < request.num_fixed; ++i) of.own.roles[request.fixed[i]] = NodeRole::absent;
+  of.own.num_kept = request.num_boundary;
+  if (request.num_boundary > of.own.room.kept) return false;
+  for (uint32_t b = 0; b < request.num_boundary; ++b) {
+    of.own.kept[b] = request.nodes[request.boundary[b]];
+    of.own.roles[of.own.kept[b]] = NodeRole::kept;
+  }
+  memset(of.is_zone_element, 0, pack.organ.num_elements * sizeof *of.is_zone_element);
+  for (uint32_t e = 0; e < request.num_elements; ++e) of.is_zone_element[request.elements[e]] = 1;
+  leave_out(pack.organ, of.elements, of.is_zone_element, of.left_out);
+  return begin_condensation(exterior_of(pack, kernel, of, false), &of.whole, of.scratch, of.own);
+}
+
+void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  const ZoneRequest& request = of.mailbox.request;
+  // Iterates of other places of the contacts say nothing of the next ones.
+  const size_t bytes = request.num_axes * sizeof *request.followed;
+  if (memcmp(of.followed, request.followed, bytes) != 0) restart_acceleration(of.acceleration);
+  memcpy(of.followed, request.followed, bytes);
+  memcpy(of.zone, of.rest, size_t{3} * pack.organ.num_nodes * sizeof *of.zone);
+  for (uint32_t i = 0; i < request.num_nodes; ++i)
+    memcpy(of.zone + size_t{3} * request.nodes[i], request.displacement + size_t{3} * i, 3 * sizeof *of.zone);
+  begin_iteration(exterior_of(pack, kernel, of, false), of.own, of.zone, of.exterior);
+}
+
+// s and the exterior's energy where the frame has the boundary: the acceleration may have mixed it.
+void find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  const ZoneRequest& request = of.mailbox.request;
+  ZoneDelivery& delivery = of.mailbox.delivery;
+  const uint32_t stride = of.own.schur_stride;
+  memset(of.moved, 0, stride * sizeof *of.moved);
+  memset(of.forces, 0, stride * sizeof *of.forces);
+  for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
+    const size_t at = size_t{3} * of.own.kept[i / 3] + i % 3;
+    of.moved[i] = of.zone[at] - of.exterior.displacement[at];
+  }
+  kernel.add_symmetric_product(of.own.schur, stride, of.moved, of.forces);
+  delivery.energy = of.exterior.energy;
+  for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
+    const double force = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3];
+    delivery.energy += of.moved[i] * (force + 0.5 * of.forces[i]);
+    delivery.outside[i] = force + of.forces[i];
+  }
+  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
+    const uint32_t packed = pack.organ.nodes[node].packed_node;
+    if (packed == pack::kNoNode) continue;
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      request.field[3 * size_t{packed} + axis] =
+          static_cast<pal_real>(of.exterior.displacement[3 * size_t{node} + axis] * pack.metres);
+  }
+}
+
+// The largest component by which the last iteration moved the exterior.
+double find_change(const pal_pack& pack, const Refinement& of) {
+  double largest = 0;
+  for (size_t i = 0; i < size_t{3} * pack.organ.num_nodes; ++i)
+    largest = std::max(largest, fabs(of.exterior.displacement[i] - of.exterior.next[i]));
+  return largest;
+}
+
+void deliver(bool is_good, Refinement& of) {
+  of.mailbox.delivery.is_good = is_good;
+  of.phase = Phase::begin;
+  std::atomic_ref<uint32_t>(of.mailbox.turn)
+      .store(static_cast<uint32_t>(LaneTurn::haptic), std::memory_order_release);
+}
+
+// Begins what the request needs first. Returns false where that cannot be had.
+bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  const ZoneRequest& request = of.mailbox.request;
+  if (!of.is_filled) {
+    of.is_broken = !fill_organ_elements(pack, of.elements) || !fill_front_of(pack, of.front_of);
+    clear_scratch(pack, of.scratch);
+    for (uint32_t node = 0; node < pack.organ.num_nodes; ++node)
+      memcpy(of.rest + size_t{3} * node, pack.organ.nodes[node].displacement, 3 * sizeof *of.rest);
+    of.is_filled = true;
+  }
+  if (of.is_broken) return false;
+  if (!of.has_whole || of.inclusion != request.inclusion_version) {
+    set_organ_stiffness(pack, request.inclusion, of.elements);
+    of.inclusion = request.inclusion_version;
+    of.set = 0;
+    std::fill_n(of.whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
+    of.phase = Phase::whole;
+    return begin_condensation(exterior_of(pack, kernel, of, true), nullptr, of.scratch, of.whole);
+  }
+  if (of.set != request.set) {
+    of.set = 0;
+    of.phase = Phase::condense;
+    return begin_own(pack, kernel, of);
+  }
+  begin_exterior_iteration(pack, kernel, of);
+  of.phase = Phase::iterate;
+  return true;
+}
+
+// Advances the phase. Returns Progress::ended once an iteration has ended.
+Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+                       Refinement& of, uint64_t& spent) {
+  const Exterior exterior = exterior_of(pack, kernel, of, of.phase == Phase::whole);
+  Progress progress = Progress::goes_on;
+  switch (of.phase) {
+    case Phase::begin:
+      return begin_phase(pack, kernel, of) ? Progress::goes_on : Progress::failed;
+    case Phase::whole:
+      progress = advance_condensation(exterior, operations, of.scratch, of.whole, spent);
+      of.has_whole = progress == Progress::ended;
+      break;
+    case Phase::condense:
+      progress = advance_condensation(exterior, operations, of.scratch, of.own, spent);
+      if (progress != Progress::ended) break;
+      rest_exterior(exterior, of.exterior);
+      restart_acceleration(of.acceleration);
+      of.set = of.mailbox.request.set;
+      break;
+    case Phase::iterate:
+      return advance_iteration(exterior, of.own, operations, of.scratch, &of.acceleration, of.exterior,
+                               spent);
+  }
+  if (progress != Progress::ended) return progress;
+  of.phase = Phase::begin;
+  return Progress::goes_on;
+}
+
+}  // namespace
+
+bool is_refinable(const pal_pack& pack) {
+  return pack.zone_nodes != nullptr && pack.organ.of_zone_node != nullptr;
+}
+
+void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement) {
+  refinement = {};
+  carve_mailbox(pack, zone, arena, refinement.mailbox);
+  carve_organ_elements(pack, arena, refinement.elements);
+  refinement.front_of = carve_front_of(pack, arena);
+  const uint32_t kept = std::min(zone.max_boundary, pack.organ.num_free);
+  carve_condensation(pack, condensation_room(pack, 0), arena, refinement.whole);
+  carve_condensation(pack, condensation_room(pack, kept), arena, refinement.own);
+  carve_scratch(pack, kept, arena, refinement.scratch);
+  carve_exterior(pack, arena, refinement.exterior);
+  const size_t numbers = size_t{3} * pack.organ.num_nodes;
+  carve_acceleration(numbers, arena, refinement.acceleration);
+  refinement.rest = arena.take<double>(numbers);
+  refinement.zone = arena.take<double>(numbers);
+  refinement.is_zone_element = arena.take<uint8_t>(pack.organ.num_elements);
+  refinement.left_out = arena.take<uint8_t>(most_lanes(pack));
+  refinement.moved = arena.take<double>(elimination_stride(3 * kept));
+  refinement.forces = arena.take<double>(elimination_stride(3 * kept));
+}
+
+bool has_request(const Refinement& refinement) {
+  // The other lane writes `turn`; the reference is to read it alone.
+  const std::atomic_ref<uint32_t> turn(const_cast<uint32_t&>(refinement.mailbox.turn));
+  return turn.load(std::memory_order_acquire) == static_cast<uint32_t>(LaneTurn::refining);
+}
+
+bool refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+            Refinement& refinement) {
+  if (!has_request(refinement)) return false;
+  uint64_t spent = 0;
+  Progress progress = Progress::goes_on;
+  while (progress == Progress::goes_on && spent < operations)
+    progress = advance_phase(pack, kernel, operations, refinement, spent);
+  if (progress == Progress::goes_on) return false;
+  if (progress == Progress::ended) {
+    find_outside(pack, kernel, refinement);
+    refinement.change = find_change(pack, refinement);
+    refinement.mailbox.delivery.change = refinement.change;
+    ++refinement.iterations;
+  }
+  deliver(progress == Progress::ended, refinement);
+  return true;
+}
+
+}  // namespace palpate

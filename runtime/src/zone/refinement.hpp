@@ -1,0 +1,56 @@
+// The refining lane: brings the exterior of the zone that frames solve to equilibrium, an iteration for each request.
+//
+//   whole       the factor of the whole organ at rest, once, and anew where an inclusion changes its elements
+//   condense    the exterior condensed onto the zone of a new contact set           (condensation.hpp)
+//   iterate     one iteration from where the request's zone is; its result is delivered        (exterior.hpp)
+//
+// Anderson's acceleration mixes the iterates where contacts stand still.
+#pragma once
+
+#include "runtime/src/zone/acceleration.hpp"
+#include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/zone/zone_mailbox.hpp"
+
+namespace palpate {
+
+struct Refinement {
+  ZoneMailbox mailbox;
+  // The refining lane's
+  OrganElements elements;
+  uint32_t* front_of;
+  Condensation whole;
+  Condensation own;
+  CondensationScratch scratch;
+  ExteriorState exterior;
+  Acceleration acceleration;
+  double* rest;              // [num_nodes][3] from the mesh
+  double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
+  uint8_t* is_zone_element;  // [num_elements]
+  uint8_t* left_out;         // [lanes]
+  double* moved;             // [stride of the boundary] scratch
+  double* forces;            // [stride of the boundary] scratch
+  enum class Phase : uint32_t { begin, whole, condense, iterate } phase;
+  bool is_filled;  // the organ's elements have their shapes
+  bool is_broken;  // the organ's tables contradict themselves: nothing is delivered
+  bool has_whole;
+  uint32_t inclusion;              // version that `elements` have
+  uint64_t set;                    // that `own` is of; 0: none
+  double followed[kMostZoneAxes];  // of the last request
+  uint64_t iterations;
+  double change;  // of the last iteration: length unit
+};
+
+// Whether zones of the pack can be refined.
+bool is_refinable(const pal_pack& pack);
+
+void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement);
+
+// Works on the request for about so many multiply-adds, in steps of a front; the same bits for any slices. Returns true
+// once its delivery is made, and false if there is no request or work is left. `kernel`: the session's.
+bool refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+            Refinement& refinement);
+
+// Whether a request waits for this lane.
+bool has_request(const Refinement& refinement);
+
+}  // namespace palpate

@@ -1,0 +1,236 @@
+// Zones with a refining lane, compared with full solves of the whole organ.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/support/inclusion_block.hpp"
+#include "tests/support/passivity_fixture.hpp"
+#include "tests/support/tool_session.hpp"
+#include "tests/support/zone_block.hpp"
+
+namespace palpate::test {
+namespace zone_refined_test {
+
+using Eigen::Vector3d;
+
+const std::vector<pal_contact> kOne = {{4, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
+const std::vector<pal_contact> kApart = {{0, {0.03, 0, -0.08}, 0, {}, {}, {}},
+                                         {8, {0, 0.04, 0.03}, 0, {}, {}, {}}};
+const std::vector<pal_contact> kNear = {{4, {0.02, 0, -0.06}, 0, {}, {}, {}},
+                                        {5, {0, 0.03, -0.08}, 0, {}, {}, {}}};
+
+pal_session_config refining(const ZoneBlock& organ, uint32_t max_contacts = 3, uint32_t max_fixed = 0) {
+  pal_session_config config = organ.config(max_contacts);
+  config.max_fixed = max_fixed;
+  config.refines = 1;
+  return config;
+}
+
+// An iteration, in slices of so many multiply-adds; 0: in one.
+pal_refinement refine(OwnedSession& session, uint64_t slice = 0) {
+  pal_refinement refinement = {};
+  refinement.struct_size = sizeof refinement;
+  do {
+    require(pal_session_refine(session.get(), slice, &refinement), "refine");
+  } while (refinement.delivered == 0 && refinement.waiting != 0);
+  return refinement;
+}
+
+// Moves to `contacts` in steps with an iteration after each, and holds them until iterations change nothing.
+std::vector<pal_contact_result> settle_refined(OwnedSession& session,
+                                               const std::vector<pal_contact>& contacts, uint64_t slice = 0) {
+  std::vector<pal_contact_result> results;
+  for (int step = 1; step <= 10; ++step) {
+    std::vector<pal_contact> on_the_way = contacts;
+    for (pal_contact& contact : on_the_way) {
+      for (double& d : contact.displacement) d *= step / 10.0;
+    }
+    results = session.touch(on_the_way);
+    refine(session, slice);
+  }
+  double change = 1;
+  for (int frame = 0; frame < 60 && change > 1e-12; ++frame) {
+    results = session.touch(contacts);
+    change = refine(session, slice).change;
+  }
+  constexpr double kChange = 1e-8;  // the noise of frames that are done
+  EXPECT_LE(change, kChange);
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+  return results;
+}
+
+void expect_full_solve(const ZoneBlock& organ, const std::vector<pal_contact>& contacts) {
+  OwnedSession session(organ.pack->get(), refining(organ));
+  const auto results = settle_refined(session, contacts);
+  const ZoneErrors errors = errors_where_it_is(organ, session, contacts, results);
+  EXPECT_LE(errors.force, 1e-6);
+  EXPECT_LE(errors.field, field_tolerance(2e-6));
+  for (const pal_contact_result& result : results) EXPECT_EQ(result.flags & PAL_FLAG_UNREFINED, 0U);
+}
+
+TEST(ZoneRefined, IsTheFullSolveWithOneRing) {
+  for (const auto* contacts : {&kOne, &kApart, &kNear}) expect_full_solve(tissue_block(1), *contacts);
+}
+
+TEST(ZoneRefined, IsTheFullSolveUnderGravityWithTenNodes) {
+  expect_full_solve(tissue_block(1, true, Vector3d(0, 0.1, -0.3), 2, 0.6),
+                    {{0, {0.03, -0.02, -0.1}, 0, {}, {}, {}}});
+}
+
+TEST(ZoneRefined, IsTheFullSolveWithSharedVolumes) {
+  expect_full_solve(tissue_block(1, false, Vector3d::Zero(), 3, 0.4, false, true),
+                    {{0, {0.03, -0.02, -0.1}, 0, {}, {}, {}}});
+}
+
+TEST(ZoneRefined, FeelsNodesFixedWhileRunning) {
+  const ZoneBlock& organ = tissue_block(1);
+  for (const uint32_t site : {0u, 5u}) {
+    const std::vector<int> fixed = {organ.block.sites.sites[site].node};
+    OwnedSession session(organ.pack->get(), refining(organ, 1, 4));
+    session.fix(contact_nodes_at(organ, fixed));
+    const auto results = settle_refined(session, kOne);
+    const ZoneErrors errors = errors_where_it_is(organ, session, kOne, results, fixed);
+    EXPECT_LE(errors.force, 1e-6);
+    EXPECT_LE(errors.field, field_tolerance(2e-6));
+  }
+}
+
+// The zone of one ring about the contact holds a part of the inclusion, or nothing of it.
+TEST(ZoneRefined, FeelsInclusionsOutsideOfTheZone) {
+  const ZoneBlock& organ = tissue_block(1);
+  OwnedSession session(organ.pack->get(), refining(organ, 1));
+  for (const Vector3d& centre : {Vector3d(0.5, 0.5, 0.8), Vector3d(0.5, 0.4, 0.2)}) {
+    const pal_inclusion inclusion = ball(centre, 0.2, 6);
+    require(pal_session_set_inclusion(session.get(), &inclusion), "inclusion");
+    const auto results = settle_refined(session, kOne);
+    const ContactAnswer truth = solve_with(organ, inclusion, kOne);
+    EXPECT_LE((Vector3d(results[0].force) - truth.forces[0]).norm(), 1e-6 * truth.forces[0].norm());
+    EXPECT_LE((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>(),
+              field_tolerance(2e-6) * 0.1);
+    EXPECT_GE((organ.solve(kOne).forces[0] - truth.forces[0]).norm(), 2e-3 * truth.forces[0].norm());
+  }
+}
+
+// Contacts that come and go, and a way back to rest.
+TEST(ZoneRefined, FollowsChangingContacts) {
+  const ZoneBlock& organ = tissue_block(1);
+  OwnedSession session(organ.pack->get(), refining(organ));
+  for (const auto* contacts : {&kApart, &kOne, &kNear, &kOne}) {
+    EXPECT_NE(session.touch(*contacts)[0].flags & PAL_FLAG_UNREFINED, 0U);
+    const auto results = settle_refined(session, *contacts);
+    const ZoneErrors errors = errors_where_it_is(organ, session, *contacts, results);
+    EXPECT_LE(errors.force, 1e-6);
+    EXPECT_LE(errors.field, field_tolerance(2e-6));
+  }
+  session.touch({});
+  std::vector<pal_contact> back = kOne;
+  for (double& d : back[0].displacement) d = 0;
+  EXPECT_LE(Vector3d(settle_refined(session, back)[0].force).norm(), 1e-9);
+}
+
+// A hundredth of a mean edge between two iterations. The series of this pack know nothing of two contacts.
+TEST(ZoneRefined, StaysNearTheFullSolveInMotion) {
+  const ZoneBlock& organ = tissue_block(1);
+  OwnedSession session(organ.pack->get(), refining(organ, 2));
+  constexpr int kFrames = 40;
+  for (int frame = 1; frame <= kFrames; ++frame) {
+    std::vector<pal_contact> contacts = kNear;
+    for (pal_contact& contact : contacts) {
+      for (double& d : contact.displacement) d *= frame * (1.0 / kFrames);
+    }
+    const auto results = session.touch(contacts);
+    refine(session);
+    if (frame % 10 != 0) continue;
+    const ContactAnswer truth = organ.solve(contacts);
+    for (size_t c = 0; c < contacts.size(); ++c)
+      EXPECT_LE((Vector3d(results[c].force) - truth.forces[c]).norm(), 2e-3 * truth.forces[c].norm())
+          << frame;
+  }
+}
+
+TEST(ZoneRefined, DependsOnNoSlices) {
+  const ZoneBlock& organ = tissue_block(1);
+  OwnedSession whole(organ.pack->get(), refining(organ));
+  OwnedSession sliced(organ.pack->get(), refining(organ));
+  const auto of_whole = settle_refined(whole, kApart);
+  const auto of_sliced = settle_refined(sliced, kApart, 1);
+  for (size_t c = 0; c < kApart.size(); ++c) {
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(of_whole[c].force[i], of_sliced[c].force[i]);
+  }
+  EXPECT_EQ(whole.field(), sliced.field());
+}
+
+// Work of slices between frames, and the frames that took its deliveries, come again to the bit.
+TEST(ZoneRefined, ReplaysDeliveriesToTheSameBits) {
+  const ZoneBlock& organ = tissue_block(1);
+  const pal_session_config config = refining(organ);
+  std::vector<uint64_t> buffer(1 << 18);
+  OwnedSession session(organ.pack->get(), config);
+  require(pal_session_record(session.get(), buffer.data(), buffer.size() * 8), "record");
+  std::mt19937 random(1);
+  for (int frame = 0; frame < 200; ++frame) {
+    std::vector<pal_contact> contacts = frame / 50 % 2 == 0 ? kOne : kNear;
+    for (pal_contact& contact : contacts) {
+      for (double& d : contact.displacement) d *= std::sin(0.02 * frame);
+    }
+    session.touch(contacts);
+    require(pal_session_refine(session.get(), random() % 100000 + 1, nullptr), "refine");
+  }
+  size_t bytes = 0;
+  require(pal_session_stop_recording(session.get(), &bytes, nullptr), "stop");
+  OwnedSession again(organ.pack->get(), config);
+  pal_replay replay = {};
+  replay.struct_size = sizeof replay;
+  while (replay.ended == 0) {
+    ASSERT_EQ(pal_session_replay(again.get(), buffer.data(), bytes, &replay), PAL_STATUS_OK);
+    ASSERT_EQ(replay.diverged, 0U) << "frame " << replay.frames;
+  }
+  EXPECT_EQ(replay.frames, 200U);
+  EXPECT_EQ(session.field(), again.field());
+}
+
+// Two bonded neighbours on loops of many turns, with an iteration after each frame or after ten.
+TEST(ZoneRefined, LoopsGainNoEnergy) {
+  const ZoneBlock& organ = tissue_block(1);
+  pal_session_config config = refining(organ, 2);
+  config.max_tools = 2;
+  constexpr int kFrames = 4000;
+  constexpr double kTurn = 2 * 3.14159265358979 / 200;  // an angle a frame
+  for (const int frames_to_an_iteration : {1, 10}) {
+    for (const double direction : {1.0, -1.0}) {
+      ToolSession session(organ.pack->get(), config);
+      for (uint32_t tool = 0; tool < 2; ++tool) session.hold(tool, pal_default_hold(kNear[tool].site));
+      passivity_fixture::Work work(session);
+      for (int frame = 0; frame <= kFrames; ++frame) {
+        const double ramp = std::min({1.0, frame / 200.0, (kFrames - frame) / 200.0});
+        const double angle = direction * kTurn * frame;
+        std::vector<pal_pose> poses;
+        for (int tool = 0; tool < 2; ++tool)
+          poses.push_back(at(ramp * Vector3d(0.05 * std::cos(angle), 0.05 * std::sin(angle + tool), -0.05)));
+        work.frame(poses);
+        if (frame % frames_to_an_iteration == 0) refine(session);
+      }
+      EXPECT_GE(work.done(), -0.003 * work.peak()) << frames_to_an_iteration << " " << direction;
+    }
+  }
+}
+
+TEST(ZoneRefined, NeedsAConfigThatRefines) {
+  const ZoneBlock& organ = tissue_block(1);
+  const OwnedSession session(organ.pack->get(), organ.config(1));
+  EXPECT_EQ(pal_session_refine(session.get(), 0, nullptr), PAL_STATUS_NO_SUCH_MODEL);
+  pal_session_config config = refining(organ);
+  config.refines = 2;
+  size_t bytes = 0;
+  EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
+  config.refines = 1;
+  config.model = PAL_MODEL_LINEAR;
+  EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_NO_SUCH_MODEL);
+}
+
+}  // namespace zone_refined_test
+}  // namespace palpate::test
