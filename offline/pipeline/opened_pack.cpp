@@ -22,9 +22,8 @@ pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uin
                              std::uint32_t max_fixed, std::uint32_t zone_rings, std::uint32_t zone_iterations,
                              bool patches_turn, bool refines) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
-  const pack::Organ* organ = opened.tables().organ();
   const bool may_be_zone = model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE;
-  config.refines = refines && may_be_zone && organ != nullptr && organ->zone_nodes() != nullptr ? 1 : 0;
+  config.refines = refines && may_be_zone && is_refinable(opened) ? 1 : 0;
   config.patches_turn = patches_turn ? 1 : 0;
   config.zone_rings = zone_rings;
   config.zone_iterations = zone_iterations;
@@ -38,6 +37,11 @@ pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uin
 
 void require_ok(pal_status status, const std::string& where) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(where + ": " + pal_status_text(status));
+}
+
+bool is_refinable(const OpenedPack& opened) {
+  const pack::Organ* organ = opened.tables().organ();
+  return organ != nullptr && organ->zone_nodes() != nullptr;
 }
 
 const char* model_name(pal_model model) {
@@ -215,6 +219,7 @@ double ModelUnitSession::refine() {
   if (!refines_) return 0;
   pal_refinement refinement = {};
   require_ok(session_.refine(0, refinement), "refinement");
+  if (refinement.failed != 0) return std::numeric_limits<double>::infinity();
   return refinement.change / opened_->info().metres_per_length_unit;
 }
 
@@ -263,12 +268,17 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   // digit changes.
   constexpr double kRefined = 1e-6;  // of the largest displacement
   bool is_refined = !refines_;
+  for (const Eigen::Vector3d& rotation : rotations_) farthest = std::max(farthest, edge * rotation.norm());
+  for (const pal_contact_result& result : results)
+    farthest = std::max(farthest, Eigen::Vector3d(result.displacement).norm());
   for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
     if (!is_refined) is_refined = refine() <= kRefined * farthest && frame > 0;
     results = contact_frame(contacts);
     still = is_refined && is_in_balance() ? still + 1 : 0;
   }
-  for (pal_contact_result& result : results) result.flags |= is_refined ? 0 : PAL_FLAG_UNREFINED;
+  for (pal_contact_result& result : results) {
+    if (!is_refined) result.flags |= PAL_FLAG_UNREFINED;
+  }
   return results;
 }
 

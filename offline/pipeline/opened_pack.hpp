@@ -69,7 +69,7 @@ class ModelUnitSession {
  private:
   ModelUnitSession(const OpenedPack& opened, const pal_session_config& config);
   void turn_patches(double part);
-  // An iteration of the refining lane. Returns by how much it changed displacements: length unit.
+  // An iteration of the refining lane. Returns by how much it changed displacements, infinite if it failed: length unit.
   double refine();
 
   const OpenedPack* opened_;
@@ -78,6 +78,9 @@ class ModelUnitSession {
   std::vector<Eigen::Vector3d> rotations_;
   bool refines_;
 };
+
+// Whether zones of the pack can be refined.
+bool is_refinable(const OpenedPack& opened);
 
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.
 void require_ok(pal_status status, const std::string& where);

@@ -148,6 +148,19 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   return timings;
 }
 
+// Frames of moving contacts, each of which takes a delivery, and the iterations between them.
+void time_refining(const OpenedPack& opened, std::uint32_t count, int frames, std::vector<Timing>& timings) {
+  const char* model = model_name(PAL_MODEL_ZONE);
+  TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, 0, true);
+  const std::vector<std::uint32_t> sites = sites_apart(opened, count);
+  const std::string of = fmt::format("{} contact{}", count, count > 1 ? "s" : "");
+  int next = 0;
+  const auto touch = [&](int) { session.haptic(all_on_paths(opened, sites, next++)); };
+  timings.push_back(time_frames(model, "refined frame, " + of, frames, touch, [&] { session.refine(); }));
+  timings.push_back(time_frames(
+      model, "refining iteration, " + of, frames, [&](int) { session.refine(); }, [&] { touch(0); }));
+}
+
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
   const char* model = model_name(PAL_MODEL_ZONE);
   std::vector<Timing> timings;
@@ -179,6 +192,9 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
     time_several(sites_apart(opened, count), "apart");
     const std::vector<std::uint32_t> together = sites_together(opened, count);
     if (together.size() > 1) time_several(together, "together");
+  }
+  for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
+    if (is_refinable(opened)) time_refining(opened, count, std::max(100, frames / 100), timings);
   }
   if (opened.info().num_sites == 1) return timings;
   const int few = std::max(100, frames / 100);

@@ -64,7 +64,7 @@ std::string processor_name();
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
 // Times nonlinear_zone: contact frames on a smooth path for each number of rings, frames with a new zone
-// each, visual frames.
+// each, visual frames, iterations of the refining lane.
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 
 // Whether the pack has the surface for contacts between sites.

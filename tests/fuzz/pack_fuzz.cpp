@@ -17,11 +17,12 @@ struct Answers {
 };
 
 void play_contacts(pal_session* session, const pal_pack_info& info, const Answers& answers) {
-  for (const double reach : {0.3, -1.0, 4.0}) {
+  for (const double reach : {0.3, 0.3, -1.0, 4.0}) {
     const double d = reach * info.max_displacement;
     const pal_contact contact = {info.num_sites - 1, {0.4 * d, -0.2 * d, d}, 0, {}, {0, 0}, {0.25, 0}};
     pal_contact_result result;
     if (pal_contact_frame(session, &contact, 1, &result) != PAL_STATUS_OK) continue;
+    (void)!pal_session_refine(session, 0, nullptr);  // only sessions of zones refine
     answers.check<double>(result.force);
     answers.check<double>({result.stiffness[0], 9});
     answers.check<double>({&result.displacement_error, 2});  // and force_error
@@ -69,6 +70,9 @@ void play(const pal_pack* pack, const Answers& answers) {
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
     pal_session_config config = pal_default_session_config(pack);
     config.model = model;
+    config.refines = model == PAL_MODEL_ZONE ? 1 : 0;
+    std::size_t bytes = 0;
+    if (pal_session_required_bytes(pack, &config, &bytes) != PAL_STATUS_OK) config.refines = 0;
     const Memory arena = arena_for(pack, config);
     if (arena.size() == 0) continue;
     pal_session* session = nullptr;

@@ -34,6 +34,16 @@ void play_contacts(pal_session* session, double reach) {
   require(pal_session_set_inclusion(session, nullptr));
 }
 
+// Frames that take deliveries of the refining lane.
+void play_refined(pal_session* session, double reach) {
+  for (int frame = 1; frame <= 6; ++frame) {
+    const pal_contact contact = {0, {0, 0.1 * reach, -0.1 * frame * reach}, 0, {}, {}, {}};
+    pal_contact_result result;
+    require(pal_contact_frame(session, &contact, 1, &result));
+    require(pal_session_refine(session, frame % 2 == 0 ? 1000 : 0, nullptr));
+  }
+}
+
 // Tool 0 holds a place between sites; tool 1 touches.
 void play_tools(pal_session* session, double reach) {
   pal_hold hold = pal_default_hold(0);
@@ -124,6 +134,10 @@ int main(int argc, char** argv) {
     record(pack, config, play_tools, folder + "/tools.rec");
     config.patches_turn = 1;
     record(pack, config, play_contacts, folder + "/contacts.rec");
+    config = pal_default_session_config(pack);
+    config.model = PAL_MODEL_ZONE;
+    config.refines = 1;
+    record(pack, config, play_refined, folder + "/refined.rec");
     config = pal_default_session_config(pack);
     config.model = PAL_MODEL_LINEAR;
     config.max_contacts = 64;

@@ -1,6 +1,7 @@
 // The examples run, and the README quotes the first one as it stands.
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -67,6 +68,25 @@ TEST(Example, RecordsWhatReplays) {
   EXPECT_EQ(replay.exit_code, 0) << replay.output;
   EXPECT_EQ(replay.output, "1001 frames, 1.001 s: every answer is the recorded one, to the bit\n");
   EXPECT_EQ(run_command(shell_word(PALPATE_PROGRAM) + " replay " + pack + " " + pack).exit_code, 1);
+}
+
+TEST(Example, RefinesUntilTheForceStandsStill) {
+  const TempDir dir;
+  const auto bytes = zone_pack_bytes().bytes();
+  const std::string pack = shell_word(
+      dir.write("block.pack", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string());
+  const CommandResult run = run_command(shell_word(PALPATE_EXAMPLE_REFINE) + " " + pack);
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_EQ(count_lines(run.output), 11) << run.output;
+  EXPECT_NE(run.output.find("1000 ms: force"), std::string::npos) << run.output;
+  const auto force_at = [&](const std::string& time) {
+    double force[3] = {};
+    const size_t at = run.output.find(time + " ms: force (");
+    EXPECT_EQ(
+        sscanf(run.output.c_str() + at + time.size() + 12, "%lf, %lf, %lf", force, force + 1, force + 2), 3);
+    return Eigen::Vector3d(force);
+  };
+  EXPECT_LE((force_at("1000") - force_at(" 900")).norm(), 1e-3 * force_at("1000").norm());
 }
 
 TEST(Example, TouchSaysWhyItCannotOpen) {

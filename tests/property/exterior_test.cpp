@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/support/column.hpp"
 #include "tests/support/live_organ.hpp"
 
 namespace palpate {
@@ -66,29 +67,10 @@ TEST(Exterior, ComesThereWithSharedVolumes) {
   EXPECT_LT(errors.back(), 1e-7);
 }
 
-// A column of 1 x 1 x 8, held at its foot and moved at its head.
-ZoneBlock column(const Law& law, bool shares_volumes) {
-  test::BlockShape shape;
-  shape.cells = {2, 2, 16};
-  shape.size = {1, 1, 8};
-  test::TouchedBlock block;
-  block.model = test::with_fixed_base(test::tetrahedral_block(shape));
-  if (shares_volumes) form_volume_patches(block.model, std::vector<int>(block.model.elements.size(), 0));
-  block.model.materials.front().law = law;
-  for (const int node : test::nodes_on_plane(block.model, 2, shape.size.z())) {
-    const Eigen::Vector3d& at = block.model.positions[static_cast<size_t>(node)];
-    if ((at.head<2>() - Eigen::Vector2d(0.5, 0.5)).norm() < 1e-9) block.scene.sites.push_back(node);
-  }
-  block.scene.max_displacement = 0.15;
-  block.scene.tip_radius = 0.6;
-  test::show_every_node(block);
-  return ZoneBlock(1, std::move(block));
-}
-
 // The organ bends outside of the zone, by a fifth of its length.
 TEST(Exterior, ComesThereWhereTheOrganBends) {
   const std::vector<pal_contact> contacts = {{0, {1.6, 0, 0}, 0, {}, {}, {}}};
-  const std::vector<double> errors = errors_of(column(test::kTissue, false), contacts, 1, 14);
+  const std::vector<double> errors = errors_of(test::column(test::kTissue, false), contacts, 1, 14);
   SCOPED_TRACE(testing::PrintToString(errors));
   EXPECT_GT(errors[0], 1e-2);
   EXPECT_LT(errors.back(), 1e-4);
@@ -97,7 +79,7 @@ TEST(Exterior, ComesThereWhereTheOrganBends) {
 TEST(Exterior, ComesThereWhereNearlyIncompressibleTissueBends) {
   const std::vector<pal_contact> contacts = {{0, {0.64, 0, 0}, 0, {}, {}, {}}};
   const std::vector<double> errors =
-      errors_of(column(CompressibleNeoHookean{1.0, 49.0}, true), contacts, 1, 20);
+      errors_of(test::column(CompressibleNeoHookean{1.0, 49.0}, true), contacts, 1, 20);
   SCOPED_TRACE(testing::PrintToString(errors));
   EXPECT_GT(errors[0], 1e-2);
   EXPECT_LT(errors.back(), 2e-3);

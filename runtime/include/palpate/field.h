@@ -21,7 +21,7 @@ typedef float pal_real;
 
 /* Displacements of all packed nodes from pal_geometry::positions, gravity's included, organ frame, m, under the contacts
  * of the last frame that has returned. Node i's three numbers are written at (char*)displacements + i * stride_bytes,
- * stride_bytes >= 3 sizeof(pal_real). The memory is never read. One thread beside that of the other calls may call this.
+ * stride_bytes >= 3 sizeof(pal_real). The memory is never read. One thread beside those of the other calls may call this.
  * Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_visual_frame(pal_session* session, pal_real* displacements,
                                                   size_t stride_bytes) PAL_NOEXCEPT;

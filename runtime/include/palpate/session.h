@@ -49,8 +49,7 @@ typedef struct pal_session_config {
   /* 1: patches turn with the tools that hold them, up to a quarter turn, and tools feel the torque; nonlinear_zone alone
    * answers. 0, the default: patches only translate. */
   uint32_t patches_turn;
-  /* 1: pal_session_refine brings nonlinear_zone to the equilibrium of the whole organ. Takes memory for the organ's elements
-   * and their factor. 0, the default: the organ outside of zones follows the pack's series */
+  /* 1: the session may call pal_session_refine, and takes memory for the organ's elements and their factors. Default: 0 */
   uint32_t refines;
 } pal_session_config;
 
@@ -104,8 +103,8 @@ typedef struct pal_inclusion {
   double stiffness; /* relative to the pack's tissue: 0.01 .. 100 */
 } pal_inclusion;
 
-/* Places or moves the inclusion, from the next frame on. NULL removes it. It acts in nonlinear zones that it reaches, and
- * its error is not estimated (docs/response_models.md). Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the
+/* Places or moves the inclusion, from the next frame on. NULL removes it. It acts in nonlinear zones that it reaches, where
+ * its error is not estimated (docs/response_models.md), and after an iteration of a session that refines wherever it is. Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the
  * session has no nonlinear_zone. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_inclusion(pal_session* session,
                                                            const pal_inclusion* inclusion) PAL_NOEXCEPT;

@@ -49,7 +49,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
                      double force, pal_contact_result& result) {
   result.displacement_error = kUnknownError;
   result.force_error = kUnknownError;
-  if (!surveyed || result.flags != 0) return;
+  if (!surveyed || (result.flags & ~uint32_t{PAL_FLAG_UNREFINED}) != 0) return;
   const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
@@ -110,6 +110,35 @@ void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t coun
     results[c].displacement_error =
         std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
     results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
+  }
+}
+
+void estimate_refined_errors(const TissueState& tissue, uint32_t count, pal_contact_result* results) {
+  // Iterations converge by a factor of two or better where they converge.
+  constexpr double kOfChange = 2;
+  constexpr double kRounding = 2e-6;  // of fields in single precision, and of frames that are done
+  const pal_pack& pack = *tissue.pack;
+  const ZoneSet& set = tissue.zone.active;
+  double largest = 0;
+  double moved = 0;
+  for (uint32_t at = 0; at < set.num_axes; at += 3) {
+    const double unit = at < 3 * count ? 1 : pack.mean_surface_edge;
+    double change[3];
+    for (uint32_t i = 0; i < 3; ++i) change[i] = set.followed[at + i] - set.correction.followed_then[at + i];
+    largest = std::max(largest, unit * length(set.followed + at));
+    moved = std::max(moved, unit * length(change));
+  }
+  if (!(largest > 0)) return;
+  const double part = std::min(1.0, moved / largest);
+  const double of_change = kRounding + kOfChange * set.correction.change / largest;
+  for (uint32_t c = 0; c < count; ++c) {
+    pal_contact_result& result = results[c];
+    const double force = length(result.force) / pack.newtons;
+    const bool is_known = set.correction.force_change[c] >= 0 && force > 0;
+    const double of_force =
+        is_known ? kRounding + kOfChange * set.correction.force_change[c] / force : of_change;
+    result.displacement_error = std::min(kUnknownError, of_change + part * result.displacement_error);
+    result.force_error = std::min(kUnknownError, of_force + part * result.force_error);
   }
 }
 

@@ -39,4 +39,8 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
 void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results);
 
+// Replaces the estimates of refined zone contacts at sites. The organ is as far from equilibrium as its last iteration has
+// changed it, and the survey's estimates hold for the way that contacts have gone since.
+void estimate_refined_errors(const TissueState& tissue, uint32_t count, pal_contact_result* results);
+
 }  // namespace palpate

@@ -310,12 +310,10 @@ void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* 
     tissue.input_flags[c] = take_displacement(*tissue.pack, given, tissue.displacements + size_t{3} * c);
   }
   tissue.energy_brought = 0;
-  tissue.energy_corrected = 0;
   tissue.is_delivered = false;
   if (kind != ResponseKind::zone) rest_zone(*tissue.pack, tissue.zone);
   FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
   field.model = model_of(kind);
-  field.refined = nullptr;
   field.refined_field = kNoField;
   field.gravity_turned = tissue.gravity.is_turned;
   for (int i = 0; i < 3; ++i)

@@ -40,11 +40,10 @@ struct TissueState {
   bool linear_begun;        // linear.next is being prepared
   bool has_joint_transfer;  // linear.active has transferred the last answer of a zone
   ZoneState zone;
-  bool zone_begun;          // zone.next is being prepared
-  Refinement refinement;    // where the session refines
-  bool is_delivered;        // the last frame took the turn back from the refining lane
-  double energy_corrected;  // part of stored_energy that its delivery has added, at the same displacements
-  uint64_t operations;      // multiply-adds that a haptic frame may spend on preparation
+  bool zone_begun;        // zone.next is being prepared
+  Refinement refinement;  // where the session refines
+  bool is_delivered;      // the last frame read a delivery of the refining lane
+  uint64_t operations;    // multiply-adds that a haptic frame may spend on preparation
   FieldSnapshots snapshots;
 };
 

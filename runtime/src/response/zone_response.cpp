@@ -76,7 +76,8 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
   }
   bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
-                     set.num_fixed == 0 && !is_turned;
+                     set.follows_series && !is_turned;
+  bool are_at_sites = true;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = tissue.displacements + size_t{3} * c;
     pal_contact_result& result = results[c];
@@ -90,6 +91,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
     if (difference.count > 0 && !tissue.has_joint_transfer && (count > 1 || set.num_fixed > 0))
       result.flags |= PAL_FLAG_NEAREST_SITE;
+    are_at_sites = are_at_sites && difference.count == 0;
     is_surveyed = is_surveyed && contacts[c].force_axes == 0 && (count == 1 || difference.count == 0);
     double force[3];
     for (uint32_t i = 0; i < 3; ++i) force[i] = set.force[3 * c + i] + transfer[c].force[i];
@@ -104,27 +106,38 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     }
   }
   if (count > 1) estimate_set_errors(tissue, is_surveyed, count, load, results);
+  uint32_t flags = 0;
+  for (uint32_t c = 0; c < count; ++c) flags |= results[c].flags;
+  if (set.correction.is_refined && are_at_sites &&
+      (flags & ~uint32_t{PAL_FLAG_EXTRAPOLATED | PAL_FLAG_OVERLAPPING}) == 0)
+    estimate_refined_errors(tissue, count, results);
   for (uint32_t c = 0; c < count && largest > 0; ++c) {
     for (double* error : {&results[c].displacement_error, &results[c].force_error})
       *error = std::min(kUnknownError, *error + answer.left / largest);
   }
 }
 
-// The field of the last delivery, and the request for the next one.
-void refer_to_refinement(TissueState& tissue, ZoneAnswer& answer, FieldState& field) {
-  const ZoneSet& set = tissue.zone.active;
-  ZoneMailbox& mailbox = tissue.refinement.mailbox;
-  if (set.is_refined) {
-    field.refined = mailbox.fields[set.field];
-    field.refined_field = set.field;
-  } else {
-    answer.flags |= PAL_FLAG_UNREFINED;
+// ZoneCorrection::force_change of a frame that took a delivery, from where contacts and forces were before.
+void find_force_changes(const double* followed, const double* forces, ZoneSet& set) {
+  if (memcmp(followed, set.followed, 3 * set.num_contacts * sizeof *followed) != 0) return;
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    double change[3];
+    for (uint32_t i = 0; i < 3; ++i) change[i] = set.force[3 * c + i] - forces[3 * c + i];
+    set.correction.force_change[c] = length(change);
   }
+}
+
+// The field of the last delivery, and the request for the next one.
+void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer, FieldState& field) {
+  const ZoneSet& set = tissue.zone.active;
+  const ZoneCorrection& correction = set.correction;
+  if (correction.is_refined) field.refined_field = correction.field;
+  if (!correction.is_refined || !isfinite(correction.change)) answer.flags |= PAL_FLAG_UNREFINED;
   uint32_t used = 0;
   for (const FieldState& slot : tissue.snapshots.slots) {
     if (slot.refined_field != kNoField) used |= 1u << slot.refined_field;
   }
-  post_request(*tissue.pack, used, tissue.zone, mailbox);
+  if (!answer.went_back) post_request(*tissue.pack, used, tissue.zone, tissue.refinement.mailbox);
 }
 
 }  // namespace
@@ -158,17 +171,20 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
   const bool refines = tissue.config->refines != 0;
-  if (refines)
-    tissue.is_delivered =
-        take_delivery(pack, tissue.refinement.mailbox, tissue.zone, tissue.energy_corrected);
-  tissue.energy_corrected *= pack.newtons * pack.metres;
+  const Taken taken = refines ? take_delivery(pack, tissue.refinement.mailbox, tissue.zone) : Taken::none;
+  tissue.is_delivered = taken != Taken::none;
+  double before[6 * pack::kMostZoneContacts];
+  memcpy(before, set.followed, 3 * count * sizeof *before);
+  memcpy(before + 3 * count, set.force, 3 * count * sizeof *before);
   ZoneAnswer answer;
   ForceControl control;
   PointResponse transfer[pack::kMostZoneContacts];
   double couplings[9 * kMostBetween * kMostBetween] = {};
+  const bool are_forces_given = std::any_of(
+      contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
   // The steps of force control share the frame's iterations.
   for (uint32_t left = tissue.config->zone_iterations;;) {
-    answer = solve_zone(pack, tissue.displacements, left, tissue.zone);
+    answer = solve_zone(pack, tissue.displacements, left, !are_forces_given, tissue.zone);
     left -= answer.iterations;
     fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
@@ -189,7 +205,8 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
   }
-  if (refines) refer_to_refinement(tissue, answer, field);
+  if (taken == Taken::taken) find_force_changes(before, before + 3 * count, tissue.zone.active);
+  if (refines) exchange_with_lane(tissue, answer, field);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;

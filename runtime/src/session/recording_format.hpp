@@ -13,7 +13,7 @@
 namespace palpate {
 
 inline constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
-inline constexpr uint32_t kRecordingVersion = 4;
+inline constexpr uint32_t kRecordingVersion = 5;
 
 struct RecordingHeader {
   char magic[8];

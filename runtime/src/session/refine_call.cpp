@@ -27,12 +27,13 @@ extern "C" pal_status pal_session_refine(pal_session* session, uint64_t operatio
   const palpate::FloatingPointMode mode;
   const palpate::TissueState& tissue = session->tissue;
   palpate::Refinement& lane = session->tissue.refinement;
-  const bool delivered =
+  const palpate::Refined refined =
       palpate::refine(*tissue.pack, tissue.zone.kernel, operations == 0 ? UINT64_MAX : operations, lane);
   if (refinement == nullptr) return PAL_STATUS_OK;
-  result.delivered = delivered ? 1 : 0;
+  result.delivered = refined == palpate::Refined::delivered ? 1 : 0;
+  result.failed = refined == palpate::Refined::failed ? 1 : 0;
   result.waiting = palpate::has_request(lane) ? 1 : 0;
   result.iterations = lane.iterations;
-  result.change = lane.change * tissue.pack->metres;
+  result.change = result.delivered != 0 ? lane.mailbox.delivery.change * tissue.pack->metres : 0.0;
   return palpate::write_sized(result, palpate::kFirstRefinementBytes, *refinement);
 }

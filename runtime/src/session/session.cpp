@@ -245,10 +245,12 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.tissue.kernel = palpate::choose_field_kernel();
   made.tissue.linear.assembly.inverse.kernel = palpate::choose_inverse_kernel();
   made.tissue.zone.kernel = palpate::choose_elimination_kernel();
+  made.tissue.zone.refines = complete.refines != 0;
   made.tissue.zone.is_bounded = complete.budget_seconds > 0;
   made.tissue.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   palpate::reset_passivity(made.tools.passivity);
+  if (complete.refines != 0) palpate::fill_refinement(*pack, made.tissue.refinement);
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
   return PAL_STATUS_OK;

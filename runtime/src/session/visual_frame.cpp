@@ -40,9 +40,8 @@ void write_own_nodes(const FieldState& field, uint32_t first, uint32_t count, pa
   }
 }
 
-bool copy_panels(const pal_real* field, uint32_t first, uint32_t count, pal_real* sum) {
+void copy_panels(const pal_real* field, uint32_t first, uint32_t count, pal_real* sum) {
   memcpy(sum, field + size_t{first} * pack::kPanelRows, size_t{count} * pack::kPanelRows * sizeof *sum);
-  return true;
 }
 
 // sum = displacements of the nodes of `count` panels from `first` on.
@@ -50,9 +49,12 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
                  pal_real* sum) {
   const FieldState& field = shown.state;
   const pal_pack& pack = *session.tissue.pack;
-  bool onto = field.refined != nullptr
-                  ? copy_panels(field.refined, first, count, sum)
-                  : fill_rest(pack, session.tissue.kernel, turn_of(field), first, count, sum);
+  bool onto = true;
+  if (field.refined_field != kNoField) {
+    copy_panels(session.tissue.refinement.mailbox.fields[field.refined_field], first, count, sum);
+  } else {
+    onto = fill_rest(pack, session.tissue.kernel, turn_of(field), first, count, sum);
+  }
   if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
     fill_compliance_field(pack, field.forces(), first, count, session.tissue.kernel, onto, sum);
     onto = true;

@@ -96,11 +96,12 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   }
   answer_contacts(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_turns,
                   states.answered_results);
-  // The output must treat an answer as changed in three cases, because the force may jump:
+  // The output must treat an answer as changed in four cases, because the force may jump:
   // - A new zone starts from the linear response and catches up with the tools. Before equilibrium its force may
   //   be several times the final force.
   // - A zone rejected a step in this frame, or in a contact frame since the last haptic frame.
   // - A zone has just caught up.
+  // - The first iteration of the refining lane took effect, or its correction was dropped.
   bool is_any_behind = has_turns(tissue);  // the rotation alone may be behind
   bool is_any_moving = false;
   for (uint32_t i = 0; i < states.num_answered; ++i) {
@@ -111,8 +112,9 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   const bool caught_up = states.catches_up;
   const bool begins = finished && (states.changed || is_any_behind);
   states.catches_up = is_any_moving && (begins || states.catches_up);
-  states.changed = states.changed || states.catches_up || caught_up || tissue.zone.went_back;
-  tissue.zone.went_back = false;
+  states.changed =
+      states.changed || states.catches_up || caught_up || tissue.zone.went_back || tissue.zone.has_jumped;
+  tissue.zone.went_back = tissue.zone.has_jumped = false;
 }
 
 }  // namespace palpate

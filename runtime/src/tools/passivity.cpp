@@ -136,7 +136,7 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
   // When the response changes, the account counts only the work of the tools.
   if (!states.changed) passivity.account += tissue.energy_brought;
-  if (passivity.one_set) passivity.stored += tissue.energy_brought + tissue.energy_corrected;
+  if (passivity.one_set) passivity.stored += tissue.energy_brought + states.energy_corrected;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
   const double brought = passivity.one_set ? 0.0 : take_strain_brought(tissue, states);
   double of_models = 0;

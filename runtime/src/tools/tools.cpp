@@ -205,6 +205,8 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   answer_or_fall_back(tissue, states);
   tissue.energy_brought += tissue.zone.inclusion_energy * tissue.pack->newtons * tissue.pack->metres;
   tissue.zone.inclusion_energy = 0;
+  states.energy_corrected = tissue.zone.corrected_energy * tissue.pack->newtons * tissue.pack->metres;
+  tissue.zone.corrected_energy = 0;
   memcpy(tissue.gravity.before, tissue.gravity.now, sizeof tissue.gravity.before);
   tissue.gravity.has_changed = false;
 

@@ -63,6 +63,8 @@ struct ToolStates {
   double* turns;          // [max_contacts][3] rotations of `inputs`, if patches rotate (patch_rotation.hpp)
   pal_contact_result* results;  // [max_contacts] results of pal_contact_frame when the caller wants none
   uint64_t next_id;
+  double
+      energy_corrected;  // by which deliveries of the refining lane changed the stored energy since the last frame: J
   // The contacts that the last frame answered, their model, and their match with the held contacts:
   ResponseKind answered;
   uint32_t num_answered;

@@ -14,6 +14,8 @@ namespace {
 
 using Phase = ExteriorState::Phase;
 
+constexpr double kLeastPart = 1.0 / 64;
+
 size_t num_values(const Exterior& exterior) {
   return size_t{3} * exterior.pack.organ.num_nodes;
 }
@@ -26,8 +28,8 @@ void follow_pressures_of(const ZoneBatches& batches) {
 
 void begin_evaluation(const Exterior& exterior, Acceleration* acceleration, ExteriorState& state) {
   const size_t size = num_values(exterior);
-  for (size_t i = 0; i < size; ++i) state.next[i] += state.displacement[i];
-  if (acceleration != nullptr) accelerate(state.displacement, state.next, *acceleration);
+  for (size_t i = 0; i < size; ++i) state.next[i] = state.displacement[i] + state.part * state.next[i];
+  if (acceleration != nullptr && state.part == 1) accelerate(state.displacement, state.next, *acceleration);
   for (size_t i = 0; i < size; ++i) state.next_forces[i] = -state.rest_force[i];
   state.strain = {0, static_cast<double>(INFINITY)};
   state.phase = Phase::evaluate;
@@ -58,6 +60,7 @@ void end_iteration(const Exterior& exterior, ExteriorState& state) {
   std::swap(state.forces, state.next_forces);
   state.energy = state.strain.energy;
   state.smallest_jacobian = state.strain.smallest_jacobian;
+  state.part = std::min(1.0, 2 * state.part);
   state.phase = Phase::ended;
 }
 
@@ -93,6 +96,7 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state) {
   follow_pressures_of(exterior.elements.all);
   state.rest_energy = strain.energy;
   state.energy = 0;
+  state.part = 1;
   state.smallest_jacobian = strain.smallest_jacobian;
   state.phase = Phase::ended;
 }
@@ -123,6 +127,7 @@ Progress advance_iteration(const Exterior& exterior, const Condensation& condens
         case Phase::evaluate:
           if (!end_evaluation(exterior, state)) {
             state.phase = Phase::ended;
+            state.part = std::max(kLeastPart, 0.5 * state.part);
             if (acceleration != nullptr) restart_acceleration(*acceleration);
             return Progress::failed;
           }

@@ -29,6 +29,7 @@ struct ExteriorState {
   // The iteration under way
   enum class Phase : uint32_t { extend, evaluate, condense, ended } phase;
   uint32_t front;       // fronts that the phase has passed
+  double part;          // of the step to the next u: 1, halved by each iteration that fails
   double* next;         // [num_nodes][3] its u
   double* next_forces;  // [num_nodes][3] and r
   ZoneStrain strain;
@@ -44,8 +45,8 @@ void begin_iteration(const Exterior& exterior, const Condensation& condensation,
                      ExteriorState& state);
 
 // Advances the iteration for about so many multiply-adds and adds the work to `spent`. The same bits for any slices. Fails
-// where an element outside would be inverted or nearly so: the state is then as before the iteration, and the
-// acceleration restarts. No condensation may advance during an iteration: both read the pressures of shared volumes.
+// where an element outside would be inverted or nearly so: the state is then as before the iteration, the
+// acceleration restarts, and the next iteration goes half as far. Iterations that succeed double that part up to 1. No condensation may advance during an iteration: both read the pressures of shared volumes.
 // `acceleration`: mixes the whole of u, the zone's nodes too, where the zone's next solution starts; or null. Restart it
 // where contacts have moved.
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,

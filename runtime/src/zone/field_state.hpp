@@ -27,9 +27,8 @@ struct FieldState {
   uint32_t exterior_rings;
   uint32_t* exterior_sites;
   pal_real* exterior_weights;  // of their columns (zone_exterior.hpp)
-  // nonlinear_zone, refined: displacements of all packed nodes at the last delivery, in place of those at rest, and which
-  // field of ZoneMailbox holds them. Null, kNoField: none
-  const pal_real* refined;
+  // nonlinear_zone, refined: the field of ZoneMailbox with the displacements of all packed nodes at the last delivery,
+  // in place of those at rest. kNoField: none
   uint32_t refined_field;
   bool gravity_turned;
   pal_real gravity_turn[3];

@@ -24,8 +24,8 @@ constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
 // Of what a round of all groups has changed, the next one changes some part.
 constexpr double kOfChange = 0.3;
-// Where contacts stand still and the refining lane is at work, frames go on to this part of the two, as far as their
-// iterations reach: what is left of a frame would be the noise of the lane's iterates.
+// A frame whose contacts stand still in a refined zone iterates until kConverged and kMostUncoupled times this are reached,
+// if its iterations suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
@@ -153,7 +153,7 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
 
 }  // namespace
 
-ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations, bool polishes,
                       ZoneState& state) {
   ZoneSet& set = state.active;
   take_inclusion(pack, state);
@@ -168,7 +168,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     farthest = std::max(farthest, move);
   }
   const bool is_still = farthest <= kStill * pack.mean_surface_edge;
-  const double goal = set.is_refined && is_still ? kAtRest : 1;
+  const double goal = polishes && set.correction.is_refined && is_still ? kAtRest : 1;
   bool is_renewed[kMostZoneContacts] = {};
   weigh_exterior(pack, state, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -268,7 +268,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     frame.flags |= PAL_FLAG_UNCONVERGED;
     settle_groups(frame, setbacks);
   }
-  ZoneAnswer answer = {0, taken, goes_any_back, set.corrected_energy, 0};
+  ZoneAnswer answer = {0, taken, goes_any_back, set.correction.energy, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
@@ -300,14 +300,14 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   field.num_corners = 0;
   field.num_own = 0;
   field.num_exterior = 0;
-  if (!set.is_refined) fill_exterior_state(pack, state, field);
+  if (!set.correction.is_refined) fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t place = first_boundary(group) + b;
       for (uint32_t axis = 0; axis < 3; ++axis) {
         // Rims and other series are part of a refined field.
-        const double part = set.is_refined            ? set.traction_then[3 * place + axis]
+        const double part = set.correction.is_refined ? set.correction.traction_then[3 * place + axis]
                             : group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis]
                                                       : 0.0;
         field.weights[3 * field.num_held + axis] =
@@ -315,7 +315,7 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
       }
       field.held[field.num_held++] = set.nodes[place];
     }
-    for (uint32_t i = 0; i < group.rim.num_nodes && !set.is_refined; ++i) {
+    for (uint32_t i = 0; i < group.rim.num_nodes && !set.correction.is_refined; ++i) {
       for (uint32_t axis = 0; axis < 3; ++axis)
         field.weights[3 * field.num_held + axis] =
             static_cast<pal_real>(group.rim.force[3 * i + axis] * pack.metres);

@@ -41,7 +41,8 @@ struct ZoneAnswer {
 // made positive definite.
 // Leaves displacements, forces and stiffness of the contacts in the set; on the way to a balance perhaps the forces that the
 // last one and its stiffness tell of.
-ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+// `polishes`: contacts of a refined zone that stand still are solved as exactly as the iterations allow.
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations, bool polishes,
                       ZoneState& state);
 
 // Something else answers: the set that did is at rest when it next does.

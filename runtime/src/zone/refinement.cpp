@@ -24,7 +24,6 @@ bool begin_own(const pal_pack& pack, const EliminationKernel& kernel, Refinement
   const ZoneRequest& request = of.mailbox.request;
   std::fill_n(of.own.roles, pack.organ.num_nodes, NodeRole::eliminated);
   for (uint32_t i = 0; i < request.num_nodes; ++i) of.own.roles[request.nodes[i]] = NodeRole::absent;
-  for (uint32_t i = 0; i < request.num_fixed; ++i) of.own.roles[request.fixed[i]] = NodeRole::absent;
   of.own.num_kept = request.num_boundary;
   if (request.num_boundary > of.own.room.kept) return false;
   for (uint32_t b = 0; b < request.num_boundary; ++b) {
@@ -34,7 +33,10 @@ bool begin_own(const pal_pack& pack, const EliminationKernel& kernel, Refinement
   memset(of.is_zone_element, 0, pack.organ.num_elements * sizeof *of.is_zone_element);
   for (uint32_t e = 0; e < request.num_elements; ++e) of.is_zone_element[request.elements[e]] = 1;
   leave_out(pack.organ, of.elements, of.is_zone_element, of.left_out);
-  return begin_condensation(exterior_of(pack, kernel, of, false), &of.whole, of.scratch, of.own);
+  const Exterior exterior = exterior_of(pack, kernel, of, false);
+  rest_exterior(exterior, of.exterior);  // also the pressures of shared volumes, which the factor reads
+  restart_acceleration(of.acceleration);
+  return begin_condensation(exterior, &of.whole, of.scratch, of.own);
 }
 
 void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
@@ -49,8 +51,13 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
   begin_iteration(exterior_of(pack, kernel, of, false), of.own, of.zone, of.exterior);
 }
 
-// s and the exterior's energy where the frame has the boundary: the acceleration may have mixed it.
-void find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+// Force and energy of the exterior where the frame has the boundary, at a distance m from where the iteration has it (the
+// acceleration mixes the boundary, too), and with the exterior in equilibrium to second order:
+//
+//   g + S m,   E + m . (g + S m / 2) - r_O . K_OO^-1 r_O / 2
+//
+// Returns false where they are not finite, as of a damaged pack. The field stays that of the iteration.
+bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
   ZoneDelivery& delivery = of.mailbox.delivery;
   const uint32_t stride = of.own.schur_stride;
@@ -62,16 +69,27 @@ void find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinem
   }
   kernel.add_symmetric_product(of.own.schur, stride, of.moved, of.forces);
   delivery.energy = of.exterior.energy;
+  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
+    if (of.own.roles[node] != NodeRole::eliminated) continue;
+    const double* below = of.exterior.forces + size_t{3} * node;  // L^-1 r
+    for (int axis = 0; axis < 3; ++axis) delivery.energy -= 0.5 * below[axis] * below[axis];
+  }
+  double sum = 0;
   for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
     const double force = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3];
     delivery.energy += of.moved[i] * (force + 0.5 * of.forces[i]);
     delivery.outside[i] = force + of.forces[i];
+    sum += delivery.outside[i];
   }
+  return isfinite(sum) && isfinite(delivery.energy);
+}
+
+void write_field(const pal_pack& pack, const Refinement& of) {
   for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
-    const uint32_t packed = pack.organ.nodes[node].packed_node;
+    const size_t packed = pack.organ.nodes[node].packed_node;
     if (packed == pack::kNoNode) continue;
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      request.field[3 * size_t{packed} + axis] =
+    for (size_t axis = 0; axis < 3; ++axis)
+      of.mailbox.request.field[3 * packed + axis] =
           static_cast<pal_real>(of.exterior.displacement[3 * size_t{node} + axis] * pack.metres);
   }
 }
@@ -87,20 +105,13 @@ double find_change(const pal_pack& pack, const Refinement& of) {
 void deliver(bool is_good, Refinement& of) {
   of.mailbox.delivery.is_good = is_good;
   of.phase = Phase::begin;
-  std::atomic_ref<uint32_t>(of.mailbox.turn)
-      .store(static_cast<uint32_t>(LaneTurn::haptic), std::memory_order_release);
+  std::atomic_ref<uint32_t>(of.mailbox.state)
+      .store(static_cast<uint32_t>(MailboxState::delivered), std::memory_order_release);
 }
 
 // Begins what the request needs first. Returns false where that cannot be had.
 bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
-  if (!of.is_filled) {
-    of.is_broken = !fill_organ_elements(pack, of.elements) || !fill_front_of(pack, of.front_of);
-    clear_scratch(pack, of.scratch);
-    for (uint32_t node = 0; node < pack.organ.num_nodes; ++node)
-      memcpy(of.rest + size_t{3} * node, pack.organ.nodes[node].displacement, 3 * sizeof *of.rest);
-    of.is_filled = true;
-  }
   if (of.is_broken) return false;
   if (!of.has_whole || of.inclusion != request.inclusion_version) {
     set_organ_stiffness(pack, request.inclusion, of.elements);
@@ -108,7 +119,9 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
     of.set = 0;
     std::fill_n(of.whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
     of.phase = Phase::whole;
-    return begin_condensation(exterior_of(pack, kernel, of, true), nullptr, of.scratch, of.whole);
+    const Exterior organ = exterior_of(pack, kernel, of, true);
+    rest_exterior(organ, of.exterior);
+    return begin_condensation(organ, nullptr, of.scratch, of.whole);
   }
   if (of.set != request.set) {
     of.set = 0;
@@ -134,10 +147,7 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
       break;
     case Phase::condense:
       progress = advance_condensation(exterior, operations, of.scratch, of.own, spent);
-      if (progress != Progress::ended) break;
-      rest_exterior(exterior, of.exterior);
-      restart_acceleration(of.acceleration);
-      of.set = of.mailbox.request.set;
+      if (progress == Progress::ended) of.set = of.mailbox.request.set;
       break;
     case Phase::iterate:
       return advance_iteration(exterior, of.own, operations, of.scratch, &of.acceleration, of.exterior,
@@ -174,28 +184,38 @@ void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena,
   refinement.forces = arena.take<double>(elimination_stride(3 * kept));
 }
 
-bool has_request(const Refinement& refinement) {
-  // The other lane writes `turn`; the reference is to read it alone.
-  const std::atomic_ref<uint32_t> turn(const_cast<uint32_t&>(refinement.mailbox.turn));
-  return turn.load(std::memory_order_acquire) == static_cast<uint32_t>(LaneTurn::refining);
+void fill_refinement(const pal_pack& pack, Refinement& refinement) {
+  refinement.is_broken =
+      !fill_organ_elements(pack, refinement.elements) || !fill_front_of(pack, refinement.front_of);
+  clear_scratch(pack, refinement.scratch);
+  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node)
+    memcpy(refinement.rest + size_t{3} * node, pack.organ.nodes[node].displacement,
+           3 * sizeof *refinement.rest);
 }
 
-bool refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
-            Refinement& refinement) {
-  if (!has_request(refinement)) return false;
+bool has_request(const Refinement& refinement) {
+  const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(refinement.mailbox.state));
+  return state.load(std::memory_order_acquire) == static_cast<uint32_t>(MailboxState::requested);
+}
+
+Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+               Refinement& refinement) {
+  if (!has_request(refinement)) return Refined::nothing;
   uint64_t spent = 0;
   Progress progress = Progress::goes_on;
   while (progress == Progress::goes_on && spent < operations)
     progress = advance_phase(pack, kernel, operations, refinement, spent);
-  if (progress == Progress::goes_on) return false;
-  if (progress == Progress::ended) {
-    find_outside(pack, kernel, refinement);
-    refinement.change = find_change(pack, refinement);
-    refinement.mailbox.delivery.change = refinement.change;
+  if (progress == Progress::goes_on) return Refined::works;
+  const bool is_good = progress == Progress::ended && find_outside(pack, kernel, refinement);
+  if (progress == Progress::ended && !is_good)
+    refinement.set = 0;  // numbers that are not finite stay in no state
+  if (is_good) {
+    write_field(pack, refinement);
+    refinement.mailbox.delivery.change = find_change(pack, refinement);
     ++refinement.iterations;
   }
-  deliver(progress == Progress::ended, refinement);
-  return true;
+  deliver(is_good, refinement);
+  return is_good ? Refined::delivered : Refined::failed;
 }
 
 }  // namespace palpate

@@ -30,14 +30,12 @@ struct Refinement {
   double* moved;             // [stride of the boundary] scratch
   double* forces;            // [stride of the boundary] scratch
   enum class Phase : uint32_t { begin, whole, condense, iterate } phase;
-  bool is_filled;  // the organ's elements have their shapes
-  bool is_broken;  // the organ's tables contradict themselves: nothing is delivered
+  bool is_broken;  // the organ contradicts itself: nothing good is delivered
   bool has_whole;
   uint32_t inclusion;              // version that `elements` have
   uint64_t set;                    // that `own` is of; 0: none
   double followed[kMostZoneAxes];  // of the last request
   uint64_t iterations;
-  double change;  // of the last iteration: length unit
 };
 
 // Whether zones of the pack can be refined.
@@ -45,10 +43,15 @@ bool is_refinable(const pal_pack& pack);
 
 void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement);
 
-// Works on the request for about so many multiply-adds, in steps of a front; the same bits for any slices. Returns true
-// once its delivery is made, and false if there is no request or work is left. `kernel`: the session's.
-bool refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
-            Refinement& refinement);
+// Computes the shapes of the organ's elements.
+void fill_refinement(const pal_pack& pack, Refinement& refinement);
+
+enum class Refined { nothing, works, failed, delivered };
+
+// Works on the request for about so many multiply-adds, in steps of a front or of one pass over the elements; the same bits
+// for any slices. `kernel`: the session's.
+Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+               Refinement& refinement);
 
 // Whether a request waits for this lane.
 bool has_request(const Refinement& refinement);

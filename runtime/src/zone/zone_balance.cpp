@@ -106,15 +106,19 @@ void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
     frame.state.overlap[i] += group.rim.pull[i];
 }
 
-void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
+void find_outside(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
-  const ZoneSet& set = frame.set;
   find_boundary(frame, group);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
     state.outside[i] = group.exterior_force[i] - state.pull[i] - state.overlap[i];
-  const double* correction = set.correction + size_t{3} * first_boundary(group);
+  const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) state.outside[i] += correction[i];
+}
 
+void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  const ZoneSet& set = frame.set;
+  find_outside(frame, group);
   double* residual = state.residual;
   const uint32_t free = group.num_interior + group.num_boundary;
   const double* forces = state.forces + size_t{3} * group.first_node;
@@ -179,7 +183,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
-  const double* correction = frame.set.correction + size_t{3} * first_boundary(group);
+  const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   double energy = exterior_energy(frame, group) + rim_energy(frame.set, group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
     energy += 0.5 * frame.state.boundary[i] * (frame.state.outside[i] + correction[i]);

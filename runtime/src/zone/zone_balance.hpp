@@ -27,16 +27,19 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 // ZoneState::overlap := g, what zone_overlap.hpp takes out and zone_rim.hpp adds.
 void find_pull(ZoneFrame& frame, const ZoneGroup& group);
 
+// ZoneState::outside := the force s + c of the exterior on the boundary (ZoneCorrection), s = S w_B - T b - g, after
+// evaluate_group() and find_pull(). ZoneState::boundary := w_B.
+void find_outside(ZoneFrame& frame, const ZoneGroup& group);
+
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
-// each. Of evaluate_group() and find_pull(); leaves w_B in ZoneState::boundary, and S w_B - T b
-// less ZoneState::overlap, with ZoneSet::correction, in ZoneState::outside.
+// each. After evaluate_group() and find_pull(); calls find_outside().
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // The group's tractions, of the find_residual() before.
 void find_traction(ZoneFrame& frame, const ZoneGroup& group);
 
-// What the organ outside of the group stores, after find_residual() and find_traction(), but for
-// ZoneSet::corrected_energy, which is that of all groups.
+// The energy of the exterior of the group, after find_outside() and find_traction(), without the constant
+// ZoneCorrection::energy of all groups.
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group);
 
 // What the group and the organ outside of it store, after find_residual() and find_traction().

@@ -67,7 +67,7 @@ constexpr double kMostOfOne = 3;  // x of a set of one contact, in units of sqrt
 
 // Forces that fix nodes have a part in what leaves the zone, and of those no series is known.
 double reach_of(const ZoneSet& set) {
-  return set.num_fixed > 0 ? 0 : kFarthest;
+  return set.follows_series ? kFarthest : 0;
 }
 
 // To which degree a contact's own load counts. Near ones, whose loads may nearly cancel, have to second order what
@@ -229,14 +229,14 @@ bool load_that_counts(const ZoneSet& set, uint32_t contact, double x[3]) {
 
 bool is_beyond_series(const pal_pack& pack, const ZoneSet& set, uint32_t contact, double largest) {
   if (set.num_contacts == 1)
-    return set.num_fixed == 0 && has_square_beyond(pack, set, contact, largest, kMostOfOne * kMostOfOne);
+    return set.follows_series && has_square_beyond(pack, set, contact, largest, kMostOfOne * kMostOfOne);
   return has_square_beyond(pack, set, contact, largest,
                            is_alone_in_zone(set, contact) ? 1 : kFarthest * kFarthest);
 }
 
 bool is_at_other_root(const pal_pack& pack, const ZoneSet& set, bool from_beyond) {
   constexpr double kMostWithin = 8;
-  if (set.num_contacts != 1 || set.num_fixed > 0) return false;
+  if (set.num_contacts != 1 || !set.follows_series) return false;
   const double turned = set.num_axes > 3 ? pack.mean_surface_edge * sqrt(square_of(set.followed + 3)) : 0;
   const double moved = std::max(turned, sqrt(square_of(set.followed)));
   const double most = from_beyond ? kMostOfOne : kMostWithin;

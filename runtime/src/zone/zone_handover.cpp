@@ -192,11 +192,8 @@ void let_next_answer(const pal_pack& pack, ZoneState& state) {
       group.moved += length_of(frame, at, set.followed[at] - before[at]);
     }
   }
-  for (double* of_boundary : {set.correction, set.traction_then})
-    memset(of_boundary, 0, size_t{3} * set.num_nodes * sizeof *of_boundary);
-  set.corrected_energy = 0;
-  set.is_refined = false;
-  set.number = state.active.number + 1;
+  drop_correction(set);
+  set.correction.number = state.active.correction.number + 1;
   set.ready = true;
   swap_zone_sets(state);
 }

@@ -91,6 +91,8 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
   const bool is_new = set.inclusion_version == kNoInclusion;
   if (is_new) state.inclusion_energy = 0;
   set.inclusion_version = state.inclusion_version;
+  // The correction stays until a delivery knows of the new tissue.
+  set.correction.change = static_cast<double>(INFINITY);
   const auto node_of = [&](uint32_t place) -> const pack::ZoneNode& {
     return pack.zone_nodes[set.nodes[place]];
   };

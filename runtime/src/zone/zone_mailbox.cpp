@@ -3,23 +3,89 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_balance.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
 
 namespace palpate {
 namespace {
 
-// Calls visit(place) for the boundary's nodes that move, group by group.
+bool is_in(const ZoneMailbox& mailbox, MailboxState expected) {
+  const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(mailbox.state));
+  return state.load(std::memory_order_acquire) == static_cast<uint32_t>(expected);
+}
+
+void pass_on(ZoneMailbox& mailbox, MailboxState next) {
+  std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
+}
+
+// Calls visit(group, place) for the boundary's nodes that move, group by group.
 template <typename Visit>
 void for_each_boundary(const ZoneSet& set, Visit&& visit) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const uint32_t first = first_boundary(set.groups[g]);
     for (uint32_t place = first; place < first + set.groups[g].num_boundary; ++place) {
-      if (set.unknown_of[place] != kNoUnknown) visit(place);
+      if (set.unknown_of[place] != kNoUnknown) visit(set.groups[g], place);
     }
   }
+}
+
+// The largest length by which an axis differs; `then`: null for rest.
+double farthest(const ZoneFrame& frame, const double* now, const double* then) {
+  double largest = 0;
+  for (uint32_t i = 0; i < frame.set.num_axes; ++i)
+    largest = std::max(largest, length_of(frame, i, now[i] - (then != nullptr ? then[i] : 0)));
+  return largest;
+}
+
+// Adds what a delivery has found to the correction.
+void add_delivery(const pal_pack& pack, const ZoneRequest& request, const ZoneDelivery& delivery,
+                  ZoneState& state) {
+  ZoneSet& set = state.active;
+  ZoneCorrection& correction = set.correction;
+  double brought = delivery.energy - request.energy;
+  correction.energy += brought;
+  uint32_t b = 0;
+  for_each_boundary(set, [&](ZoneGroup& group, uint32_t place) {
+    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const size_t i = size_t{3} * place + axis;
+      const double change = delivery.outside[3 * b + axis] - request.outside[3 * b + axis];
+      correction.force[i] += change;
+      correction.energy -= change * (request.displacement[i] - rest[axis]);
+      brought += change * (set.displacement[i] - request.displacement[i]);
+      group.stored_in_balance += change * (set.balanced.displacement[i] - rest[axis]);
+    }
+    ++b;
+  });
+  state.corrected_energy += brought;
+}
+
+// Whether the contacts of the set are nearer to rest, where c = 0 is right, than to these places.
+bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
+  return farthest(frame, frame.set.followed, places) > farthest(frame, frame.set.followed, nullptr);
+}
+
+void drop_if_far(const pal_pack& pack, ZoneState& state) {
+  ZoneSet& set = state.active;
+  ZoneCorrection& correction = set.correction;
+  const ZoneFrame frame = {pack, state, set, 0};
+  if (!correction.is_refined || !is_nearer_to_rest(frame, correction.followed_then)) return;
+  double brought = -correction.energy;
+  for_each_boundary(set, [&](ZoneGroup& group, uint32_t place) {
+    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const size_t i = size_t{3} * place + axis;
+      brought -= correction.force[i] * (set.displacement[i] - rest[axis]);
+      group.stored_in_balance -= correction.force[i] * (set.balanced.displacement[i] - rest[axis]);
+    }
+  });
+  state.corrected_energy += brought;
+  state.has_jumped = true;
+  drop_correction(set);
 }
 
 // Lists what the request names for as long as the set is the same.
@@ -30,10 +96,27 @@ void list_members(const pal_pack& pack, const ZoneSet& set, ZoneRequest& request
   for (uint32_t e = 0; e < set.num_elements; ++e)
     request.elements[e] = pack.organ.of_zone_element[set.elements[e]];
   request.num_boundary = 0;
-  for_each_boundary(set, [&](uint32_t place) { request.boundary[request.num_boundary++] = place; });
-  // The contact nodes are the first nodes of the organ.
-  request.num_fixed = set.num_fixed;
-  memcpy(request.fixed, set.fixed, set.num_fixed * sizeof *set.fixed);
+  for_each_boundary(set,
+                    [&](ZoneGroup&, uint32_t place) { request.boundary[request.num_boundary++] = place; });
+}
+
+// s + c on the boundary, and the exterior's energy.
+void list_forces(const pal_pack& pack, ZoneState& state, ZoneRequest& request) {
+  ZoneSet& set = state.active;
+  ZoneFrame frame = {pack, state, set, 0};
+  request.energy = set.correction.energy;
+  uint32_t b = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    find_pull(frame, group);
+    find_outside(frame, group);
+    find_traction(frame, group);
+    request.energy += outside_energy(frame, group);
+    for (uint32_t i = 0; i < group.num_boundary; ++i) {
+      if (set.unknown_of[first_boundary(group) + i] == kNoUnknown) continue;
+      memcpy(request.outside + size_t{3} * b++, state.outside + size_t{3} * i, 3 * sizeof *state.outside);
+    }
+  }
 }
 
 }  // namespace
@@ -51,76 +134,59 @@ void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, Z
     field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
 }
 
-bool take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state, double& energy_corrected) {
-  energy_corrected = 0;
-  const std::atomic_ref<uint32_t> turn(mailbox.turn);
-  const ZoneRequest& request = mailbox.request;
-  if (turn.load(std::memory_order_acquire) != static_cast<uint32_t>(LaneTurn::haptic) || request.set == 0)
-    return false;
-  const ZoneDelivery& delivery = mailbox.delivery;
+Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
   ZoneSet& set = state.active;
-  const bool is_taken = delivery.is_good && set.ready && request.set == set.number &&
-                        request.restarts == set.restarts &&
-                        request.inclusion_version == state.inclusion_version;
-  ++(is_taken ? mailbox.deliveries : mailbox.rejected);
-  if (!is_taken) return true;
-  energy_corrected = delivery.energy - request.energy;
-  uint32_t b = 0;
-  for_each_boundary(set, [&](uint32_t place) {
-    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const double change = delivery.outside[3 * b + axis] - request.outside[3 * b + axis];
-      const double* then = request.displacement + size_t{3} * place;
-      const double* now = set.displacement + size_t{3} * place;
-      set.correction[3 * place + axis] += change;
-      set.corrected_energy -= change * (then[axis] - rest[axis]);
-      energy_corrected += change * (now[axis] - then[axis]);
-    }
-    ++b;
-  });
-  set.corrected_energy += delivery.energy - request.energy;
-  memcpy(set.traction_then, set.traction_posted, size_t{3} * set.num_nodes * sizeof *set.traction);
-  set.field = mailbox.field;
-  set.refined_change = delivery.change;
-  set.is_refined = true;
-  return true;
+  drop_if_far(pack, state);
+  if (!is_in(mailbox, MailboxState::delivered)) return Taken::none;
+  pass_on(mailbox, MailboxState::idle);
+  const ZoneRequest& request = mailbox.request;
+  const ZoneDelivery& delivery = mailbox.delivery;
+  ZoneCorrection& correction = set.correction;
+  if (request.set != correction.number || request.restarts != correction.restarts) return Taken::rejected;
+  const ZoneFrame frame = {pack, state, set, 0};
+  const bool is_far = is_nearer_to_rest(frame, request.followed);
+  for (double& change : correction.force_change) change = -1;
+  if (!delivery.is_good) correction.change = static_cast<double>(INFINITY);
+  if (!delivery.is_good || is_far) return Taken::rejected;
+  add_delivery(pack, request, delivery, state);
+  const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
+  state.has_jumped = state.has_jumped || !correction.is_refined || !isfinite(correction.change);
+  correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
+  correction.is_refined = true;
+  correction.field = mailbox.field;
+  memcpy(correction.followed_then, request.followed, set.num_axes * sizeof *set.followed);
+  memcpy(correction.traction_then, correction.traction_posted,
+         size_t{3} * set.num_nodes * sizeof *set.traction);
+  return Taken::taken;
 }
 
 void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {
-  const std::atomic_ref<uint32_t> turn(mailbox.turn);
+  constexpr double kConverged = 1e-12;
   ZoneSet& set = state.active;
-  if (turn.load(std::memory_order_acquire) != static_cast<uint32_t>(LaneTurn::haptic) || !set.sound) return;
+  ZoneCorrection& correction = set.correction;
+  if (!is_in(mailbox, MailboxState::idle) || !set.sound) return;
+  const ZoneFrame frame = {pack, state, set, 0};
+  const double size = farthest(frame, set.followed, nullptr);
+  if (correction.is_refined && correction.change <= kConverged * size &&
+      farthest(frame, set.followed, correction.followed_then) == 0)
+    return;
   ZoneRequest& request = mailbox.request;
-  ZoneFrame frame = {pack, state, set, 0};
-  double energy = set.corrected_energy;
-  uint32_t b = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    if (!evaluate_group(frame, group)) return;
-    find_pull(frame, group);
-    find_residual(frame, group);
-    energy += outside_energy(frame, group);
-    for (uint32_t i = 0; i < group.num_boundary; ++i) {
-      if (set.unknown_of[first_boundary(group) + i] == kNoUnknown) continue;
-      memcpy(request.outside + size_t{3} * b++, state.outside + size_t{3} * i, 3 * sizeof *state.outside);
-    }
-  }
-  if (!isfinite(energy)) return;
-  if (request.set != set.number) list_members(pack, set, request);
-  request.set = set.number;
-  request.restarts = set.restarts;
-  request.energy = energy;
+  list_forces(pack, state, request);
+  if (!isfinite(request.energy)) return;
+  if (request.set != correction.number) list_members(pack, set, request);
+  request.set = correction.number;
+  request.restarts = correction.restarts;
   request.num_axes = set.num_axes;
   memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
-  memcpy(set.traction_posted, set.traction, size_t{3} * set.num_nodes * sizeof *set.traction);
+  memcpy(correction.traction_posted, set.traction, size_t{3} * set.num_nodes * sizeof *set.traction);
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
-  if (set.is_refined) used |= 1u << set.field;
+  if (correction.is_refined) used |= 1u << correction.field;
   mailbox.field = 0;
   while ((used >> mailbox.field & 1) != 0) ++mailbox.field;
   request.field = mailbox.fields[mailbox.field];
-  turn.store(static_cast<uint32_t>(LaneTurn::refining), std::memory_order_release);
+  pass_on(mailbox, MailboxState::requested);
 }
 
 }  // namespace palpate

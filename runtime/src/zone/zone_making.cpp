@@ -353,6 +353,7 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   find_places(pack, contacts, set);
   memcpy(set.points, set.places, count * sizeof *set.points);
   set.num_fixed = fixed.count;
+  set.follows_series = fixed.count == 0 && !state.refines;
   memcpy(set.fixed, fixed.nodes, fixed.count * sizeof *set.fixed);
   set.fixed_version = fixed.version;
   set.sound = true;

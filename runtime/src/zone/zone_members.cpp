@@ -390,7 +390,7 @@ void begin_listing(bool between, ZoneState& state) {
 }  // namespace
 
 void begin_members(const pal_pack& pack, ZoneState& state) {
-  begin_listing(pack.zone_between && state.next.num_fixed == 0, state);
+  begin_listing(pack.zone_between && state.next.follows_series, state);
 }
 
 bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {

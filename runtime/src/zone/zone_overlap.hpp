@@ -38,7 +38,7 @@ inline uint32_t num_overlaps(const pal_pack& pack, uint32_t num_contacts) {
 // Of a set, once its members are known: none where nodes are fixed while running, as its loads then count as zero, and
 // of two contacts with nothing between them.
 inline uint32_t num_overlaps(const pal_pack& pack, const ZoneSet& set) {
-  const bool is_nothing = set.num_fixed > 0 || (set.num_contacts < 3 && set.near == 0);
+  const bool is_nothing = !set.follows_series || (set.num_contacts < 3 && set.near == 0);
   return is_nothing ? 0 : num_overlaps(pack, set.num_contacts);
 }
 

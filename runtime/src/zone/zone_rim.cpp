@@ -152,7 +152,7 @@ void carve_rims(const pal_pack& pack, Arena& arena, ZoneState& state) {
 bool list_rim(const pal_pack& pack, uint32_t index, ZoneState& state) {
   ZoneSet& set = state.next;
   ZoneGroup& group = set.groups[index];
-  if (state.max_rim_nodes == 0 || set.num_fixed > 0 || !are_near(set, group) ||
+  if (state.max_rim_nodes == 0 || !set.follows_series || !are_near(set, group) ||
       !has_all_pairs(pack, set, group))
     return true;
   ZoneRim& rim = group.rim;

@@ -91,8 +91,10 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->displacement = arena.take<double>(size_t{3} * state.max_nodes);
     set->rest_force = arena.take<double>(size_t{3} * state.max_nodes);
     set->traction = arena.take<double>(size_t{3} * state.max_nodes);
-    for (double** of_boundary : {&set->correction, &set->traction_posted, &set->traction_then})
-      *of_boundary = arena.take<double>(size_t{3} * state.max_nodes);
+    ZoneCorrection& correction = set->correction;
+    correction.followed_then = arena.take<double>(axes);
+    for (double** values : {&correction.force, &correction.traction_posted, &correction.traction_then})
+      *values = arena.take<double>(size_t{3} * state.max_nodes);
     set->balanced = {arena.take<double>(size_t{3} * state.max_nodes),
                      arena.take<double>(axes),
                      arena.take<double>(axes),
@@ -176,6 +178,15 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
   for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
 }
 
+void drop_correction(ZoneSet& set) {
+  ZoneCorrection& correction = set.correction;
+  for (double* values : {correction.force, correction.traction_then})
+    memset(values, 0, size_t{3} * set.num_nodes * sizeof *values);
+  correction.energy = 0;
+  correction.is_refined = false;
+  ++correction.restarts;
+}
+
 void keep_balance(ZoneSet& set, ZoneGroup& group) {
   copy_place(set, group, place_now(set), set.balanced);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
@@ -199,8 +210,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
-    for (double* of_boundary : {set.traction, set.correction, set.traction_then})
-      memset(of_boundary + size_t{3} * i, 0, 3 * sizeof(double));
+    memset(set.traction + size_t{3} * i, 0, 3 * sizeof(double));
   }
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
@@ -213,10 +223,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   }
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
-  // At rest there is nothing to correct.
-  ++set.restarts;
-  set.is_refined = false;
-  set.corrected_energy = 0;
+  drop_correction(set);
   group.stored = 0;
   rest_rim(group);
   group.has_tangent = false;

@@ -183,6 +183,23 @@ struct ZonePlace {
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
 };
 
+// What the refining lane has found of the exterior beyond its series (zone_mailbox.hpp): the exterior's force on the boundary
+// is s + c, and its energy E_s + c . w + C, with s and E_s those of the series and w the boundary's displacement.
+struct ZoneCorrection {
+  uint64_t number;        // no other set of the session has it
+  uint32_t restarts;      // how often the correction was dropped
+  bool is_refined;        // a delivery was taken
+  uint32_t field;         // its field among those of ZoneMailbox
+  double* force;          // [max_nodes][3] c, by the places of the set's nodes
+  double energy;          // C
+  double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
+  double* followed_then;  // ZoneSet::followed of the delivery's request
+  // By how much the delivery changed the force of each contact, contacts at rest; negative: not known
+  double force_change[kMostZoneContacts];
+  double* traction_posted;  // [max_nodes][3] ZoneSet::traction of the request under way
+  double* traction_then;    // [max_nodes][3] and of the delivery's request
+};
+
 struct ZoneSet {
   bool ready;
   bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
@@ -191,7 +208,10 @@ struct ZoneSet {
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
   uint32_t fixed_version;  // of the session's
-  uint32_t flags;          // PAL_FLAG_OVERLAPPING
+  // The exterior follows its series (zone_exterior.hpp). Else it is linear about rest: with nodes fixed, and in sessions
+  // that refine
+  bool follows_series;
+  uint32_t flags;  // PAL_FLAG_OVERLAPPING
   // Of ZoneState's, that its elements have; kNoInclusion: it was just made, and they are the pack's
   uint32_t inclusion_version;
   uint32_t num_groups;
@@ -219,17 +239,8 @@ struct ZoneSet {
   double (*points)[3];
   double (*places)[3];
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
-  // The refining lane's part (zone_mailbox.hpp)
-  uint64_t number;          // no other set of the session has it
-  uint32_t restarts;        // how often a group began anew at rest
-  bool is_refined;          // a delivery was taken
-  uint32_t field;           // of ZoneMailbox, that it wrote
-  double* correction;       // [max_nodes][3] what it adds to the force of the exterior
-  double corrected_energy;  // and to its energy, beyond correction . w
-  double refined_change;    // ZoneDelivery::change
-  double* traction_posted;  // [max_nodes][3] t of the request under way
-  double* traction_then;    // [max_nodes][3] and of the last delivery's request
-  ZonePlace balanced;       // of each group, when it was in balance last, or where it began
+  ZoneCorrection correction;
+  ZonePlace balanced;  // of each group, when it was in balance last, or where it began
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
@@ -265,6 +276,7 @@ inline constexpr double kLeastJacobian = 1e-4;
 
 // One set answers while another is made ready, if need be over several frames.
 struct ZoneState {
+  bool refines;  // pal_session_config::refines
   // Capacities
   uint32_t max_contacts;
   uint32_t axes_per_contact;  // 6: patches turn with their contacts; else 3
@@ -293,6 +305,9 @@ struct ZoneState {
   // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group
   // of it found no way on, and is back where it was in balance last, or at rest
   double inclusion_energy;
+  double
+      corrected_energy;  // the energy that corrections have brought where tools stand, since somebody took it
+  bool has_jumped;       // a correction began, or was dropped, since somebody took it
   bool went_back;
   ZoneSet active;
   ZoneSet next;
@@ -394,6 +409,9 @@ const ZoneGroup* group_of(const ZoneSet& set, uint32_t contact);
 
 // Whether no other contact shares a zone with this one.
 bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
+
+// Forgets the correction, as where the contacts begin anew at rest.
+void drop_correction(ZoneSet& set);
 
 // How the patch of a contact has turned.
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
