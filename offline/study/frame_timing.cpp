@@ -196,7 +196,8 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
   for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
     if (is_refinable(opened)) time_refining(opened, count, std::max(100, frames / 100), timings);
   }
-  if (opened.info().num_sites == 1) return timings;
+  const std::uint32_t num_sites = opened.info().num_sites;
+  if (num_sites <= 1) return timings;
   const int few = std::max(100, frames / 100);
   for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
     TimedSession session(opened, PAL_MODEL_ZONE, count);
@@ -206,7 +207,7 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
         count == 1 ? "force, new zone each frame" : fmt::format("{} contacts, new zones each frame", count);
     timings.push_back(time_frames(model, stage, few, [&](int frame) {
       for (std::uint32_t c = 0; c < count; ++c) {
-        contacts[c].site = (apart[c] + static_cast<std::uint32_t>(frame)) % opened.info().num_sites;
+        contacts[c].site = (apart[c] + static_cast<std::uint32_t>(frame)) % num_sites;
       }
       session.haptic(contacts);
     }));
@@ -218,6 +219,7 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
 std::vector<Timing> time_search(const OpenedPack& opened, int frames) {
   const std::vector<Eigen::Vector3d> places = random_places(opened);
   std::vector<Eigen::Vector3d> on_surface;
+  on_surface.reserve(places.size());
   const auto find = [&](const Eigen::Vector3d& place) { return surface_point(opened, place); };
   for (const Eigen::Vector3d& place : places) on_surface.emplace_back(find(place).position);
   const auto time = [&](const char* stage, const std::vector<Eigen::Vector3d>& from) {

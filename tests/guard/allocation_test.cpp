@@ -31,11 +31,13 @@ std::atomic<long> releases = 0;
 #define PALPATE_COUNTS_ALLOCATIONS 1
 // glibc's own allocator, under the names that replacements may call.
 extern "C" {
+// NOLINTBEGIN(bugprone-reserved-identifier)
 void* __libc_malloc(size_t);
 void* __libc_calloc(size_t, size_t);
 void* __libc_realloc(void*, size_t);
 void* __libc_memalign(size_t, size_t);
 void __libc_free(void*);
+// NOLINTEND(bugprone-reserved-identifier)
 
 void* malloc(size_t bytes) {
   ++allocations;

@@ -85,6 +85,7 @@ int run(const char* path, bool two_readers) {
   };
   const int num_readers = two_readers ? 2 : 1;
   std::vector<std::jthread> readers;
+  readers.reserve(static_cast<size_t>(num_readers));
   for (int reader = 0; reader < num_readers; ++reader) readers.emplace_back(read);
   bool answered = true;
   for (int frame = 0; frame < kHapticFrames; ++frame) {
@@ -141,6 +142,7 @@ int run_refining(const char* path, int num_refiners) {
   std::atomic<bool> finished = false;
   std::atomic<int> delivered = 0;
   std::vector<std::jthread> others;
+  others.reserve(static_cast<size_t>(num_refiners) + 1);
   for (int refiner = 0; refiner < num_refiners; ++refiner) {
     others.emplace_back([&] {
       pal_refinement refinement = {};

@@ -321,10 +321,10 @@ TEST(ZoneRefined, LoopsGainNoEnergy) {
       for (int frame = 0; frame <= kFrames; ++frame) {
         const double ramp = std::min({1.0, frame / 200.0, (kFrames - frame) / 200.0});
         const double angle = direction * kTurn * frame;
-        std::vector<pal_pose> poses;
-        for (int tool = 0; tool < 2; ++tool)
-          poses.push_back(at(ramp * Vector3d(0.05 * std::cos(angle), 0.05 * std::sin(angle + tool), -0.05)));
-        work.frame(poses);
+        const auto pose_of_tool = [&](int tool) {
+          return at(ramp * Vector3d(0.05 * std::cos(angle), 0.05 * std::sin(angle + tool), -0.05));
+        };
+        work.frame({pose_of_tool(0), pose_of_tool(1)});
         if (frame % frames_to_an_iteration == 0) refine(session);
       }
       EXPECT_GE(work.done(), -0.003 * work.peak()) << frames_to_an_iteration << " " << direction;

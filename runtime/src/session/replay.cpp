@@ -43,6 +43,7 @@ void compare(CallReader& reader, const Result* results, uint32_t count, pal_repl
   for (uint32_t i = 0; i < count && !found; ++i) {
     double force[3] = {};
     reader.take(force, 3);
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): a replay gives the same bits
     found = memcmp(force, results[i].force, kForceBytes) != 0;
     if (!found && i > 0) continue;
     replay.index = i;
@@ -205,6 +206,7 @@ extern "C" pal_status pal_session_replay(pal_session* session, const void* recor
   const size_t first = sizeof header + header.config_bytes;
   if (replay.offset == 0) {
     if (session->used) return PAL_STATUS_ALREADY_USED;
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): padding is zero, and a config has the same bits
     if (memcmp(static_cast<const unsigned char*>(recording) + sizeof header, &session->config,
                sizeof session->config) != 0)
       return PAL_STATUS_BAD_ARGUMENT;

@@ -242,7 +242,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   for (uint32_t g = 0; g < set.num_groups; ++g) done[g] = taken > 0 && is_done(g, 1);
   const bool converged = taken > 0 && has_converged(1);
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  Setback setbacks[kMostZoneContacts];
+  Setback setbacks[kMostZoneContacts] = {};
   bool goes_any_back = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];

@@ -294,11 +294,12 @@ bool gather_exterior_column(const pal_pack& pack, const ZoneState& state, const 
     const uint32_t row = pack.zone_nodes[set.nodes[first_boundary(group) + b]].row;
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const uint32_t i = 3 * row + axis;
-      field[3 * b + axis] =
-          is_own ? entry_of_site(pack, state.rings, set.sites[contact], place, i)
-                 : pack.max_displacement / pack::kPairUnit *
-                       panel_of_pair(pack, set.sites[contact], set.sites[other],
-                                     i / pack::kPanelRows)[place * pack::kPanelRows + i % pack::kPanelRows];
+      const uint32_t panel = i / pack::kPanelRows;
+      field[3 * b + axis] = is_own
+                                ? entry_of_site(pack, state.rings, set.sites[contact], place, i)
+                                : pack.max_displacement / pack::kPairUnit *
+                                      panel_of_pair(pack, set.sites[contact], set.sites[other],
+                                                    panel)[place * pack::kPanelRows + i % pack::kPanelRows];
     }
   }
   if (!is_nothing) state.kernel.add_symmetric_product(group.whole, group.boundary_stride, field, pull);
