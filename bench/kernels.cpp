@@ -115,38 +115,6 @@ void copy_of_same_rounded_bytes(benchmark::State& state) {
   state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(from.count));
 }
 
-void byte_field(benchmark::State& state, palpate::AddBytes add_bytes) {
-  const auto panels = static_cast<size_t>(state.range(0)) / kPanelRows;
-  const auto rank = static_cast<uint32_t>(state.range(1));
-  const std::vector<int8_t> columns(panels * rank * kPanelRows, 3);
-  const std::vector<pal_real> weights(rank, pal_real(0.5));
-  alignas(64) pal_real sum[kPanelRows] = {};
-  for (auto _ : state) {
-    for (size_t panel = 0; panel < panels; ++panel) {
-      add_bytes(columns.data() + panel * rank * kPanelRows, weights.data(), rank, sum);
-      benchmark::DoNotOptimize(sum);
-    }
-  }
-  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(columns.size()));
-}
-
-void copy_of_same_single_bytes(benchmark::State& state) {
-  const auto count =
-      static_cast<size_t>(state.range(0) / int64_t{kPanelRows} * state.range(1) * int64_t{kPanelRows});
-  const std::vector<int8_t> from(count, 3);
-  std::vector<int8_t> to(count);
-  for (auto _ : state) {
-    std::memcpy(to.data(), from.data(), count);
-    benchmark::ClobberMemory();
-  }
-  state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * static_cast<int64_t>(count));
-}
-
-void byte_shapes(benchmark::internal::Benchmark* bench) {
-  bench->ArgNames({"rows", "rank"});
-  for (const int rows : {960, 4800, 9600}) bench->Args({rows, palpate::pack::kMostPairFields});
-}
-
 void rounded_shapes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"rows", "rank"});
   for (const int rows : {960, 4800, 9600}) {
@@ -181,13 +149,8 @@ const bool field_kernels_are_registered = [] {
       rounded_shapes(benchmark::RegisterBenchmark((std::string("rounded_field_") + kernels[k].name).c_str(),
                                                   rounded_field, kernels[k].add_rounded));
     }
-    if (k == 0 || kernels[k].add_bytes != kernels[k - 1].add_bytes) {
-      byte_shapes(benchmark::RegisterBenchmark((std::string("byte_field_") + kernels[k].name).c_str(),
-                                               byte_field, kernels[k].add_bytes));
-    }
   }
   return true;
 }();
 BENCHMARK(copy_of_same_bytes)->Apply(shapes);
 BENCHMARK(copy_of_same_rounded_bytes)->Apply(rounded_shapes);
-BENCHMARK(copy_of_same_single_bytes)->Apply(byte_shapes);

@@ -14,7 +14,6 @@ int main(int argc, char** argv) {
     return std::puts(pal_status_text(opened)), 1;
   pal_session_config config = palpate::Session::default_config(pack);
   config.model = PAL_MODEL_ZONE;
-  config.refines = 1;
   size_t bytes = 0;
   if (const pal_status status = palpate::Session::required_bytes(pack, config, bytes);
       status != PAL_STATUS_OK)

@@ -16,7 +16,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 17;
+inline constexpr uint32_t kFormatVersion = 18;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients are adjacent in a field panel
@@ -96,7 +96,7 @@ static_assert(sizeof(CompressedBlock) == 8);
 inline constexpr uint32_t kBlockUnit = 4;  // numbers
 inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep numbers are whole units
 
-// A node of NonlinearZone, or of Organ, where num_outside is 0 and row kNoNode.
+// A node of NonlinearZone, or of Organ, where num_outside is 0.
 struct ZoneNode {
   double position[3];      // position in the mesh
   double displacement[3];  // from the mesh position to rest: zero without gravity
@@ -105,8 +105,7 @@ struct ZoneNode {
   uint32_t first_element;  // its first element in node_elements
   uint32_t num_elements;   // its elements in the table
   uint32_t num_outside;    // its elements outside the table
-  // The node's row in the exterior. kNoNode: the node is fixed, or is not packed in a pack without `between`.
-  uint32_t row;
+  uint32_t reserved;       // 0
 };
 static_assert(sizeof(ZoneNode) == 72);
 
@@ -159,18 +158,6 @@ struct ZoneMaterial {
   double constants[kZoneConstants];  // 0 beyond the law's constants
 };
 static_assert(sizeof(ZoneMaterial) == 80);
-
-// The fields outside a zone use monomials of degree 2 and up (monomials.hpp). Their degree lies between these
-// limits.
-inline constexpr uint32_t kLeastZoneDegree = 3;
-inline constexpr uint32_t kMostZoneDegree = 5;
-// Columns of a site's exterior that pairs weigh: the monomials to the least degree.
-inline constexpr uint32_t kPairColumns = num_monomials(2, kLeastZoneDegree);
-
-inline constexpr uint32_t kMostMutualSites =
-    128;  // limit of sites: interaction terms grow with the square of their number
-inline constexpr uint32_t kMostPairFields = 24;  // fields of a pair's own; a multiple of 4
-inline constexpr int kPairUnit = 127;  // int8 value of the scene's largest displacement in pair fields
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // limit for a session with zones

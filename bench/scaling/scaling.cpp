@@ -21,8 +21,6 @@
 #include "offline/fem/blas_kernels.hpp"
 #include "offline/pipeline/opened_pack.hpp"
 #include "offline/precompute/contact_truth.hpp"
-#include "offline/precompute/zone_exterior.hpp"
-#include "offline/precompute/zone_mutual.hpp"
 #include "offline/study/method_timing.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
@@ -118,13 +116,9 @@ std::vector<SiteResult> some_polynomials(const Block& block, int degree, int ran
   return results;
 }
 
-ZoneTables zones_of(const Block& block, int rings, int jobs) {
+ZoneTables zones_of(const Block& block, int rings) {
   ZoneTables zone = find_zones(block.scene, block.model, block.sites, rings);
-  compute_zone_compliance(block.assembly, block.sites, {}, {}, zone);
-  compute_zone_exterior(block.assembly, block.sites, {}, block.scene.max_displacement, jobs, {}, zone);
-  if (zone.num_pairs > 0)
-    compute_zone_mutual(
-        block.assembly, block.scene, block.sites, {}, jobs, [](double) {}, zone);
+  compute_zone_compliance(block.assembly, block.sites, {}, block.scene.max_displacement, {}, zone);
   return zone;
 }
 
@@ -195,7 +189,7 @@ class Study {
       equilibrium.points.emplace_back(block.nodes(), seconds_of([&] {
                                         solve_contact_sets(block.assembly, block.sites, {{push}}, 1, {});
                                       }));
-      const ZoneTables zone = zones_of(block, 1, jobs_);
+      const ZoneTables zone = zones_of(block, 1);
       constexpr int kDegree = 5;
       constexpr int kRank = 20;
       const std::vector<SiteResult> polynomials = some_polynomials(block, kDegree, kRank);
@@ -235,7 +229,7 @@ class Study {
     const int most = effort_.zone_contacts.back();
     const Block block(block_scene(effort_.cells_of_others, most, most));
     const LinearDd dd = compute_linear_dd(block.assembly, block.sites);
-    const ZoneTables zone = zones_of(block, 1, jobs_);
+    const ZoneTables zone = zones_of(block, 1);
     const AlignedBytes packed = pack_of(block, &dd, nullptr, &zone);
     const OpenedPack opened(packed);
     for (const int contacts : effort_.zone_contacts) {
@@ -278,7 +272,7 @@ class Study {
     const Block block(block_scene(effort_.cells_of_others, 1, 1));
     const LinearDd dd = compute_linear_dd(block.assembly, block.sites);
     for (int rings = 1; rings <= effort_.rings; ++rings) {
-      const ZoneTables zone = zones_of(block, rings, jobs_);
+      const ZoneTables zone = zones_of(block, rings);
       const AlignedBytes packed = pack_of(block, &dd, nullptr, &zone);
       const FrameTimes times = time_frames_of(OpenedPack(packed), PAL_MODEL_ZONE, 1, rings, effort_.seconds);
       const double unknowns = 3.0 * zone.most_nodes;

@@ -21,7 +21,6 @@
 #include "offline/fem/blas_kernels.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/contact_truth.hpp"
-#include "offline/precompute/zone_exterior.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/plot_style.hpp"
 
@@ -94,8 +93,7 @@ class Body {
     plan.jobs = 2;
     const std::vector<SiteResult> results = sample_sites(*assembly_, scene_, sites_, linear, plan);
     ZoneTables zone = find_zones(scene_, model_, sites_, kRings);
-    compute_zone_compliance(*assembly_, sites_, {}, {}, zone);
-    compute_zone_exterior(*assembly_, sites_, {}, scene_.max_displacement, plan.jobs, {}, zone);
+    compute_zone_compliance(*assembly_, sites_, {}, scene_.max_displacement, {}, zone);
     PackContent content{model_, scene_, sites_, &linear, &results, false, {}, {}};
     content.zone = &zone;
     PackContent without = content;

@@ -165,13 +165,6 @@ void print_text(const BuildResult& result) {
         static_cast<double>(compressed->num_bytes()) / 1e6, compressed->samples,
         compressed->displacement_error, compressed->force_error);
   }
-  if (const ZoneTables* zone = result.content.zone) {
-    const auto wider = std::count_if(zone->more_rings.begin(), zone->more_rings.end(),
-                                     [](std::uint8_t rings) { return rings > 0; });
-    if (wider > 0)
-      fmt::print("zones      {} rings, one more ring at {} of {} sites\n", zone->rings, wider,
-                 zone->more_rings.size());
-  }
   fmt::print("solved     {} equilibria in {} iterations with {} factors{}\n", result.counts.solves,
              result.counts.iterations, result.counts.factorizations,
              scene.polynomial ? fmt::format("; smallest J {:.3f}", totals.min_jacobian) : "");

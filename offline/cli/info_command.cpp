@@ -29,12 +29,12 @@ size_t default_arena_bytes(const OpenedPack& opened) {
   return bytes;
 }
 
-// The organ's mesh and tree, which zones read; 0 in packs of older builders.
+// The organ's mesh and tree, which zones read.
 size_t organ_bytes(const pack::Pack& tables) {
   const pack::Organ* organ = tables.organ();
-  if (organ == nullptr) return 0;
   return organ->nodes()->bytes() + organ->elements()->bytes() + organ->node_elements()->bytes() +
-         organ->fronts()->bytes() + organ->order()->bytes() + organ->rows()->bytes();
+         organ->fronts()->bytes() + organ->order()->bytes() + organ->rows()->bytes() +
+         organ->zone_nodes()->bytes() + organ->zone_elements()->bytes();
 }
 
 size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
@@ -51,9 +51,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     const pack::NonlinearZone& zone = *tables.nonlinear_zone();
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
            zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
-           zone.field_units()->bytes() + zone.force_scale()->bytes() + zone.more_rings()->bytes() +
-           zone.exterior()->bytes() + zone.exterior_units()->bytes() + organ_bytes(tables) +
-           (zone.num_pair_fields() > 0 ? zone.pair_fields()->bytes() + zone.pair_weights()->bytes() : 0);
+           zone.field_units()->bytes() + zone.force_scale()->bytes() + organ_bytes(tables);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +
@@ -177,13 +175,6 @@ nlohmann::json gravity_json(const OpenedPack& opened) {
           {"may_turn", opened.info().gravity_may_turn != 0}};
 }
 
-// Counts the sites whose zones have an additional ring.
-int num_wider(const OpenedPack& opened, const pack::NonlinearZone& zone) {
-  const std::span<const std::uint8_t> more = opened.segment<std::uint8_t>(*zone.more_rings());
-  return static_cast<int>(
-      std::count_if(more.begin(), more.end(), [](std::uint8_t rings) { return rings > 0; }));
-}
-
 int run_info(const InfoArguments& arguments) {
   const OpenedPack opened(arguments.pack);
   const pack::Pack& tables = opened.tables();
@@ -204,10 +195,6 @@ int run_info(const InfoArguments& arguments) {
     }
     if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
       models["nonlinear_zone"].update({{"rings", zone->rings()},
-                                       {"wider_sites", num_wider(opened, *zone)},
-                                       {"exterior_degree", zone->exterior_degree()},
-                                       {"pair_degree", zone->num_pair_fields() > 0 ? zone->pair_degree() : 0},
-                                       {"between", zone->between()},
                                        {"precision", precision_name(zone->precision())},
                                        {"nodes", zone->num_nodes()},
                                        {"elements", zone->num_elements()},
@@ -271,12 +258,10 @@ int run_info(const InfoArguments& arguments) {
   fmt::print("  site nodes     {}\n", site_labels(opened));
   print_polynomials(opened);
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
-    const int wider = num_wider(opened, *zone);
     fmt::print(
-        "  zones          up to {} {}{}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
+        "  zones          up to {} {}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
         "elements\n",
-        zone->rings(), zone->rings() == 1 ? "ring" : "rings",
-        wider > 0 ? fmt::format(", of {} sites one more", wider) : "", precision_name(zone->precision()),
+        zone->rings(), zone->rings() == 1 ? "ring" : "rings", precision_name(zone->precision()),
         zone->num_nodes(), zone->num_elements(), zone->most_nodes(), zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {

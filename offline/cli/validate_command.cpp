@@ -59,7 +59,7 @@ nlohmann::json validated_json(const SurveyValidation& model) {
 void print_validated(const std::vector<SurveyValidation>& models) {
   std::vector<ModelErrors> surveys;
   for (const SurveyValidation& model : models)
-    surveys.push_back({model.model, {}, model.measured.table, model.sets.measured.table});
+    surveys.push_back({model.model, {}, {}, model.measured.table, model.sets.measured.table});
   fmt::print("{}\n", survey_text(surveys));
   fmt::print(
       "                 p95 over the pack's      within the runtime's estimate, percent\n"

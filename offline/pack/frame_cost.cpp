@@ -72,7 +72,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
   }
   if (content.zone != nullptr) {
     // Counts a session's default limit of Newton iterations with m unknowns. Terms: elimination, solves for the
-    // contact's three rows and the load, exterior stiffness, exterior columns and their derivatives, element stiffness.
+    // contact's three rows, exterior stiffness, element stiffness.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
@@ -80,20 +80,16 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     for (const int element : content.zone->elements)
       dofs = std::max<std::uint64_t>(dofs,
                                      3 * content.model.elements[static_cast<size_t>(element)].nodes().size());
-    const std::uint32_t columns =
-        pack::num_monomials(2, static_cast<std::uint32_t>(content.zone->exterior_degree));
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * (boundary + 4 * columns) +
+    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
                                            elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
-    cost.field_operations = rows * (boundary + columns);
+    cost.field_operations = rows * boundary;
     // Contact nodes on the boundary store reals; this count treats all nodes alike.
     const bool rounded = content.zone->rounded;
-    cost.field_bytes =
-        rows / pack::kPanelRows *
-        (boundary / 3 * pack::field_panel_bytes(3, rounded) + pack::field_panel_bytes(columns, rounded));
+    cost.field_bytes = rows / pack::kPanelRows * (boundary / 3 * pack::field_panel_bytes(3, rounded));
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {

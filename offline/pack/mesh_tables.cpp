@@ -39,7 +39,6 @@ MeshTables mesh_tables(const PackContent& content, const std::vector<int>& nodes
     node.packed_node = packed[at];
     node.first_element = static_cast<uint32_t>(mesh.node_elements.size());
     node.num_elements = static_cast<uint32_t>(of_node[i].size());
-    node.row = pack::kNoNode;
     mesh.node_elements.insert(mesh.node_elements.end(), of_node[i].begin(), of_node[i].end());
     mesh.nodes.push_back(node);
   }

@@ -34,7 +34,7 @@ struct SurfaceSegments {
 };
 struct ZoneSegments {
   pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, field_units,
-      force_scale, more_rings, exterior, exterior_units, pair_fields, pair_weights;
+      force_scale;
 };
 
 struct OrganSegments {

@@ -17,7 +17,7 @@
 namespace palpate {
 
 // The models with measured errors.
-enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site };
+enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site, unrefined_zone };
 struct ModelSurvey {
   SurveyedModel model;
   SurveyTable table;

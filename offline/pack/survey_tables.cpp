@@ -37,6 +37,8 @@ pack::ResponseModel schema_model(SurveyedModel model) {
       return pack::ResponseModel::nonlinear_zone;
     case SurveyedModel::affine_site:
       return pack::ResponseModel::affine_site;
+    case SurveyedModel::unrefined_zone:
+      return pack::ResponseModel::unrefined_zone;
   }
   throw std::logic_error("no such model");
 }

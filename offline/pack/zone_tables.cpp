@@ -36,7 +36,6 @@ pack::ZoneMaterial zone_material(const Law& law) {
   return material;
 }
 
-// The mesh of all zones, with the rows of its nodes in the exterior.
 MeshTables zone_mesh(const PackContent& content) {
   const ZoneTables& zone = *content.zone;
   std::vector<uint32_t> volume_patches;
@@ -45,29 +44,9 @@ MeshTables zone_mesh(const PackContent& content) {
     volume_patches.push_back(patch < 0 ? pack::kNoPatch : static_cast<uint32_t>(patch));
   }
   MeshTables mesh = mesh_tables(content, zone.nodes, zone.elements, volume_patches);
-  const auto first_inner = static_cast<uint32_t>(num_panels(content.sites) * pack::kPanelNodes);
-  std::vector<uint32_t> inner_row(static_cast<size_t>(content.model.num_nodes()), pack::kNoNode);
-  for (size_t i = 0; i < zone.inner_nodes.size(); ++i)
-    inner_row[static_cast<size_t>(zone.inner_nodes[i])] = first_inner + static_cast<uint32_t>(i);
-  for (size_t i = 0; i < mesh.nodes.size(); ++i) {
-    pack::ZoneNode& node = mesh.nodes[i];
-    node.num_outside = static_cast<uint32_t>(zone.num_outside[i]);
-    if (static_cast<int>(i) >= zone.num_free) continue;
-    const uint32_t inner = inner_row[static_cast<size_t>(zone.nodes[i])];
-    node.row = inner != pack::kNoNode ? inner : node.packed_node;
-  }
+  for (size_t i = 0; i < mesh.nodes.size(); ++i)
+    mesh.nodes[i].num_outside = static_cast<uint32_t>(zone.num_outside[i]);
   return mesh;
-}
-
-// Calls append(rows, panel) for each panel of packed nodes, then of inner nodes.
-template <typename Matrix, typename Append>
-void for_each_exterior_panel(const PackContent& content, const Matrix& fields, Append&& append) {
-  const auto num_packed = static_cast<Eigen::Index>(content.sites.packed_nodes.size());
-  const auto num_inner = static_cast<Eigen::Index>(content.zone->inner_nodes.size());
-  for (const auto& rows : {fields.topRows(3 * num_packed), fields.bottomRows(3 * num_inner)}) {
-    for (size_t panel = 0; panel < pack::num_panels(static_cast<uint32_t>(rows.rows() / 3)); ++panel)
-      append(rows, panel);
-  }
 }
 
 // Columns of zones, divided by their units, panel after panel.
@@ -111,19 +90,6 @@ void add_field_compliance(const PackContent& content, SegmentStore& store, ZoneS
   segments.field_units = store.add(units);
 }
 
-void add_exterior(const PackContent& content, SegmentStore& store, ZoneSegments& segments) {
-  ZoneColumns exterior(content.zone->rounded);
-  std::vector<double> units;
-  for (const auto& fields : content.zone->exterior) {
-    const Eigen::VectorXd of_columns = fields.cwiseAbs().colwise().maxCoeff().template cast<double>();
-    units.insert(units.end(), of_columns.begin(), of_columns.end());
-    for_each_exterior_panel(
-        content, fields, [&](const auto& rows, size_t panel) { exterior.append(rows, of_columns, panel); });
-  }
-  segments.exterior = exterior.add_to(store);
-  segments.exterior_units = store.add(units);
-}
-
 }  // namespace
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
@@ -149,20 +115,6 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   segments.compliance = store.add(blocks);
   add_field_compliance(content, store, segments);
   segments.force_scale = store.add(zone.force_scale);
-  segments.more_rings = store.add(zone.more_rings);
-  add_exterior(content, store, segments);
-  if (!zone.pair_fields.empty()) {
-    std::vector<std::int8_t> fields;
-    for (const ZoneTables::PairFields& of_pair : zone.pair_fields) {
-      for_each_exterior_panel(content, of_pair,
-                              [&](const auto& rows, size_t panel) { append_panel(rows, panel, fields); });
-    }
-    segments.pair_fields = store.add(fields);
-    std::vector<float> weights;
-    for (const Eigen::MatrixXf& of_pair : zone.pair_weights)
-      weights.insert(weights.end(), of_pair.data(), of_pair.data() + of_pair.size());
-    segments.pair_weights = store.add(weights);
-  }
   return segments;
 }
 
@@ -175,15 +127,7 @@ flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content,
   const pack::Segment compliance = placed(zone.compliance, base);
   const pack::Segment field_compliance = placed(zone.field_compliance, base);
   const pack::Segment force_scale = placed(zone.force_scale, base);
-  const pack::Segment more_rings = placed(zone.more_rings, base);
-  const pack::Segment exterior = placed(zone.exterior, base);
   const pack::Segment field_units = placed(zone.field_units, base);
-  const pack::Segment exterior_units = placed(zone.exterior_units, base);
-  const bool has_pairs = !content.zone->pair_fields.empty();
-  const uint32_t num_pair_fields =
-      has_pairs ? static_cast<uint32_t>(content.zone->pair_fields.front().cols()) : 0;
-  const pack::Segment pair_fields = has_pairs ? placed(zone.pair_fields, base) : pack::Segment();
-  const pack::Segment pair_weights = has_pairs ? placed(zone.pair_weights, base) : pack::Segment();
   return pack::CreateNonlinearZone(
       builder, static_cast<uint32_t>(content.zone->rings), static_cast<uint32_t>(content.zone->nodes.size()),
       static_cast<uint32_t>(content.zone->num_free), &zone_nodes_at,
@@ -191,13 +135,8 @@ flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content,
       static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
       static_cast<uint32_t>(content.zone->most_nodes),
       static_cast<uint32_t>(content.zone->most_boundary_nodes),
-      static_cast<uint32_t>(content.zone->most_elements), &force_scale, &exterior, num_pair_fields,
-      has_pairs ? &pair_fields : nullptr, has_pairs ? &pair_weights : nullptr,
-      static_cast<uint32_t>(content.zone->exterior_degree), static_cast<uint32_t>(content.zone->pair_degree),
-      &more_rings, static_cast<uint32_t>(content.zone->most_rim_nodes),
-      static_cast<uint32_t>(content.zone->most_rim_elements),
-      content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units,
-      &exterior_units, content.zone->between);
+      static_cast<uint32_t>(content.zone->most_elements), &force_scale,
+      content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units);
 }
 
 }  // namespace palpate

@@ -13,7 +13,6 @@
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/organ_tree.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
-#include "offline/precompute/taylor_orders.hpp"
 
 namespace palpate {
 namespace {
@@ -30,13 +29,9 @@ constexpr double kMostZoneBytes = 192e6;
 // Survey targets from this value down need more samples and higher degrees.
 constexpr double kFineTarget = 1e-3;
 
-// Rings by target; bench/zones/ZONES.md has the errors by number of rings.
-int rings_for(double target) {
-  constexpr double kOfOneRing = 0.03;
-  constexpr double kOfTwo = 0.004;
-  if (target >= kOfOneRing) return 1;
-  return target >= kOfTwo ? 2 : 3;
-}
+// Rings of elements about the contacts, unless the budget allows only one. Before the refining lane has corrected the
+// exterior, the error of two rings is half the error of one (docs/response_models.md).
+constexpr int kMostRings = 2;
 
 // Estimates the least number of fitted solves at a site.
 size_t samples_of_site(const Scene& scene, const SamplingPlan& plan) {
@@ -100,19 +95,13 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
         "fewer sites, or remove models.zone = true");
   }
   if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
-  for (int rings = rings_for(scene.accuracy_target); rings > 0; --rings) {
-    // Priority under the budget: rings, then interaction terms of near contacts, then degrees of the exterior.
-    for (const bool between : {true, false}) {
-      ZoneTables zone = find_zones(scene, model, sites, rings, {}, between);
-      const auto is_large = [&] { return zone_bytes(zone, sites) > kMostZoneBytes; };
-      while (zone.exterior_degree > static_cast<int>(pack::kLeastZoneDegree) && is_large())
-        --zone.exterior_degree;
-      const bool is_asked_for = scene.zone.value_or(false);
-      if (is_asked_for ? !is_large() || (rings == 1 && !zone.between)
-                       : !is_large() && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
-        return zone;
-      if (!zone.between) break;
-    }
+  for (int rings = kMostRings; rings > 0; --rings) {
+    ZoneTables zone = find_zones(scene, model, sites, rings);
+    const bool is_large = zone_bytes(zone, sites) > kMostZoneBytes;
+    const bool is_asked_for = scene.zone.value_or(false);
+    if (is_asked_for ? !is_large || rings == 1
+                     : !is_large && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
+      return zone;
   }
   return std::nullopt;
 }
@@ -261,17 +250,6 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
     const double of_zones = zone_bytes(*zone, sites) + organ_bytes(model);
     bytes += of_zones;
-    // The exterior is solved order by order along rays (zone_exterior.hpp). Factorisations that cost as much
-    // as one order:
-    constexpr double kFactorsPerOrder = 0.15;
-    constexpr double kFactorsPerRing = 0.055;
-    constexpr double kFactorsPerPair[] = {0.5, 1.0};  // second order, third order
-    const int degree = zone->exterior_degree;
-    const int orders = (degree - 1) * num_rays(degree);
-    factors +=
-        orders * (kFactorsPerOrder + kFactorsPerRing * zone->rings) *
-            static_cast<double>(sites.sites.size()) +
-        kFactorsPerPair[zone->pair_degree > 2 ? 1 : 0] * zone->rings * static_cast<double>(zone->num_pairs);
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
         zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,

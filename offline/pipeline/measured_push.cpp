@@ -136,8 +136,9 @@ Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> site
 }
 
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                      std::uint32_t zone_rings) {
-  auto session = std::make_shared<ModelUnitSession>(opened, model, max_contacts, 0, zone_rings);
+                      std::uint32_t zone_rings, bool refines) {
+  auto session =
+      std::make_shared<ModelUnitSession>(opened, model, max_contacts, 0, zone_rings, 0, false, refines);
   std::vector<std::uint32_t> sites(opened.info().num_sites);
   std::iota(sites.begin(), sites.end(), 0u);
   return [session, answer = runtime_method(*session, std::move(sites))](

@@ -62,7 +62,7 @@ Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> site
 
 // Asks the runtime in a session of its own (ModelUnitSession). Contacts name the pack's sites.
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                      std::uint32_t zone_rings = 0);
+                      std::uint32_t zone_rings = 0, bool refines = true);
 
 // Asks the runtime after `frames` frames straight from rest. The response is the last frame's, converged or not.
 Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);

@@ -20,10 +20,8 @@ size_t arena_bytes(const Pack& pack, const pal_session_config& config) {
 
 pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                              std::uint32_t max_fixed, std::uint32_t zone_rings, std::uint32_t zone_iterations,
-                             bool patches_turn, bool refines) {
+                             bool patches_turn) {
   pal_session_config config = pal_default_session_config(opened.pack().get());
-  const bool may_be_zone = model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE;
-  config.refines = refines && may_be_zone && is_refinable(opened) ? 1 : 0;
   config.patches_turn = patches_turn ? 1 : 0;
   config.zone_rings = zone_rings;
   config.zone_iterations = zone_iterations;
@@ -37,11 +35,6 @@ pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uin
 
 void require_ok(pal_status status, const std::string& where) {
   if (status != PAL_STATUS_OK) throw std::runtime_error(where + ": " + pal_status_text(status));
-}
-
-bool is_refinable(const OpenedPack& opened) {
-  const pack::Organ* organ = opened.tables().organ();
-  return organ != nullptr && organ->zone_nodes() != nullptr;
 }
 
 const char* model_name(pal_model model) {
@@ -70,6 +63,8 @@ pal_model runtime_model(pack::ResponseModel model) {
       return PAL_MODEL_ZONE;
     case pack::ResponseModel::affine_site:
       return PAL_MODEL_AFFINE;
+    case pack::ResponseModel::unrefined_zone:
+      return PAL_MODEL_ZONE;
   }
   throw std::logic_error("no such model");
 }
@@ -136,11 +131,13 @@ int OpenedPack::label_of_site(size_t site) const {
 ModelUnitSession::ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                                    std::uint32_t max_fixed, std::uint32_t zone_rings,
                                    std::uint32_t zone_iterations, bool patches_turn, bool refines)
-    : ModelUnitSession(opened, config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations,
-                                         patches_turn, refines)) {}
+    : ModelUnitSession(
+          opened,
+          config_of(opened, model, max_contacts, max_fixed, zone_rings, zone_iterations, patches_turn),
+          refines) {}
 
-ModelUnitSession::ModelUnitSession(const OpenedPack& opened, const pal_session_config& config)
-    : opened_(&opened), arena_(arena_bytes(opened.pack(), config)), refines_(config.refines != 0) {
+ModelUnitSession::ModelUnitSession(const OpenedPack& opened, const pal_session_config& config, bool refines)
+    : opened_(&opened), arena_(arena_bytes(opened.pack(), config)), refines_(refines) {
   require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
 }
 
@@ -216,11 +213,11 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
 }
 
 double ModelUnitSession::refine() {
-  if (!refines_) return 0;
   pal_refinement refinement = {};
   require_ok(session_.refine(0, refinement), "refinement");
-  if (refinement.failed != 0) return std::numeric_limits<double>::infinity();
-  return refinement.change / opened_->info().metres_per_length_unit;
+  if (refinement.failed != 0) change_ = std::numeric_limits<double>::infinity();
+  if (refinement.delivered != 0) change_ = refinement.change / opened_->info().metres_per_length_unit;
+  return change_;
 }
 
 std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
@@ -230,6 +227,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   std::vector<pal_contact_result> results = contact_frame(on_the_way);
   if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
   contact_frame({});
+  change_ = std::numeric_limits<double>::infinity();
   constexpr double kStepsPerEdge = 8;
   constexpr int kStepsOfForce = 16;
   constexpr double kStepsPerRadian = 16;
@@ -262,7 +260,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
       results = contact_frame(on_the_way);
       if (is_in_balance()) break;
     }
-    refine();
+    if (refines_) refine();
   }
   // Hold the contacts until the exterior is in equilibrium, then until the stiffness belongs to this state and no
   // digit changes.

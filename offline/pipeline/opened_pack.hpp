@@ -46,10 +46,10 @@ class ModelUnitSession {
   //   `zone_rings`: 0 takes all rings of the pack,
   //   Newton iterations of a frame: 0 takes the runtime's default,
   //   whether patches turn,
-  //   whether `settle` goes on to the equilibrium of the whole organ, where the pack has it.
+  //   whether `settle` goes on to the equilibrium of the whole organ.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                    std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0,
-                   bool patches_turn = false, bool refines = false);
+                   bool patches_turn = false, bool refines = true);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
   // Whether patches can turn: the pack allows turning, and the model is not polynomial alone.
@@ -65,22 +65,21 @@ class ModelUnitSession {
   // Repeats frames from rest until an iterative model converges.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
+  // An iteration of the refining lane. Returns by how much the last one changed displacements: length unit. Infinite if
+  // it failed, or there was none since rest.
+  double refine();
 
  private:
-  ModelUnitSession(const OpenedPack& opened, const pal_session_config& config);
+  ModelUnitSession(const OpenedPack& opened, const pal_session_config& config, bool refines);
   void turn_patches(double part);
-  // An iteration of the refining lane. Returns by how much it changed displacements, infinite if it failed: length unit.
-  double refine();
 
   const OpenedPack* opened_;
   AlignedBytes arena_;
   Session session_;
   std::vector<Eigen::Vector3d> rotations_;
   bool refines_;
+  double change_ = 0;  // of refine()
 };
-
-// Whether zones of the pack can be refined.
-bool is_refinable(const OpenedPack& opened);
 
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.
 void require_ok(pal_status status, const std::string& where);

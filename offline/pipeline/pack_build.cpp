@@ -10,8 +10,6 @@
 #include "offline/pipeline/compliance_errors.hpp"
 #include "offline/pipeline/opened_pack.hpp"
 #include "offline/pipeline/runtime_survey.hpp"
-#include "offline/precompute/zone_exterior.hpp"
-#include "offline/precompute/zone_mutual.hpp"
 
 namespace palpate {
 namespace {
@@ -58,14 +56,17 @@ std::vector<ModelSurvey> survey_models(const PackContent& content, const std::ve
   for (const SiteResult& result : results)
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
   std::vector<ModelSurvey> surveys;
-  const auto survey = [&](SurveyedModel name, pal_model model) {
+  const auto survey = [&](SurveyedModel name, pal_model model, bool refines = true) {
     surveys.push_back(
-        {name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs).table});
+        {name, survey_runtime(opened, model, samples, content.scene.max_displacement, jobs, refines).table});
     if (answers_sets(model) && !sets.sets.empty())
-      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs).table;
+      surveys.back().sets = survey_runtime_sets(opened, model, sets, jobs, refines).table;
   };
   if (content.has_linear()) survey(SurveyedModel::linear_dd, PAL_MODEL_LINEAR);
-  if (content.zone != nullptr) survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
+  if (content.zone != nullptr) {
+    survey(SurveyedModel::unrefined_zone, PAL_MODEL_ZONE, false);
+    survey(SurveyedModel::nonlinear_zone, PAL_MODEL_ZONE);
+  }
   if (content.polynomials != nullptr) {
     const auto sampled = num_sampled(results);
     if (sampled > 0) survey(SurveyedModel::polynomial_dd, PAL_MODEL_POLYNOMIAL);
@@ -150,27 +151,10 @@ bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
 }  // namespace
 
 void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
-                  const RestState& rest, int jobs, ZoneTables& zone) {
-  {
-    ProgressBar bar("width of zones", static_cast<int>(sites.sites.size()));
-    zone = widen_zones(
-        assembly, scene, sites, rest, jobs, [&](int done) { bar.show(done); }, zone);
-  }
-  {
-    ProgressBar bar("compliance of zones",
-                    3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
-    compute_zone_compliance(
-        assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
-  }
-  ProgressBar bar("outside of zones", static_cast<int>(sites.sites.size()));
-  compute_zone_exterior(
-      assembly, sites, rest, scene.max_displacement, jobs, [&](int done) { bar.show(done); }, zone);
-  if (zone.num_pairs > 0) {
-    ProgressBar pairs("pairs of contacts", kBarSteps);
-    compute_zone_mutual(
-        assembly, scene, sites, rest, jobs,
-        [&](double part) { pairs.show(static_cast<int>(part * kBarSteps)); }, zone);
-  }
+                  const RestState& rest, ZoneTables& zone) {
+  ProgressBar bar("compliance of zones", 3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
+  compute_zone_compliance(
+      assembly, sites, rest, scene.max_displacement, [&](int done, int) { bar.show(done); }, zone);
 }
 
 std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs, Ranks* ranks) {
@@ -183,8 +167,7 @@ std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<Input
   if (!solve_all(from, ranks, *build)) return nullptr;
   build->sampling_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   build->zone = plan_zone(from.assembly.model(), from.scene, from.sites);
-  if (build->zone)
-    compute_zone(from.assembly, from.scene, from.sites, from.rest, from.plan.jobs, *build->zone);
+  if (build->zone) compute_zone(from.assembly, from.scene, from.sites, from.rest, *build->zone);
   build->content.emplace(content_of(from.assembly.model(), from.scene, from.sites, from.rest, from.plan,
                                     build->compliance, build->results, build->zone, std::move(inputs)));
   build->bytes.emplace(write_surveyed_pack(from.assembly, from.rest, build->results, build->sets,

@@ -47,7 +47,7 @@ double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAn
 }  // namespace
 
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
-                                     int jobs) {
+                                     int jobs, bool refines) {
   RuntimeSetSurvey survey;
   size_t most_contacts = 1;
   for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
@@ -56,12 +56,12 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
   const auto ask = [&](size_t, size_t i) {
     const ContactTruth& truth = solved.truths[i];
     const MethodAnswer answer =
-        runtime_method(opened, model, static_cast<std::uint32_t>(most_contacts))(truth.contacts);
+        runtime_method(opened, model, static_cast<std::uint32_t>(most_contacts), 0, refines)(truth.contacts);
     estimates[i] = {answer.displacement_estimate, answer.force_estimate};
     SetAnswer& said = survey.answers[i];
     said.kind = solved.sets[i].kind;
     said.is_solved = truth.solved;
-    said.is_flagged = answer.flags != 0;
+    said.is_flagged = (answer.flags & ~std::uint32_t{PAL_FLAG_UNREFINED}) != 0;
     said.reach = reach_of(opened, truth);
     if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
     if (!truth.solved) return;
@@ -85,12 +85,13 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
 }
 
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement, int jobs) {
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
+                             bool refines) {
   std::set<size_t> sites;
   for (const SurveySample& sample : samples) sites.insert(sample.site);
   ProgressBar bar(std::string("errors, ") + model_name(model), static_cast<int>(sites.size()));
   std::vector<MeasuredPush> pushes = measure_pushes(
-      truths_of(samples), [&] { return runtime_method(opened, model, 1); }, jobs,
+      truths_of(samples), [&] { return runtime_method(opened, model, 1, 0, refines); }, jobs,
       [&](int done, int) { bar.show(done); });
   if (model != PAL_MODEL_POLYNOMIAL && model != PAL_MODEL_AFFINE)
     return survey_of(samples, pushes, max_displacement);

@@ -21,7 +21,8 @@ struct RuntimeSurvey {
 // of `samples` are the pack's; lengths and forces in model units. Throws std::runtime_error with the status
 // where the runtime fails. Runs on `jobs` threads with a progress bar; no digit depends on the threads.
 RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
-                             const std::vector<SurveySample>& samples, double max_displacement, int jobs);
+                             const std::vector<SurveySample>& samples, double max_displacement, int jobs,
+                             bool refines);
 
 // Errors at sets of several contacts.
 struct RuntimeSetSurvey {
@@ -35,7 +36,7 @@ struct RuntimeSetSurvey {
 
 // Surveys linear_dd or nonlinear_zone; each set has its own session. Errors and threads as in survey_runtime().
 RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, const SolvedSets& solved,
-                                     int jobs);
+                                     int jobs, bool refines);
 
 // Whether a model accepts several contacts at once.
 inline bool answers_sets(pal_model model) {

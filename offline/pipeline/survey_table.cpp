@@ -68,8 +68,11 @@ std::vector<ModelErrors> surveys_of(const pack::Pack& tables) {
   std::vector<ModelErrors> surveys;
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     if (survey->model() > pack::ResponseModel::MAX) continue;  // skip models of later builders
-    ModelErrors errors = {
-        pack::EnumNameResponseModel(survey->model()), runtime_model(survey->model()), {}, sets_of(*survey)};
+    ModelErrors errors = {pack::EnumNameResponseModel(survey->model()),
+                          runtime_model(survey->model()),
+                          survey->model() != pack::ResponseModel::unrefined_zone,
+                          {},
+                          sets_of(*survey)};
     for (unsigned i = 0; i < std::min(survey->bins()->size(), pack::kSurveyBins); ++i)
       errors.table.bins[i] = bin_of(*survey->bins()->Get(i));
     errors.table.overall = bin_of(*survey->overall());

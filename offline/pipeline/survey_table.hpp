@@ -14,6 +14,7 @@ namespace palpate {
 struct ModelErrors {
   std::string model;  // "linear_dd", ...
   pal_model runtime_model;
+  bool refines;  // false: nonlinear_zone, before the refining lane
   SurveyTable table;
   SetSurvey sets = {};
 };

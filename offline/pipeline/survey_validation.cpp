@@ -101,13 +101,14 @@ std::vector<SurveyValidation> judge_pack(const OpenedPack& opened, const std::ve
                                          double max_displacement, int jobs, const SolvedSets& sets) {
   std::vector<SurveyValidation> models;
   for (const ModelErrors& claimed : surveys_of(opened.tables())) {
-    models.push_back({claimed.model,
-                      claimed.table.overall,
-                      survey_runtime(opened, claimed.runtime_model, samples, max_displacement, jobs),
-                      {}});
+    models.push_back(
+        {claimed.model,
+         claimed.table.overall,
+         survey_runtime(opened, claimed.runtime_model, samples, max_displacement, jobs, claimed.refines),
+         {}});
     if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
     KeptSets& kept = models.back().sets;
-    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets, jobs)};
+    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets, jobs, claimed.refines)};
     // With few sites the builder may lack a kind of set.
     std::erase_if(kept.measured.table.kinds,
                   [&](const SetKindErrors& errors) { return of_kind(claimed.sets, errors.kind) == nullptr; });

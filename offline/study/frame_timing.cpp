@@ -151,7 +151,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
 // Frames of moving contacts, each of which takes a delivery, and the iterations between them.
 void time_refining(const OpenedPack& opened, std::uint32_t count, int frames, std::vector<Timing>& timings) {
   const char* model = model_name(PAL_MODEL_ZONE);
-  TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, 0, true);
+  TimedSession session(opened, PAL_MODEL_ZONE, count);
   const std::vector<std::uint32_t> sites = sites_apart(opened, count);
   const std::string of = fmt::format("{} contact{}", count, count > 1 ? "s" : "");
   int next = 0;
@@ -194,7 +194,7 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
     if (together.size() > 1) time_several(together, "together");
   }
   for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
-    if (is_refinable(opened)) time_refining(opened, count, std::max(100, frames / 100), timings);
+    time_refining(opened, count, std::max(100, frames / 100), timings);
   }
   const std::uint32_t num_sites = opened.info().num_sites;
   if (num_sites <= 1) return timings;

@@ -150,7 +150,6 @@ class Measurement {
       for (const LinearContact& contact : truth.contacts) set.push_back(contact.site);
     }
     std::vector<ComparedMethod> methods = carried_methods(opened_);
-    if (effort_.packs_of_fewer_rings) answer_by_packs_of_fewer_rings(methods, contacts);
     const std::vector<ComparedMethod> moving =
         moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
     methods.insert(methods.end(), moving.begin(), moving.end());
@@ -159,24 +158,6 @@ class Measurement {
                   [](const ComparedMethod& method) { return method.kind == MethodKind::polynomial; });
     compare(methods, levels, site_sets);
     compare_references(organ_, effort_, levels, contacts, rows_);
-  }
-
-  // A pack's interaction terms of contact pairs belong to all of its rings. Fewer rings therefore need packs
-  // of their own.
-  void answer_by_packs_of_fewer_rings(std::vector<ComparedMethod>& methods, int contacts) {
-    for (ComparedMethod& method : methods) {
-      const auto rings = static_cast<int>(method.rings);
-      if (method.kind != MethodKind::zone || method.rings == opened_.info().zone_rings ||
-          rings_of_zone_pack(organ_, rings, contacts) != rings)
-        continue;
-      packs_of_fewer_rings_.push_back(make_zone_pack(organ_, jobs_, rings, contacts));
-      method.pack = &packs_of_fewer_rings_.back()->opened;
-    }
-    if (!packs_of_fewer_rings_.empty()) {
-      report_.notes.push_back(
-          "Several contacts in zones of fewer rings than the pack's are compared in packs of so many: what "
-          "pairs of contacts add, a pack has for all of its rings.");
-    }
   }
 
   // Measures errors at each level, independent of the machine's load, and prepares timers.
@@ -284,10 +265,7 @@ class Measurement {
 
   // Returns the method's site numbers for the organ's sites.
   std::vector<std::uint32_t> sites_of(const ComparedMethod& method) const {
-    const auto is_of = [&](const auto& pack) { return method.pack == &pack->opened; };
-    const bool has_all = method.pack == &opened_ ||
-                         std::any_of(packs_of_fewer_rings_.begin(), packs_of_fewer_rings_.end(), is_of);
-    return has_all ? all_sites() : others_->sites();
+    return method.pack == &opened_ ? all_sites() : others_->sites();
   }
 
   std::vector<std::uint32_t> all_sites() const {
@@ -305,8 +283,7 @@ class Measurement {
   std::vector<double> parts_;  // fractions of the largest |d| in the comparison
   OrganReport report_;
   ReportRows rows_;
-  std::unique_ptr<OtherSettings> others_;                         // the timers refer to these packs
-  std::vector<std::unique_ptr<StudyPack>> packs_of_fewer_rings_;  // the timers refer to these packs
+  std::unique_ptr<OtherSettings> others_;  // the timers refer to these packs
   std::vector<Timed> timers_;
 };
 

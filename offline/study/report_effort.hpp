@@ -20,7 +20,6 @@ struct ReportEffort {
   std::vector<double> cg_tolerances = {1e-1, 1e-2, 1e-3,
                                        1e-4};  // tolerances of localised conjugate gradients
   bool every_setting = true;                   // false: a few settings of polynomials
-  bool packs_of_fewer_rings = true;            // for several contacts
   size_t timed_sets = 4;                       // sets of sites in the timing of a method
   int timed_rounds = 5;                        // rounds for each method
   double seconds = 0.6;                        // warm frames of a method at one |d|
@@ -48,7 +47,6 @@ struct ReportEffort {
     effort.most_moving_rings_of_several = 1;
     effort.cg_tolerances = {1e-1, 1e-3};
     effort.every_setting = false;
-    effort.packs_of_fewer_rings = false;
     effort.timed_sets = 1;
     effort.timed_rounds = 2;
     effort.seconds = effort.seconds_of_settings = 0.06;

@@ -25,10 +25,10 @@ Scene study_scene(const Organ& organ) {
   return scene;
 }
 
-Scene zone_scene(const Organ& organ, int contacts) {
+Scene zone_scene(const Organ& organ) {
   Scene scene = study_scene(organ);
   scene.zone = true;
-  scene.max_contacts = contacts;
+  scene.max_contacts = 1;
   return scene;
 }
 
@@ -84,9 +84,9 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
   return packs;
 }
 
-int rings_of_zone_pack(const Organ& organ, int most, int contacts) {
+int rings_of_zone_pack(const Organ& organ, int most) {
   constexpr double kMostBytes = 256e6;
-  const Scene scene = zone_scene(organ, contacts);
+  const Scene scene = zone_scene(organ);
   const auto bytes_of = [&](int rings) {
     return zone_bytes(find_zones(scene, organ.model, organ.sites, rings), organ.sites);
   };
@@ -95,12 +95,12 @@ int rings_of_zone_pack(const Organ& organ, int most, int contacts) {
   return rings;
 }
 
-std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int jobs, int rings, int contacts) {
-  Scene scene = zone_scene(organ, contacts);
+std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int rings) {
+  Scene scene = zone_scene(organ);
   scene.zone_rings = rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
   ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
-  compute_zone(organ.assembly, scene, organ.sites, organ.rest, jobs, zone);
+  compute_zone(organ.assembly, scene, organ.sites, organ.rest, zone);
   PackContent content{organ.model, scene, organ.sites, &linear, nullptr, false, {}, {}};
   content.rest = &organ.rest;
   content.zone = &zone;

@@ -16,10 +16,9 @@ namespace palpate {
 class TimedSession {
  public:
   TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, double budget_seconds = 0,
-               bool refines = false)
-      : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, zone_iterations,
-                                       budget_seconds, refines)) {}
+               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, double budget_seconds = 0)
+      : TimedSession(opened,
+                     config_of(opened, model, max_contacts, zone_rings, zone_iterations, budget_seconds)) {}
 
   void haptic(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
@@ -60,9 +59,8 @@ class TimedSession {
   }
   static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                                       std::uint32_t zone_rings, std::uint32_t zone_iterations,
-                                      double budget_seconds, bool refines) {
+                                      double budget_seconds) {
     pal_session_config config = pal_default_session_config(opened.pack().get());
-    config.refines = refines && is_refinable(opened) ? 1 : 0;
     config.zone_rings = zone_rings;
     config.zone_iterations = zone_iterations;
     config.model = model;

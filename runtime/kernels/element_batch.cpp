@@ -94,74 +94,25 @@ PALPATE_INLINE void add_stiffness(const typename ElementBatch<kNodes>::Point& po
   }
 }
 
-PALPATE_INLINE void find_second_order(const SecondOrderLanes& law, const MatrixLanes& of_a,
-                                      const MatrixLanes& of_b, MatrixLanes& stress, Lanes& squares) {
-  MatrixLanes A = of_a;
-  MatrixLanes B = of_b;
-  for (size_t i = 0; i < 3; ++i) {
-    A[i][i] = A[i][i] - Lanes{{1, 1, 1, 1}};
-    B[i][i] = B[i][i] - Lanes{{1, 1, 1, 1}};
-  }
-  const Lanes trace_a = A[0][0] + A[1][1] + A[2][2];
-  const Lanes trace_b = B[0][0] + B[1][1] + B[2][2];
-  MatrixLanes strain_a;
-  MatrixLanes strain_b;
-  Lanes inner = {};   // e_A : e_B
-  Lanes across = {};  // A : B, the trace of A^T B
-  Lanes sum_of_squares = {};
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) {
-      strain_a[i][j] = 0.5 * (A[i][j] + A[j][i]);
-      strain_b[i][j] = 0.5 * (B[i][j] + B[j][i]);
-      inner += strain_a[i][j] * strain_b[i][j];
-      across += A[i][j] * B[i][j];
-      const Lanes mean = 0.5 * (A[i][j] + B[i][j]);
-      sum_of_squares += mean * mean;
-    }
-  }
-  squares = sum_of_squares;
-  const Lanes on_diagonal = 0.5 * (law.nu1 * trace_a * trace_b + law.lambda * across) + law.nu2 * inner;
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) {
-      Lanes turned = {};     // A e_B + B e_A + sym(A^T B)
-      Lanes stretched = {};  // e_A e_B + e_B e_A
-      for (size_t k = 0; k < 3; ++k) {
-        turned += A[i][k] * strain_b[k][j] + B[i][k] * strain_a[k][j] +
-                  0.5 * (A[k][i] * B[k][j] + B[k][i] * A[k][j]);
-        stretched += strain_a[i][k] * strain_b[k][j] + strain_b[i][k] * strain_a[k][j];
-      }
-      stress[i][j] = law.mu * turned + 0.5 * law.lambda * (trace_b * A[i][j] + trace_a * B[i][j]) +
-                     law.nu2 * (trace_a * strain_b[i][j] + trace_b * strain_a[i][j]) +
-                     2.0 * law.nu3 * stretched;
-      if (i == j) stress[i][j] += on_diagonal;
-    }
-  }
-}
-
 // The macro compiles the same source for the baseline instruction set and for 256-bit vectors.
-#define PALPATE_KERNELS(name, ...)                                                                       \
-  __VA_ARGS__ void find_second_order_##name(const SecondOrderLanes& law, const MatrixLanes& a,           \
-                                            const MatrixLanes& b, MatrixLanes& stress, Lanes& squares) { \
-    find_second_order(law, a, b, stress, squares);                                                       \
-  }                                                                                                      \
-  template <int kNodes>                                                                                  \
-  struct name {                                                                                          \
-    using Point = typename ElementBatch<kNodes>::Point;                                                  \
-    __VA_ARGS__ static void deform_here(const Point& point, const NodalLanes<kNodes>& displacement,      \
-                                        KinematicsLanes& kinematics) {                                   \
-      deform<kNodes>(point, displacement, kinematics);                                                   \
-    }                                                                                                    \
-    __VA_ARGS__ static void add_force_here(const Point& point, const KinematicsLanes& kinematics,        \
-                                           const DyadicLanes& terms, NodalLanes<kNodes>& force) {        \
-      add_force<kNodes>(point, kinematics, terms, force);                                                \
-    }                                                                                                    \
-    __VA_ARGS__ static void add_stiffness_here(const Point& point, const KinematicsLanes& kinematics,    \
-                                               const DyadicLanes& terms,                                 \
-                                               StiffnessLanes<kNodes>& stiffness) {                      \
-      add_stiffness<kNodes>(point, kinematics, terms, stiffness);                                        \
-    }                                                                                                    \
-    static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here,   \
-                                                      find_second_order_##name};                         \
+#define PALPATE_KERNELS(name, ...)                                                                      \
+  template <int kNodes>                                                                                 \
+  struct name {                                                                                         \
+    using Point = typename ElementBatch<kNodes>::Point;                                                 \
+    __VA_ARGS__ static void deform_here(const Point& point, const NodalLanes<kNodes>& displacement,     \
+                                        KinematicsLanes& kinematics) {                                  \
+      deform<kNodes>(point, displacement, kinematics);                                                  \
+    }                                                                                                   \
+    __VA_ARGS__ static void add_force_here(const Point& point, const KinematicsLanes& kinematics,       \
+                                           const DyadicLanes& terms, NodalLanes<kNodes>& force) {       \
+      add_force<kNodes>(point, kinematics, terms, force);                                               \
+    }                                                                                                   \
+    __VA_ARGS__ static void add_stiffness_here(const Point& point, const KinematicsLanes& kinematics,   \
+                                               const DyadicLanes& terms,                                \
+                                               StiffnessLanes<kNodes>& stiffness) {                     \
+      add_stiffness<kNodes>(point, kinematics, terms, stiffness);                                       \
+    }                                                                                                   \
+    static constexpr BatchKernels<kNodes> kKernels = {deform_here, add_force_here, add_stiffness_here}; \
   };
 #if defined(__x86_64__) && !defined(PALPATE_SCALAR_ONLY)
 PALPATE_KERNELS(Avx2, __attribute__((target("avx2"))))

@@ -7,16 +7,6 @@
 //   P_a  = V (identity f_a - transposed h_a),   f_a = F g_a, h_a = H g_a
 //   K_ab = V (identity (g_a . g_b) 1 + transposed h_b h_a^T
 //             + h_a (hh h_b + fh f_b)^T + f_a (fh h_b + ff f_b)^T)
-//
-// To second order in the displacements at F = 1, every isotropic law without stress at rest has the energy
-//
-//   W = lambda/2 (tr E)^2 + mu tr E^2 + nu1/6 (tr E)^3 + nu2 tr E tr E^2 + 4/3 nu3 tr E^3 + ...
-//
-// with E the Green strain (Toupin and Bernstein 1961). Let A and B be gradients of two displacements, e_A and
-// e_B their symmetric parts and S(e) = lambda tr e 1 + 2 mu e. The symmetric bilinear part of the stress is
-//
-//   P2(A, B) = (A S(e_B) + B S(e_A)) / 2 + S(sym(A^T B)) / 2 + (nu1/2 tr A tr B + nu2 e_A : e_B) 1
-//              + nu2 (tr A e_B + tr B e_A) + 2 nu3 (e_A e_B + e_B e_A)
 #pragma once
 
 #include <array>
@@ -71,15 +61,6 @@ struct DyadicLanes {
   }
 };
 
-// The constants of P2 in each lane: all zero for a law whose stress is linear in the displacements.
-struct SecondOrderLanes {
-  Lanes lambda;
-  Lanes mu;
-  Lanes nu1;
-  Lanes nu2;
-  Lanes nu3;
-};
-
 // Gathers nodal values of a batch from an array of 3 per node.
 template <int kNodes>
 NodalLanes<kNodes> gather(const ElementBatch<kNodes>& batch, const double* values) {
@@ -116,10 +97,6 @@ struct BatchKernels {
                     NodalLanes<kNodes>& force);
   void (*add_stiffness)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                         Stiffness& stiffness);
-  // P2(A, B) for F = 1 + A and F = 1 + B, the same function for each kind of element; `squares` := |(A + B) /
-  // 2|^2.
-  void (*find_second_order)(const SecondOrderLanes& law, const MatrixLanes& a, const MatrixLanes& b,
-                            MatrixLanes& stress, Lanes& squares);
 };
 
 // kNodes is 4 or 10.

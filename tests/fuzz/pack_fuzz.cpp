@@ -70,9 +70,6 @@ void play(const pal_pack* pack, const Answers& answers) {
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_ZONE}) {
     pal_session_config config = pal_default_session_config(pack);
     config.model = model;
-    config.refines = model == PAL_MODEL_ZONE ? 1 : 0;
-    std::size_t bytes = 0;
-    if (pal_session_required_bytes(pack, &config, &bytes) != PAL_STATUS_OK) config.refines = 0;
     const Memory arena = arena_for(pack, config);
     if (arena.size() == 0) continue;
     pal_session* session = nullptr;

@@ -136,7 +136,6 @@ int main(int argc, char** argv) {
     record(pack, config, play_contacts, folder + "/contacts.rec");
     config = pal_default_session_config(pack);
     config.model = PAL_MODEL_ZONE;
-    config.refines = 1;
     record(pack, config, play_refined, folder + "/refined.rec");
     config = pal_default_session_config(pack);
     config.model = PAL_MODEL_LINEAR;

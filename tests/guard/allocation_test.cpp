@@ -116,12 +116,11 @@ TEST_F(Allocation, AnAllocationInAFrameIsSeen) {
 }
 
 TEST_F(Allocation, NoneFromInitToTheLastFrame) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const pal_pack_info info = pack.info();
   std::vector<pal_real> field(size_t{3} * info.num_nodes);
   for (const pal_model model : {PAL_MODEL_AUTO, PAL_MODEL_LINEAR, PAL_MODEL_POLYNOMIAL, PAL_MODEL_ZONE}) {
     pal_session_config config = session_config(pack.get(), model, 4, 6);
-    config.refines = model == PAL_MODEL_ZONE ? 1 : 0;
     size_t bytes = 0;
     ASSERT_EQ(counted([&] { require(pal_session_required_bytes(pack.get(), &config, &bytes), "bytes"); }), 0);
     AlignedBytes arena(bytes);

@@ -40,7 +40,6 @@ std::vector<pal_session_config> configs(const OpenPack& pack) {
       all.push_back(session_config(pack.get(), PAL_MODEL_ZONE, contacts, fixed));
       all.back().max_tools = 2;
       all.back().patches_turn = fixed > 0 ? 1 : 0;
-      all.back().refines = contacts == 3 ? 1 : 0;
     }
   }
   return all;
@@ -69,7 +68,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
       ASSERT_EQ(pal_session_set_orientations(session, orientations.data(), count), PAL_STATUS_OK);
     }
     answered += pal_contact_frame(session, contacts.data(), count, results.data()) == PAL_STATUS_OK;
-    if (config.refines != 0) {
+    if (config.model == PAL_MODEL_ZONE) {
       ASSERT_EQ(pal_session_refine(session, 0, nullptr), PAL_STATUS_OK);
     }
     ASSERT_EQ(pal_visual_frame(session, field.data(), kNodeBytes), PAL_STATUS_OK);
@@ -98,7 +97,7 @@ void use_all_of(const OpenPack& pack, const pal_session_config& config, pal_sess
 }
 
 TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
     AlignedBytes arena(bytes);
@@ -112,7 +111,7 @@ TEST(Arena, OneByteTooFewIsRefusedAndNothingIsWritten) {
 }
 
 TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   for (const pal_session_config& config : configs(pack)) {
     const size_t declared = required_bytes(pack, config);
     AlignedBytes arena(declared);
@@ -131,7 +130,7 @@ TEST(Arena, GrownByteByByteItServesAtTheDeclaredSize) {
 }
 
 TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   constexpr size_t kBehind = 4096;
   for (const pal_session_config& config : configs(pack)) {
     const size_t bytes = required_bytes(pack, config);
@@ -150,7 +149,7 @@ TEST(Arena, BytesBehindTheDeclaredSizeStayUntouched) {
 
 // The declared size equals the sum of the arrays.
 TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const pal_pack_info info = pack.info();
   const pal_session_config config = session_config(pack.get(), PAL_MODEL_LINEAR, 1, 0);
   const size_t dofs = size_t{3} * info.max_patch_nodes;
@@ -172,7 +171,7 @@ TEST(Arena, DeclaredSizeIsWhatTheArraysNeed) {
 }
 
 TEST(Arena, MisalignedIsRefused) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const pal_session_config config = pal_default_session_config(pack.get());
   const size_t bytes = required_bytes(pack, config);
   AlignedBytes arena(bytes + 64);
@@ -188,7 +187,7 @@ TEST(Arena, MisalignedIsRefused) {
 }
 
 TEST(Arena, PackStorageIsCheckedToo) {
-  const auto bytes = between_pack_bytes().bytes();
+  const auto bytes = zone_pack_bytes().bytes();
   alignas(16) unsigned char storage[PAL_PACK_STORAGE_BYTES + 16];
   std::memset(storage, kCanary, sizeof storage);
   pal_pack* pack = nullptr;
@@ -205,7 +204,7 @@ TEST(Arena, PackStorageIsCheckedToo) {
 }
 
 TEST(Arena, ExceedingACapacityChangesNothing) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   OwnedSession session(pack.get(), PAL_MODEL_LINEAR, 2,
                        2);  // results independent of the frames before
   session.fix({3});
@@ -231,7 +230,7 @@ TEST(Arena, ExceedingACapacityChangesNothing) {
 }
 
 TEST(Arena, ConfigOutsideItsRangeIsRefused) {
-  const OpenPack pack(between_pack_bytes());
+  const OpenPack pack(zone_pack_bytes());
   const auto status_of = [&](pal_session_config config) {
     size_t bytes = 77;
     const pal_status status = pal_session_required_bytes(pack.get(), &config, &bytes);

@@ -184,15 +184,14 @@ TEST(MutatedPack, EachSegment) {
 }
 
 TEST(MutatedPack, EachSegmentOfZones) {
-  const auto bytes = between_pack_bytes().bytes();
+  const auto bytes = zone_pack_bytes().bytes();
   const pack::Pack& tables = *pack::GetPack(bytes.data() + sizeof(pack::PackHeader));
   const pack::NonlinearZone& zone = *tables.nonlinear_zone();
   uint64_t seed = 300;
   int accepted = 0;
   for (const pack::Segment* segment :
        {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
-        zone.field_compliance(), zone.field_units(), zone.force_scale(), zone.exterior(),
-        zone.exterior_units(), zone.pair_fields(), zone.pair_weights(), zone.more_rings(),
+        zone.field_compliance(), zone.field_units(), zone.force_scale(),
         tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);

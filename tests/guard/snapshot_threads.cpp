@@ -22,10 +22,9 @@ struct Simulation {
   std::vector<unsigned char> memory;
   palpate::Session session;
 
-  bool init(const palpate::Pack& pack, bool refines = false) {
+  bool init(const palpate::Pack& pack, pal_model model = PAL_MODEL_AUTO) {
     pal_session_config config = pal_default_session_config(pack.get());
-    if (refines) config.model = PAL_MODEL_ZONE;
-    config.refines = refines ? 1 : 0;
+    config.model = model;
     config.max_contacts = 3;
     size_t bytes = 0;
     if (palpate::Session::required_bytes(pack, config, bytes) != PAL_STATUS_OK) return false;
@@ -133,7 +132,7 @@ int run_refining(const char* path, int num_refiners) {
   const double push = pack.info().max_displacement;
   Simulation alone;
   Simulation shared;
-  if (!alone.init(pack, true) || !shared.init(pack, true)) return 2;
+  if (!alone.init(pack, PAL_MODEL_ZONE) || !shared.init(pack, PAL_MODEL_ZONE)) return 2;
   bool refined = true;
   const std::vector<double> expected = forces_at_rest(
       alone.session, push, [&] { refined = alone.session.refine() == PAL_STATUS_OK && refined; });

@@ -88,7 +88,6 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
   const uint32_t count = list_field_kernels(kernels);
   alignas(64) const pal_real columns[4 * pack::kPanelRows] = {1};
   alignas(64) const int16_t rounded_columns[pack::rounded_panel_numbers(5)] = {1};
-  alignas(64) const int8_t bytes[4 * pack::kPanelRows] = {1};
   const pal_real weights[4] = {1, 2, 3, 4};
   const RoundedWeights rounded = {pack::num_column_pairs(5), 1, 1, {1, 2, 3}};
   alignas(64) pal_real sum[pack::kPanelRows] = {};
@@ -98,7 +97,6 @@ TEST_F(UpperHalves, ClearAfterEveryFieldKernel) {
                        [&] { kernels[k].add_columns(columns, pack::kPanelRows, weights, 4, true, sum); });
     expect_clear_after(name + " rounded",
                        [&] { kernels[k].add_rounded(rounded_columns, rounded, true, sum); });
-    expect_clear_after(name + " bytes", [&] { kernels[k].add_bytes(bytes, weights, 4, sum); });
   }
 }
 

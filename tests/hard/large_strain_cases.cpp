@@ -123,11 +123,7 @@ Group large_strain_cases() {
       [bar] { return pack_at(0.3, false, bar); });
   group.cases.push_back({"strain", "zone_pack_45",
                          "pack of zones of two rings, pushed four ways by 45 % of the thickness, 1.8 edges",
-                         bar, Expected::limit,
-                         "outside of a zone the organ answers to fifth order in the force, which from about "
-                         "one and a half edges on "
-                         "is no longer a function of the force alone; the polynomials of such a pack answer",
-                         [bar] { return pack_at(0.45, false, bar); }});
+                         bar, Expected::answer, "", [bar] { return pack_at(0.45, false, bar); }});
   return group;
 }
 

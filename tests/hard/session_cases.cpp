@@ -102,7 +102,10 @@ std::vector<Answer> restless() {
       for (const pal_contact_result& result : session.contact_frame(contacts))
         is_finite = is_finite && Eigen::Vector3d(result.force).allFinite();
     }
-    for (int frame = 0; frame < kFramesToRest; ++frame) results = session.contact_frame(there);
+    for (int frame = 0; frame < kFramesToRest; ++frame) {
+      results = session.contact_frame(there);
+      if (results.front().model == PAL_MODEL_ZONE) session.refine();
+    }
     answers.push_back(organ().compare(asked_of(model), there, results, session.visual_frame(), truth));
     answers.back().finite = answers.back().finite && is_finite;
   }

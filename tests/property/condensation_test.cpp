@@ -85,7 +85,7 @@ TEST(Condensation, IsTheDenseElimination) {
 }
 
 TEST(Condensation, KeepsSharedVolumesTogether) {
-  expect_condensed(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, false, true));
+  expect_condensed(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, true));
 }
 
 TEST(Condensation, OfTheWholeOrganSolvesForForces) {

@@ -62,7 +62,7 @@ TEST(Exterior, ComesThereUnderGravityWithTenNodes) {
 TEST(Exterior, ComesThereWithSharedVolumes) {
   const std::vector<pal_contact> contacts = {{0, {0.03, -0.02, -0.1}, 0, {}, {}, {}}};
   const std::vector<double> errors =
-      errors_of(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, false, true), contacts, 1, 14);
+      errors_of(tissue_block(1, false, Eigen::Vector3d::Zero(), 3, 0.4, true), contacts, 1, 14);
   SCOPED_TRACE(testing::PrintToString(errors));
   EXPECT_LT(errors.back(), 1e-7);
 }

@@ -70,39 +70,6 @@ TEST(FieldKernel, AllAgreeWithScalarWithinTheStatedBound) {
   }
 }
 
-// Every byte value, to the bit, in all kernels.
-TEST(FieldKernel, BytesAreWidenedExactly) {
-  std::mt19937_64 random(6);
-  std::uniform_real_distribution<pal_real> value(-1, 1);
-  FieldKernel kernels[kMostFieldKernels];
-  const uint32_t num_kernels = list_field_kernels(kernels);
-  for (const uint32_t count : {0u, 4u, 8u, 12u, 32u}) {
-    std::vector<int8_t> columns(size_t{count} * pack::kPanelRows + 1);
-    for (size_t i = 0; i < columns.size(); ++i) columns[i] = static_cast<int8_t>(i % 256);
-    std::vector<pal_real> weights(count + 1);
-    for (pal_real& weight : weights) weight = value(random);
-    std::vector<pal_real> start(pack::kPanelRows);
-    for (pal_real& from : start) from = value(random);
-    std::vector<pal_real> scalar = start;
-    kernels[0].add_bytes(columns.data(), weights.data(), count, scalar.data());
-    for (size_t i = 0; i < pack::kPanelRows; ++i) {
-      double exact = static_cast<double>(start[i]);
-      double magnitude = std::abs(exact);
-      for (uint32_t j = 0; j < count; ++j) {
-        const double product = static_cast<double>(weights[j]) * columns[j * pack::kPanelRows + i];
-        exact += product;
-        magnitude += std::abs(product);
-      }
-      EXPECT_LE(std::abs(static_cast<double>(scalar[i]) - exact), count * kEpsilon * magnitude);
-    }
-    for (uint32_t k = 1; k < num_kernels; ++k) {
-      std::vector<pal_real> result = start;
-      kernels[k].add_bytes(columns.data(), weights.data(), count, result.data());
-      EXPECT_EQ(result, scalar) << kernels[k].name;
-    }
-  }
-}
-
 // ---- Columns of int16
 
 constexpr uint32_t kMostPairs = pack::num_column_pairs(3 + pack::kMostRank);

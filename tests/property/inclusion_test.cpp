@@ -59,7 +59,7 @@ TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
       const std::vector<pal_contact> contacts = {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
       include(session, inclusion);
       const pal_contact_result moving = session.touch(contacts)[0];
-      EXPECT_EQ(moving.flags, 0U) << frame;
+      EXPECT_EQ(flags_of(moving), 0U) << frame;
       if (frame % 20 != 10) continue;
       const ContactAnswer truth = solve_with(organ, inclusion, contacts);
       EXPECT_LE(force_error(moving, truth), 1e-5) << frame;
@@ -73,40 +73,11 @@ TEST(Inclusion, IsTheFullSolveWhereverBothHaveMoved) {
   }
 }
 
-// A zone of two rings reaches a third of the block's depth, so the contact does not feel the part of a ball
-// below. docs/response_models.md states the errors.
-TEST(Inclusion, IsFeltAsFarAsItLiesInTheZone) {
-  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
-  const std::vector<pal_contact> contacts = {{12, {0.01, -0.01, -0.05}, 0, {}, {}, {}}};
-  const Vector3d touched = organ.block.model.positions[static_cast<size_t>(organ.block.sites.sites[12].node)];
-  OwnedSession session(organ.pack->get(), organ.config(1));
-  const Vector3d without(settle(session, contacts)[0].force);
-  struct Expectation {
-    double depth;  // depth of the ball's centre
-    double error;
-    double felt;  // felt part of the change of the force
-  };
-  for (const auto& [depth, error, felt] :
-       {Expectation{0.2, 0.01, 0.95}, {0.35, 0.06, 0.5}, {0.5, 0.08, 0}, {0.75, 0.04, 0}}) {
-    for (const double stiffness : {0.25, 4.0}) {
-      const pal_inclusion inclusion = ball(touched - depth * Vector3d::UnitZ(), 0.15, stiffness);
-      include(session, inclusion);
-      const auto results = settle(session, contacts);
-      const ContactAnswer truth = solve_with(organ, inclusion, contacts);
-      EXPECT_LE(force_error(results[0], truth), error) << stiffness << " at " << depth;
-      const Vector3d change = truth.forces[0] - without;
-      EXPECT_GE((Vector3d(results[0].force) - without).dot(change), (felt - 1e-6) * change.squaredNorm());
-      EXPECT_EQ(results[0].flags, 0U);
-      EXPECT_EQ(results[0].displacement_error, 1.0) << "not surveyed";
-    }
-  }
-}
-
 // The response does not depend on the inclusion's path, and a removed inclusion leaves no change.
 TEST(Inclusion, LeavesNothingBehind) {
-  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 4, 0.26, false, true);
+  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 4, 0.26, true);
   OwnedSession moved(organ.pack->get(), organ.config(1));
-  const Vector3d before(settle(moved, kPress)[0].force);
+  const Vector3d before(settle_unrefined(moved, kPress)[0].force);
   for (int frame = 0; frame <= 200; ++frame) {
     include(moved, ball({0.1 + 0.002 * frame, 0.5, 0.8}, 0.25, 6));
     moved.touch(kPress);
@@ -115,7 +86,7 @@ TEST(Inclusion, LeavesNothingBehind) {
   for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) there = moved.touch(kPress);
   OwnedSession fresh(organ.pack->get(), organ.config(1));
   include(fresh, ball({0.5, 0.5, 0.8}, 0.25, 6));
-  const Vector3d of_fresh(settle(fresh, kPress)[0].force);
+  const Vector3d of_fresh(settle_unrefined(fresh, kPress)[0].force);
   EXPECT_LE((Vector3d(there[0].force) - of_fresh).norm(), 1e-6 * of_fresh.norm());
   EXPECT_GE((of_fresh - before).norm(), 0.2 * before.norm());
   require(pal_session_set_inclusion(moved.get(), nullptr), "inclusion");
@@ -134,7 +105,7 @@ TEST(Inclusion, MovesSmoothly) {
   for (int frame = 0; frame <= 400; ++frame) {
     include(session, ball({0.0025 * frame, 0.5, 0.85}, 0.2, 5));
     const pal_contact_result result = session.touch(kPress)[0];
-    EXPECT_EQ(result.flags, 0U) << frame;
+    EXPECT_EQ(flags_of(result), 0U) << frame;
     const Vector3d force(result.force);
     if (frame > 0) largest = std::max(largest, (force - last).norm());
     peak = std::max(peak, force.norm());

@@ -39,7 +39,7 @@ const Law kLaws[] = {
 // A zone that is the whole organ, with elements of four or ten nodes about the same sites.
 ZoneBlock whole_block(const Law& law, bool quadratic, bool shares_volumes = false,
                       const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero()) {
-  return {8, law, quadratic, gravity, quadratic ? 2 : 4, quadratic ? 0.3 : 0.26, false, shares_volumes};
+  return {8, law, quadratic, gravity, quadratic ? 2 : 4, quadratic ? 0.3 : 0.26, shares_volumes};
 }
 
 // Expects forces as exact as the full solve, and fields to single precision. Without `all` only the neighbours touch,
@@ -94,32 +94,6 @@ TEST(NonlinearZone, IsTheFullSolveOfTwoMaterials) {
       show_every_node(block);
       expect_truth_of_each(ZoneBlock(8, std::move(block)));
     }
-  }
-}
-
-// A site with an extra ring, whatever other sites have; alone, and beside a contact without the ring.
-TEST(NonlinearZone, ARingMoreIsARingMore) {
-  std::vector<std::uint8_t> more_rings(16);
-  more_rings[4] = 1;
-  const auto organ_with = [](int rings, std::vector<std::uint8_t> more) {
-    return ZoneBlock(rings, kTissue, false, Eigen::Vector3d::Zero(), 4, 0.26, true, false, std::move(more));
-  };
-  const ZoneBlock mixed = organ_with(1, more_rings);
-  const ZoneBlock narrow = organ_with(1, {});
-  const ZoneBlock wide = organ_with(2, {});
-  const auto force = [](const ZoneBlock& organ, const std::vector<pal_contact>& contacts) {
-    OwnedSession session(organ.pack->get(), organ.config(2));
-    return Eigen::Vector3d(settle(session, contacts).front().force);
-  };
-  const std::vector<pal_contact> at_site = {{4, {0.06, -0.04, -0.2}, 0, {}, {}, {}}};
-  const std::vector<pal_contact> at_another = {{8, {0.06, -0.04, -0.2}, 0, {}, {}, {}}};
-  EXPECT_LE((force(mixed, at_site) - force(wide, at_site)).norm(), 1e-6 * force(wide, at_site).norm());
-  EXPECT_LE((force(mixed, at_another) - force(narrow, at_another)).norm(),
-            1e-6 * force(narrow, at_another).norm());
-  EXPECT_GT((force(wide, at_site) - force(narrow, at_site)).norm(), 1e-4 * force(wide, at_site).norm());
-  for (const auto* contacts : {&kAdjacent, &kApart}) {
-    const Eigen::Vector3d truth = mixed.solve(*contacts).forces.front();
-    EXPECT_LE((force(mixed, *contacts) - truth).norm(), 5e-3 * truth.norm());
   }
 }
 
@@ -185,7 +159,7 @@ int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts,
     Eigen::VectorXd field;
   };
   OwnedSession session(organ.pack->get(), organ.config(4));
-  settle(session, contacts);
+  settle_unrefined(session, contacts);
   std::vector<Frame> frames = {{session.touch(contacts)[0], as_vector(session.field())}};
   for (double& component : contacts[0].displacement) component *= kFarther;
   int goings_back = 0;
@@ -198,7 +172,7 @@ int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts,
     };
     const auto is_same = [&](const Frame& then) {
       return is_there(then) && std::equal(now.first.force, now.first.force + 3, then.first.force) &&
-             stiffness_difference(now.first, then.first) <= 3e-3 &&
+             stiffness_difference(now.first, then.first) <= 5e-3 &&  // a tangent of some frames before
              (now.field - then.field).lpNorm<Eigen::Infinity>() <=
                  field_tolerance * then.field.lpNorm<Eigen::Infinity>();
     };
@@ -224,7 +198,7 @@ TEST(NonlinearZone, RejectsAStepAsAWhole) {
   EXPECT_GT(count_goings_back(part, two, 0.01), 0);
 }
 
-// More rings bring the zone nearer to the full solve.
+// Before the refining lane, more rings bring the zone nearer to the full solve.
 TEST(NonlinearZone, RingsBringItNearer) {
   const ZoneBlock& organ = tissue_block(4, false, Eigen::Vector3d::Zero(), 6, 0.1);
   const std::vector<pal_contact> contacts = {{12, {0.02, -0.02, -0.1}, 0, {}, {}, {}}};
@@ -232,7 +206,7 @@ TEST(NonlinearZone, RingsBringItNearer) {
   double before = 1;
   for (const uint32_t rings : {1u, 2u, 3u, 4u}) {
     OwnedSession session(organ.pack->get(), organ.config(1, rings));
-    settle(session, contacts);
+    settle_unrefined(session, contacts);
     const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.1;
     EXPECT_LT(error, before) << rings << " rings";
     before = 0.8 * error;
@@ -260,7 +234,7 @@ TEST(NonlinearZone, HoldsWholeVolumePatches) {
   double before = 0.05;
   for (const uint32_t rings : {1u, 2u, 3u}) {
     OwnedSession session(organ.pack->get(), organ.config(1, rings));
-    settle(session, contacts);
+    settle_unrefined(session, contacts);
     const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.05;
     EXPECT_LT(error, before) << rings << " rings";
     before = error;

@@ -209,16 +209,6 @@ void expect_columns_of_zones(const SmallPack& small, bool rounded) {
   }
   EXPECT_EQ(panel, begin_of(table.field_compliance()) + table.field_compliance()->bytes());
 
-  panel = begin_of(table.exterior());
-  unit = numbers_of(table.exterior_units());
-  const auto num_packed = static_cast<Eigen::Index>(small.sites.packed_nodes.size());
-  for (const auto& fields : zone.exterior) {
-    expect_columns(fields.topRows(3 * num_packed), panel, unit);
-    expect_columns(fields.bottomRows(fields.rows() - 3 * num_packed), panel, unit);
-    unit += fields.cols();
-  }
-  EXPECT_EQ(panel, begin_of(table.exterior()) + table.exterior()->bytes());
-
   // Half a unit. For a float below 1 half a unit is epsilon / 4; this test's own rounding doubles the bound
   // for a double.
   const auto epsilon = static_cast<double>(std::numeric_limits<pack::Real>::epsilon());

@@ -17,8 +17,8 @@ class PassivityOfZones : public ::testing::Test {
     return config;
   }
   static const ZoneBlock& organ() {
-    static const ZoneBlock block(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.26,
-                                 true);
+    static const ZoneBlock block(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4,
+                                 0.26);
     return block;
   }
   static Eigen::Vector3d place_of(uint32_t site) {

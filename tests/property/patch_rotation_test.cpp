@@ -80,20 +80,8 @@ TEST(PatchRotation, EqualsTheFullSolveWhereTheZoneIsTheWholeOrgan) {
   expect_exact(errors_of(heavy, kPress, {kTwist}));
   const ZoneBlock& quadratic = tissue_block(8, true, Vector3d::Zero(), 2, 0.3);
   expect_exact(errors_of(quadratic, {{0, {0.02, -0.01, -0.05}, 0, {}, {}, {}}}, {0.5 * kTwist}));
-  const ZoneBlock& shares = tissue_block(8, false, Vector3d::Zero(), 4, 0.26, false, true);
+  const ZoneBlock& shares = tissue_block(8, false, Vector3d::Zero(), 4, 0.26, true);
   expect_exact(errors_of(shares, kPress, {kTwist}));
-}
-
-// Two rings, half an edge, 20 degrees. The exterior answers the torque to first order; docs state the errors.
-TEST(PatchRotation, IsNearTheFullSolve) {
-  const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
-  const Errors errors = errors_of(organ, {{12, {0.02, -0.02, -0.07}, 0, {}, {}, {}}}, {kTwist});
-  RecordProperty("field", std::to_string(errors.field));
-  RecordProperty("force", std::to_string(errors.force));
-  RecordProperty("torque", std::to_string(errors.torque));
-  EXPECT_LE(errors.field, 0.017);
-  EXPECT_LE(errors.force, 0.01);
-  EXPECT_LE(errors.torque, 0.012);
 }
 
 Wrench settled_wrench(OwnedSession& session, const Vector3d& d, const Matrix3d& rotation) {
@@ -145,8 +133,8 @@ TEST(PatchRotation, LeavesOtherContactsAlone) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession still(organ.pack->get(), organ.config(3));
   OwnedSession turns(organ.pack->get(), turning(organ));
-  const auto expected = settle(still, kTwoThatShareNodes);
-  const auto found = settle(turns, kTwoThatShareNodes);
+  const auto expected = settle_unrefined(still, kTwoThatShareNodes);
+  const auto found = settle_unrefined(turns, kTwoThatShareNodes);
   for (size_t c = 0; c < expected.size(); ++c) {
     EXPECT_EQ(found[c].flags, expected[c].flags);
     EXPECT_EQ(found[c].displacement_error, expected[c].displacement_error);

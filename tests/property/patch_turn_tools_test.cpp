@@ -77,7 +77,7 @@ TEST(PatchRotation, StopsAtAQuarterTurn) {
   const auto settled_at = [&](double angle) {
     orient(session, {rotation_vector({0, 0, angle})});
     uint32_t flags = 0;
-    for (int frame = 0; frame < 40; ++frame) flags = session.touch({press})[0].flags;
+    for (int frame = 0; frame < 40; ++frame) flags = flags_of(session.touch({press})[0]);
     return std::pair(Vector3d(torque_of(session, 0).torque), flags);
   };
   const auto [most, flags] = settled_at(M_PI / 2 - 1e-9);
@@ -243,7 +243,7 @@ TEST(PatchRotation, RefusesWhatMakesNoSense) {
   config.patches_turn = 2;
   EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
   config = turning(organ);
-  config.refines = 2;
+  config.reserved = 1;
   EXPECT_EQ(pal_session_required_bytes(organ.pack->get(), &config, &bytes), PAL_STATUS_BAD_ARGUMENT);
   config = turning(organ);
   config.model = PAL_MODEL_LINEAR;

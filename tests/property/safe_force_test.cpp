@@ -107,7 +107,7 @@ Felt crush(const ZoneBlock& organ, pal_session_config config) {
 }
 
 TEST(SafeForce, JammedContactsStayWithinTheDefaultBound) {
-  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  const ZoneBlock organ(2, CompressibleNeoHookean{1.0, 9.0}, false, Eigen::Vector3d::Zero(), 4, 0.26);
   const pal_session_config usual = pal_default_session_config(organ.pack->get());
   const Felt felt = crush(organ, usual);
   EXPECT_LE(felt.largest, usual.max_force * (1 + kRounding));

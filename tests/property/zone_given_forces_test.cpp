@@ -68,12 +68,12 @@ void expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites,
   for (size_t c = 0; c < sites.size(); ++c)
     contacts.push_back({sites[c], {pushes[c][0], pushes[c][1], pushes[c][2]}, 0, {}, {}, {}});
   OwnedSession session(organ.pack->get(), organ.config(3));
-  const auto moved = settle(session, contacts);
+  const auto moved = settle_unrefined(session, contacts);
   for (size_t c = 0; c < sites.size(); ++c) {
     contacts[c].force_axes = axes[c];
     for (int axis = 0; axis < 3; ++axis) contacts[c].force[axis] = 0.6 * moved[c].force[axis];
   }
-  const auto results = settle(session, contacts);
+  const auto results = settle_unrefined(session, contacts);
   const ZoneErrors errors = errors_where_it_is(organ, session, contacts, results);
   EXPECT_LE(errors.field, tolerance_of_field);
   EXPECT_LE(errors.force, 1e-11);
@@ -102,8 +102,8 @@ TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveWhereItIsTheWholeOrgan) {
 TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveAtSmallStrain) {
   constexpr LinearElastic kTissue = {1.0, 2.0};
   constexpr double kTolerance = field_tolerance(2e-6);
-  const ZoneBlock wide(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
-  const ZoneBlock narrow(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock wide(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.18);
+  const ZoneBlock narrow(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1);
   ASSERT_GT(std::min(wide.zone.most_boundary_nodes, narrow.zone.most_boundary_nodes), 0);
   for (uint32_t axes = 1; axes <= 7; ++axes) {
     expect_truth(wide, {12}, {axes}, kTolerance);
@@ -120,7 +120,7 @@ TEST(GivenForcesOfAZone, AreThoseOfTheFullSolveAtSmallStrain) {
 // A fixed node lies between the contacts: separate zones interact less than the organ without the fixed node
 // predicts.
 TEST(GivenForcesOfAZone, SettleBesideFixedNodes) {
-  const ZoneBlock organ(1, LinearElastic{1.0, 2.0}, false, Eigen::Vector3d::Zero(), 6, 0.18, true);
+  const ZoneBlock organ(1, LinearElastic{1.0, 2.0}, false, Eigen::Vector3d::Zero(), 6, 0.18);
   pal_session_config config = organ.config(2);
   config.max_fixed = 1;
   OwnedSession session(organ.pack->get(), config);

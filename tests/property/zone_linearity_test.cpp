@@ -23,7 +23,7 @@ TEST(NonlinearZone, IsLinearForSmallDisplacements) {
     for (size_t c = 0; c < small.size(); ++c) {
       const Eigen::Vector3d force(expected[c].force);
       EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-4 * force.norm());
-      EXPECT_EQ(found[c].flags, expected[c].flags);
+      EXPECT_EQ(found[c].flags & ~uint32_t{PAL_FLAG_UNREFINED}, expected[c].flags);
     }
   }
 }
@@ -47,10 +47,9 @@ TEST(NonlinearZone, FieldIsLinearForSmallDisplacements) {
   }
 }
 
-// Columns of int16 change no force, and the field only by their rounding, also for neighbours with a
-// near-field ring.
+// Columns of int16 change no force, and the field only by their rounding.
 TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
-  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
   ZoneTables rounded = organ.zone;
   ASSERT_FALSE(rounded.rounded);
   rounded.rounded = true;
@@ -64,8 +63,8 @@ TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
                                                {second, {0, 0.3 * size, -size}, 0, {}, {}, {}}};
     OwnedSession exact(organ.pack->get(), organ.config(2));
     OwnedSession session(pack.get(), organ.config(2));
-    const auto expected = settle(exact, contacts);
-    const auto found = settle(session, contacts);
+    const auto expected = settle_unrefined(exact, contacts);
+    const auto found = settle_unrefined(session, contacts);
     for (size_t c = 0; c < contacts.size(); ++c) {
       const Eigen::Vector3d force(expected[c].force);
       EXPECT_LE((Eigen::Vector3d(found[c].force) - force).norm(), 1e-5 * force.norm());
@@ -76,29 +75,28 @@ TEST(NonlinearZone, RoundedColumnsAnswerTheSame) {
   }
 }
 
-// The exterior is exact to fifth order: the relative error grows with the fifth power of the push.
-TEST(NonlinearZone, ErrorsAreOfSixthOrder) {
+// Before the refining lane: the exterior is exact to first order, so the relative error grows with the push.
+TEST(NonlinearZone, UnrefinedErrorsAreOfSecondOrder) {
   const Law yeoh = kYeoh;
   const ZoneBlock organs[] = {ZoneBlock(1, kTissue, false, Eigen::Vector3d::Zero(), 6, 0.1),
                               ZoneBlock(1, yeoh, false, {0.01, 0.02, -0.04}, 6, 0.1),
                               ZoneBlock(1, kTissue, true, Eigen::Vector3d::Zero(), 3, 0.2)};
   for (const ZoneBlock& organ : organs) {
-    ASSERT_EQ(organ.zone.exterior_degree, 5);
     const auto site = static_cast<uint32_t>(organ.block.sites.sites.size() / 2);
     const auto errors_at = [&](double size) {
       const std::vector<pal_contact> contacts = {{site, {0.3 * size, -0.3 * size, -size}, 0, {}, {}, {}}};
       const ContactAnswer truth = organ.solve(contacts);
       OwnedSession session(organ.pack->get(), organ.config(1));
-      const Eigen::Vector3d force(settle(session, contacts)[0].force);
+      const Eigen::Vector3d force(settle_unrefined(session, contacts)[0].force);
       return std::pair((as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / size,
                        (force - truth.forces[0]).norm() / size);
     };
     const double size = 0.4 * organ.block.sites.mean_surface_edge;
     const auto [field, force] = errors_at(size);
     const auto [field_of_half, force_of_half] = errors_at(size / 2);
-    EXPECT_LE(field, 3e-3);
-    EXPECT_LE(field_of_half, field / 24);
-    EXPECT_LE(force_of_half, force / 24);
+    EXPECT_LE(field, 5e-2);
+    EXPECT_LE(field_of_half, field / 1.7);
+    EXPECT_LE(force_of_half, force / 1.7);
   }
 }
 

@@ -15,7 +15,8 @@ TEST_P(ZonePlaces, ContactsThatShareAZoneAreNearTheBlend) {
     std::vector<pal_contact_result> results;
     for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
     for (const pal_contact_result& result : results)
-      EXPECT_EQ(result.flags & ~uint32_t{PAL_FLAG_OVERLAPPING}, 0U) << "patches at some corners share nodes";
+      EXPECT_EQ(flags_of(result) & ~uint32_t{PAL_FLAG_OVERLAPPING}, 0U)
+          << "patches at some corners share nodes";
     Eigen::Matrix<double, 6, 1> forces;
     forces << force_of(results[0]), force_of(results[1]);
     return std::pair(forces, as_vector(session.field()));

@@ -13,7 +13,7 @@ void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
     OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, 2, 0));
     std::vector<pal_contact> contacts = {{4, {d[0], d[1], d[2]}, 0, {}, {}, {}}};
     contacts.insert(contacts.end(), neighbours.begin(), neighbours.end());
-    const auto result = settle(session, contacts).front();
+    const auto result = settle_unrefined(session, contacts).front();
     if (stiffness != nullptr) std::memcpy(stiffness, result.stiffness, sizeof result.stiffness);
     return Eigen::Vector3d(result.force);
   };
@@ -31,8 +31,7 @@ void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
   EXPECT_LE((difference - difference.transpose()).norm(), skew * stiffness.norm());
 }
 
-// The stiffness is symmetric and the derivative of the force, up to the orders beyond the exterior's series.
-// A zone that is the whole organ is exact.
+// Between two iterations of the refining lane the stiffness is symmetric and the derivative of the force.
 TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
     SCOPED_TRACE(rings);
@@ -42,19 +41,15 @@ TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
   }
 }
 
-// Beside a neighbour the boundary gives the neighbour's loads; the near-field ring's share is tolerated.
 TEST(NonlinearZone, StiffnessBesideANeighbourIsTheDerivativeOfTheForce) {
-  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
   ASSERT_GT(organ.zone.most_boundary_nodes, 0);
   const std::vector<pal_contact> neighbour = {{3, {-0.02, 0.03, -0.05}, 0, {}, {}, {}}};
-  const AlignedBytes bytes = without_rims(organ);
-  expect_stiffness(OpenPack(bytes).get(), 1e-4, 0.015, neighbour);
-  expect_stiffness(organ.pack->get(), 5e-3, 0.015, neighbour);
+  expect_stiffness(organ.pack->get(), 1e-4, 0.015, neighbour);
 }
 
-// A session of one contact ignores the pack's interaction terms.
 TEST(NonlinearZone, OneContactIsTheSameInAnySession) {
-  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.26, true);
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 4, 0.26);
   OwnedSession alone(organ.pack->get(), organ.config(1));
   OwnedSession of_several(organ.pack->get(), organ.config(2));
   const auto found = settle(alone, kOne).front();
@@ -86,7 +81,7 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
   };
   OwnedSession session(organ.pack->get(), organ.config(static_cast<uint32_t>(sites.size())));
   std::vector<pal_contact> contacts = at(0);
-  settle(session, contacts);
+  settle_unrefined(session, contacts);
   std::vector<pal_contact_result> results = session.touch(contacts);
   double work = 0;
   double most = 0;
@@ -95,7 +90,7 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
     const std::vector<pal_contact_result> felt = std::exchange(results, session.touch(contacts));
     for (int frame = 0; frame < 11; ++frame) results = session.touch(contacts);
     for (size_t c = 0; c < contacts.size(); ++c) {
-      EXPECT_EQ(results[c].flags, 0u);
+      EXPECT_EQ(results[c].flags, uint32_t{PAL_FLAG_UNREFINED});
       for (int i = 0; i < 3; ++i) {
         work += 0.5 * (results[c].force[i] + felt[c].force[i]) *
                 (contacts[c].displacement[i] - before[c].displacement[i]);
@@ -106,20 +101,13 @@ double work_around(const ZoneBlock& organ, const std::vector<uint32_t>& sites, d
   return std::abs(work) / most;
 }
 
-// Closed paths do no work, up to two errors:
-// - orders beyond the exterior's series, which halve with the path;
-// - interaction columns, which do not.
+// Without the refining lane forces are the gradient of an energy.
 TEST(NonlinearZone, ClosedPathsGiveNoEnergy) {
-  EXPECT_LE(work_around(ZoneBlock(2, kTissue), {4}, 0.05), 2e-5);
-  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1, true);
-  for (const std::vector<uint32_t>& sites : {std::vector<uint32_t>{0, 4}, {6, 7}, {0, 4, 22}, {6, 7, 12}}) {
-    const double size = 0.1 * organ.block.sites.mean_surface_edge;
-    EXPECT_GE(work_around(organ, sites, size), 1e-6) << "rounding halves nothing";
-    for (const double part : {1.0, 0.5, 0.25}) {
-      EXPECT_LE(work_around(organ, sites, part * size), 3e-4 * part)
-          << sites[0] << ", " << sites.size() << " contacts";
-    }
-  }
+  constexpr double kConverged = 1e-4;  // as frames are done
+  EXPECT_LE(work_around(tissue_block(2), {4}, 0.05), kConverged);
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  for (const std::vector<uint32_t>& sites : {std::vector<uint32_t>{0, 4}, {6, 7}, {0, 4, 22}, {6, 7, 12}})
+    EXPECT_LE(work_around(organ, sites, 0.1 * organ.block.sites.mean_surface_edge), kConverged);
 }
 
 }  // namespace zone_stiffness_test

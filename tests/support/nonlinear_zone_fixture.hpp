@@ -30,7 +30,7 @@ inline const InvariantLaw kYeoh = {0.5, 0, 0.1, 0.05, {{0.6, 0.2, 0}}};
 inline ZoneBlock sharing_block(int rings, const Law& law, bool quadratic = false,
                                const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4,
                                double tip_radius = 0.26) {
-  return {rings, law, quadratic, gravity, cells, tip_radius, false, true};
+  return {rings, law, quadratic, gravity, cells, tip_radius, true};
 }
 
 }  // namespace palpate::test::nonlinear_zone_fixture

@@ -132,4 +132,21 @@ inline bool all_finite(const pal_contact_result& result) {
   return finite;
 }
 
+// An iteration of the refining lane, in slices of so many multiply-adds; 0: in one. Of a session without zones: none.
+inline pal_refinement refine(OwnedSession& session, uint64_t slice = 0) {
+  pal_refinement refinement = {};
+  refinement.struct_size = sizeof refinement;
+  do {
+    const pal_status status = pal_session_refine(session.get(), slice, &refinement);
+    if (status == PAL_STATUS_NO_SUCH_MODEL) return refinement;
+    require(status, "refine");
+  } while (refinement.delivered == 0 && refinement.failed == 0 && refinement.waiting != 0);
+  return refinement;
+}
+
+// The flags but for PAL_FLAG_UNREFINED.
+inline uint32_t flags_of(const pal_contact_result& result) {
+  return result.flags & ~uint32_t{PAL_FLAG_UNREFINED};
+}
+
 }  // namespace palpate::test

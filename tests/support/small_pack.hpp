@@ -12,8 +12,6 @@
 #include "offline/precompute/linear_dd.hpp"
 #include "offline/precompute/scene.hpp"
 #include "offline/precompute/site_survey.hpp"
-#include "offline/precompute/zone_exterior.hpp"
-#include "offline/precompute/zone_mutual.hpp"
 #include "tests/support/block_mesh.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -42,7 +40,8 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
-    zone = zones_for(scene.accuracy_target);
+    zone = find_zones(scene, model, sites, 1);
+    compute_zone_compliance(assembly, sites, {}, scene.max_displacement, {}, zone);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;
@@ -56,18 +55,6 @@ class SmallPack {
                     Eigen::Vector3d::Zero()};
     });
     surveys = {{SurveyedModel::linear_dd, table}, {SurveyedModel::polynomial_dd, table}};
-  }
-
-  // Zones of one ring, at this accuracy target.
-  ZoneTables zones_for(double accuracy_target) const {
-    Scene fine = scene;
-    fine.accuracy_target = accuracy_target;
-    const Assembly assembly(model, model.fixed_dofs());
-    ZoneTables tables = find_zones(fine, model, sites, 1);
-    compute_zone_compliance(assembly, sites, {}, {}, tables);
-    compute_zone_exterior(assembly, sites, {}, scene.max_displacement, 2, {}, tables);
-    compute_zone_mutual(assembly, fine, sites, {}, 2, {}, tables);
-    return tables;
   }
 
   PackContent content() const {
@@ -96,12 +83,11 @@ class SmallPack {
     return write_pack(only);
   }
 
-  AlignedBytes write_with_zone() const { return write_with(zone); }
-
-  AlignedBytes write_with(const ZoneTables& tables) const {
+  AlignedBytes write_with_zone() const {
     PackContent with = content();
-    with.zone = &tables;
+    with.zone = &zone;
     with.surveys.push_back({SurveyedModel::nonlinear_zone, surveys.front().table});
+    with.surveys.push_back({SurveyedModel::unrefined_zone, surveys.front().table});
     return write_pack(with);
   }
 
@@ -158,12 +144,6 @@ inline const AlignedBytes& small_pack_bytes() {
 
 inline const AlignedBytes& zone_pack_bytes() {
   static const AlignedBytes bytes = small_pack().write_with_zone();
-  return bytes;
-}
-
-// A pack with the interaction terms of zones of neighbouring contacts.
-inline const AlignedBytes& between_pack_bytes() {
-  static const AlignedBytes bytes = small_pack().write_with(small_pack().zones_for(4e-4));
   return bytes;
 }
 

@@ -15,8 +15,7 @@
 
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
-#include "offline/precompute/zone_exterior.hpp"
-#include "offline/precompute/zone_mutual.hpp"
+#include "offline/precompute/nonlinear_zone.hpp"
 #include "tests/support/runtime_session.hpp"
 #include "tests/support/touched_block.hpp"
 
@@ -99,18 +98,12 @@ inline ContactAnswer solve_contacts(const TouchedBlock& block, const Assembly& a
 struct ZoneBlock {
   ZoneBlock(int rings, const Law& law, bool quadratic = false,
             const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4, double tip_radius = 0.26,
-            bool pairs = false, bool shares_volumes = false, std::vector<std::uint8_t> more_rings = {})
-      : ZoneBlock(rings, made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes), pairs,
-                  std::move(more_rings)) {}
-  ZoneBlock(int rings, TouchedBlock touched, bool pairs = false, std::vector<std::uint8_t> more_rings = {})
-      : block(std::move(touched)) {
-    // Selects the highest degree outside of zones and the largest number of interaction fields.
+            bool shares_volumes = false)
+      : ZoneBlock(rings, made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {}
+  ZoneBlock(int rings, TouchedBlock touched) : block(std::move(touched)) {
     block.scene.accuracy_target = 1e-5;
-    block.scene.max_contacts = pairs ? 2 : 1;
-    zone = find_zones(block.scene, block.model, block.sites, rings, std::move(more_rings));
-    compute_zone_compliance(assembly, block.sites, rest, {}, zone);
-    compute_zone_exterior(assembly, block.sites, rest, block.scene.max_displacement, 2, {}, zone);
-    compute_zone_mutual(assembly, block.scene, block.sites, rest, 2, {}, zone);
+    zone = find_zones(block.scene, block.model, block.sites, rings);
+    compute_zone_compliance(assembly, block.sites, rest, block.scene.max_displacement, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));
@@ -154,21 +147,21 @@ inline constexpr CompressibleNeoHookean kTissue = {1.0, 4.0};
 // The kTissue block with these arguments, built once a process.
 inline const ZoneBlock& tissue_block(int rings, bool quadratic = false,
                                      const Eigen::Vector3d& gravity = Eigen::Vector3d::Zero(), int cells = 4,
-                                     double tip_radius = 0.26, bool pairs = false,
-                                     bool shares_volumes = false) {
-  using Key = std::tuple<int, bool, std::array<double, 3>, int, double, bool, bool>;
+                                     double tip_radius = 0.26, bool shares_volumes = false) {
+  using Key = std::tuple<int, bool, std::array<double, 3>, int, double, bool>;
   static std::map<Key, std::unique_ptr<ZoneBlock>> blocks;
-  std::unique_ptr<ZoneBlock>& block = blocks[{
-      rings, quadratic, {gravity[0], gravity[1], gravity[2]}, cells, tip_radius, pairs, shares_volumes}];
+  std::unique_ptr<ZoneBlock>& block =
+      blocks[{rings, quadratic, {gravity[0], gravity[1], gravity[2]}, cells, tip_radius, shares_volumes}];
   if (!block)
-    block = std::make_unique<ZoneBlock>(rings, kTissue, quadratic, gravity, cells, tip_radius, pairs,
-                                        shares_volumes);
+    block =
+        std::make_unique<ZoneBlock>(rings, kTissue, quadratic, gravity, cells, tip_radius, shares_volumes);
   return *block;
 }
 
-// Moves to `contacts` in steps, as a tool would, and runs frames until convergence.
-inline std::vector<pal_contact_result> settle(OwnedSession& session,
-                                              const std::vector<pal_contact>& contacts) {
+// Moves to `contacts` in steps, as a tool would.
+inline std::vector<pal_contact_result> move_to(OwnedSession& session,
+                                               const std::vector<pal_contact>& contacts, bool refines = true,
+                                               uint64_t slice = 0) {
   std::vector<pal_contact_result> results;
   for (int step = 1; step <= 10; ++step) {
     std::vector<pal_contact> on_the_way = contacts;
@@ -177,7 +170,29 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session,
       for (double& force : contact.force) force *= step / 10.0;
     }
     results = session.touch(on_the_way);
+    if (refines) refine(session, slice);
   }
+  return results;
+}
+
+// Moves to `contacts` and holds them until frames and iterations have converged.
+inline std::vector<pal_contact_result> settle(OwnedSession& session, const std::vector<pal_contact>& contacts,
+                                              uint64_t slice = 0) {
+  std::vector<pal_contact_result> results = move_to(session, contacts, true, slice);
+  double change = 1;
+  for (int frame = 0; frame < 60 && change > 1e-12; ++frame) {
+    results = session.touch(contacts);
+    const pal_refinement refinement = refine(session, slice);
+    change = refinement.failed != 0 ? 1 : refinement.change;
+  }
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+  return results;
+}
+
+// The same, of first order outside of the zones.
+inline std::vector<pal_contact_result> settle_unrefined(OwnedSession& session,
+                                                        const std::vector<pal_contact>& contacts) {
+  std::vector<pal_contact_result> results = move_to(session, contacts, false);
   for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
   return results;
 }
@@ -263,12 +278,6 @@ inline double field_error(const ZoneBlock& organ, const pal_pack* pack,
   OwnedSession session(pack, session_config(pack, PAL_MODEL_ZONE, static_cast<uint32_t>(contacts.size()), 0));
   settle(session, contacts);
   return (as_vector(session.field()) - organ.solve(contacts).field).lpNorm<Eigen::Infinity>();
-}
-
-inline AlignedBytes without_rims(const ZoneBlock& organ) {
-  ZoneTables zone = organ.zone;
-  zone.most_rim_nodes = zone.most_rim_elements = 0;
-  return pack_of(organ, zone);
 }
 
 }  // namespace palpate::test

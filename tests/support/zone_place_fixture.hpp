@@ -61,7 +61,10 @@ class ZonePlaces : public testing::TestWithParam<bool> {
   Answer settled(const std::vector<pal_contact>& contacts) const {
     OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
     std::vector<pal_contact_result> results;
-    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+    for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
+      results = session.touch(contacts);
+      refine(session);
+    }
     EXPECT_EQ(results.front().flags, 0U);
     EXPECT_EQ(results.front().model, PAL_MODEL_ZONE);
     return {force_of(results.front()), as_vector(session.field())};

@@ -22,7 +22,7 @@ typedef struct pal_refinement {
  * elimination or one pass over the organ's elements. The next frame of the same contacts takes the result and posts its own
  * state for the next iteration. One thread beside those of haptic and visual frames may call this in a loop, or the
  * haptic thread between frames; no thread during a replay, which refines by itself. PAL_STATUS_NO_SUCH_MODEL: the
- * session's config has not set `refines`. `refinement` may be NULL; else set refinement->struct_size first. Real-time safe:
+ * session has no zones. `refinement` may be NULL; else set refinement->struct_size first. Real-time safe:
  * yes, but for its length. */
 PAL_NODISCARD PAL_API pal_status pal_session_refine(pal_session* session, uint64_t operations,
                                                     pal_refinement* refinement) PAL_NOEXCEPT;

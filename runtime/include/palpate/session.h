@@ -49,8 +49,7 @@ typedef struct pal_session_config {
   /* 1: patches turn with the tools that hold them, up to a quarter turn, and tools feel the torque; nonlinear_zone alone
    * answers. 0, the default: patches only translate. */
   uint32_t patches_turn;
-  /* 1: the session may call pal_session_refine, and takes memory for the organ's elements and their factors. Default: 0 */
-  uint32_t refines;
+  uint32_t reserved; /* 0 */
 } pal_session_config;
 
 /* Fills the defaults, and the limits as numbers. Set config->struct_size first. `pack` may be NULL: then one contact,

@@ -89,7 +89,7 @@ enum {
   /* Tools: the model's force may have any value, as from a jam of tissue until it has converged again. The last good force
    * is played and fades to zero over ramp_seconds; the stiffness is 0. */
   PAL_FLAG_HELD = 1 << 15,
-  /* The session refines, but no iteration for these contacts and this inclusion has ended yet, or the last one failed. The
+  /* No iteration of pal_session_refine for these contacts and this inclusion has ended yet, or the last one failed. The
    * error estimates are those of the pack's survey. */
   PAL_FLAG_UNREFINED = 1 << 16
 };

@@ -40,18 +40,6 @@ void add_rounded_scalar(const int16_t* columns, const RoundedWeights& rounded, b
   if (rounded.num_pairs > 0) flush(rounded.unit);
 }
 
-void add_bytes_scalar(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum) {
-  constexpr uint32_t kRows = pack::kPanelRows;
-  for (uint32_t j = 0; j < count; j += 4, columns += 4 * kRows) {
-    for (uint32_t i = 0; i < kRows; ++i) {
-      const auto product = [&](uint32_t k) {
-        return weights[j + k] * static_cast<pal_real>(columns[k * kRows + i]);
-      };
-      sum[i] += (product(0) + product(1)) + (product(2) + product(3));
-    }
-  }
-}
-
 #ifdef PALPATE_X86
 
 #if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
@@ -89,36 +77,6 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
     }
 #pragma GCC unroll 12
     for (uint32_t r = 0; r < kRegisters; ++r) PALPATE_256(storeu)(sum + first + kLanes * r, sums[r]);
-  }
-}
-
-// Loads one byte a lane and widens the bytes.
-__attribute__((target("avx2"))) inline Lanes256 widened(const int8_t* bytes) {
-#if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
-  int four;
-  memcpy(&four, bytes, sizeof four);
-  return _mm256_cvtepi32_pd(_mm_cvtepi8_epi32(_mm_cvtsi32_si128(four)));
-#else
-  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes))));
-#endif
-}
-
-// Products and sums stay unfused, so that the bits equal the scalar kernel's bits.
-__attribute__((target("avx2"))) void add_bytes_avx2(const int8_t* columns, const pal_real* weights,
-                                                    uint32_t count, pal_real* sum) {
-  constexpr uint32_t kLanes = sizeof(Lanes256) / sizeof(pal_real);
-  for (uint32_t j = 0; j < count; j += 4, columns += size_t{4} * pack::kPanelRows) {
-    Lanes256 weight[4];
-    for (uint32_t k = 0; k < 4; ++k) weight[k] = PALPATE_256(set1)(weights[j + k]);
-    for (uint32_t i = 0; i < pack::kPanelRows; i += kLanes) {
-      const auto pair = [&](uint32_t k) __attribute__((target("avx2"))) {
-        const int8_t* from = columns + k * pack::kPanelRows + i;
-        return PALPATE_256(add)(PALPATE_256(mul)(weight[k], widened(from)),
-                                PALPATE_256(mul)(weight[k + 1], widened(from + pack::kPanelRows)));
-      };
-      const Lanes256 added = PALPATE_256(add)(pair(0), pair(2));
-      PALPATE_256(storeu)(sum + i, PALPATE_256(add)(PALPATE_256(loadu)(sum + i), added));
-    }
   }
 }
 
@@ -250,16 +208,16 @@ __attribute__((target("avx512f"))) void add_columns_avx512(const pal_real* colum
 
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]) {
   uint32_t count = 0;
-  kernels[count++] = {"scalar", add_columns_scalar, add_rounded_scalar, add_bytes_scalar};
+  kernels[count++] = {"scalar", add_columns_scalar, add_rounded_scalar};
 #ifdef PALPATE_X86
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    kernels[count++] = {"avx2", add_columns_avx2, add_rounded_avx2, add_bytes_avx2};
+    kernels[count++] = {"avx2", add_columns_avx2, add_rounded_avx2};
     if (__builtin_cpu_supports("avx512f"))
-      kernels[count++] = {"avx512", add_columns_avx512, add_rounded_avx2, add_bytes_avx2};
+      kernels[count++] = {"avx512", add_columns_avx512, add_rounded_avx2};
 #if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vnni"))
-      kernels[count++] = {"avx512vnni", add_columns_avx512, add_rounded_avx512vnni, add_bytes_avx2};
+      kernels[count++] = {"avx512vnni", add_columns_avx512, add_rounded_avx512vnni};
 #endif
   }
 #endif

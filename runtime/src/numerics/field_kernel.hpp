@@ -29,10 +29,6 @@ struct RoundedWeights {
 // weights are small enough. Columns are aligned to 64 bytes.
 using AddRounded = void (*)(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum);
 
-// sum[i] += sum over j of weights[j] * columns[96 j + i], i < pack::kPanelRows. `count` is a multiple of
-// four.
-using AddBytes = void (*)(const int8_t* columns, const pal_real* weights, uint32_t count, pal_real* sum);
-
 inline void clear_panels(uint32_t count, pal_real* sum) {
   memset(sum, 0, size_t{count} * pack::kPanelRows * sizeof *sum);
 }
@@ -41,7 +37,6 @@ struct FieldKernel {
   const char* name;
   AddColumns add_columns;
   AddRounded add_rounded;
-  AddBytes add_bytes;
 };
 
 // Lists the kernels that this processor can run, the fastest last. Returns their number.
@@ -50,8 +45,7 @@ struct FieldKernel {
 // - avx512vnni is avx512 with the instruction for sums of int16 products.
 //
 // Kernels differ by the rounding of `count` products at most: |difference| <= count * epsilon * (|sum[i]| +
-// sum over j of |weights[j] columns[j][i]|), epsilon of pal_real. Each integer sum counts as two columns. All
-// kernels' add_bytes give the same bits.
+// sum over j of |weights[j] columns[j][i]|), epsilon of pal_real. Each integer sum counts as two columns.
 inline constexpr uint32_t kMostFieldKernels = 4;
 uint32_t list_field_kernels(FieldKernel kernels[kMostFieldKernels]);
 

@@ -17,7 +17,7 @@ bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entrie
                                : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes;
     if (!is_packed || node.free_axes > 7 || (node.free_axes == 0) != (i >= organ.num_free) ||
         node.first_element != first_element || node.num_elements > num_entries - first_element ||
-        node.row != pack::kNoNode || node.num_outside != 0 || !all_within(node.position, 3, kLargestScale) ||
+        node.num_outside != 0 || !all_within(node.position, 3, kLargestScale) ||
         !all_within(node.displacement, 3, kLargestScale))
       return false;
     first_element += node.num_elements;
@@ -159,13 +159,11 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
   if (num_entries != num_corners) return false;
   if (!are_nodes(pack, organ, num_entries) || !are_patches(pack, organ) || !are_fronts(organ, num_rows))
     return false;
-  if (table.zone_nodes() != nullptr && table.zone_elements() != nullptr) {
-    organ.of_zone_node = array_of<uint32_t>(pack, table.zone_nodes(), first_offset, pack.num_zone_nodes);
-    organ.of_zone_element =
-        array_of<uint32_t>(pack, table.zone_elements(), first_offset, pack.num_zone_elements);
-    if (organ.of_zone_node == nullptr || organ.of_zone_element == nullptr || !are_of_zone(pack, organ))
-      return false;
-  }
+  organ.of_zone_node = array_of<uint32_t>(pack, table.zone_nodes(), first_offset, pack.num_zone_nodes);
+  organ.of_zone_element =
+      array_of<uint32_t>(pack, table.zone_elements(), first_offset, pack.num_zone_elements);
+  if (organ.of_zone_node == nullptr || organ.of_zone_element == nullptr || !are_of_zone(pack, organ))
+    return false;
   pack.organ = organ;
   return true;
 }

@@ -54,6 +54,7 @@ bool is_growth(double value) {
 }
 
 bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
+  static_assert(kUnrefinedZone == static_cast<uint32_t>(pack::ResponseModel::unrefined_zone));
   for (const pack::ErrorSurvey* survey : *tables.surveys()) {
     const auto model = static_cast<uint32_t>(survey->model());
     if (model >= kNumModels) continue;  // a later builder's model, unknown here

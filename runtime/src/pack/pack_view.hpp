@@ -21,7 +21,9 @@ struct ErrorBinView {
   double force_slope;
 };
 
-inline constexpr uint32_t kNumModels = 4;  // response models of the schema that this library knows
+inline constexpr uint32_t kNumModels = 5;  // response models of the schema that this library knows
+inline constexpr uint32_t kUnrefinedZone =
+    4;  // nonlinear_zone before the refining lane has corrected its exterior
 
 struct SurveyView {
   uint32_t num_bins;  // 0: no survey of this model
@@ -49,7 +51,7 @@ struct OrganView {
   const pack::Front* fronts;
   const uint32_t* order;  // [num_free] node of each place in the elimination
   const uint32_t* rows;
-  const uint32_t* of_zone_node;     // [num_zone_nodes] the same node here. Null: no session refines
+  const uint32_t* of_zone_node;     // [num_zone_nodes] the same node here
   const uint32_t* of_zone_element;  // [num_zone_elements]
 };
 
@@ -102,15 +104,12 @@ struct pal_pack {
 
   // NonlinearZone; zone_nodes is null without it
   uint32_t zone_rings;
-  const uint8_t* zone_more_rings;  // [num_sites]
   uint32_t num_zone_nodes;
   uint32_t num_zone_free;
   uint32_t num_zone_elements;
   uint32_t most_zone_nodes;
   uint32_t most_zone_boundary;
   uint32_t most_zone_elements;
-  uint32_t most_rim_nodes;  // capacity of the near-field ring of a zone
-  uint32_t most_rim_elements;
   uint32_t num_quadratic;  // 10-node elements of zone_elements
   uint32_t num_sharing;    // elements of zone_elements in volume patches
   const palpate::pack::ZoneNode* zone_nodes;
@@ -121,19 +120,9 @@ struct pal_pack {
   const double* zone_compliance;  // rows from num_contact_nodes on
   // Columns are relative to the units below: reals, or int16 times kBasisUnit.
   bool zone_rounded;
-  bool zone_between;  // zones of near contacts hold the elements between them (zone_members.hpp)
   const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
   const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
-  uint32_t num_row_panels;                     // panels of zone_exterior: packed nodes, then other nodes
   const double* zone_force_scale;              // [num_sites]
-  uint32_t zone_degree;                        // degree of the polynomial zone_exterior in the load
-  uint32_t zone_columns;                       // monomials of degree 2 and up
-  const unsigned char* zone_exterior;  // [zone_rings][num_sites][num_row_panels] panels of zone_columns
-  const double* zone_exterior_units;   // [zone_rings][num_sites][zone_columns]
-  uint32_t num_pair_fields;            // 0: the pack has no interaction terms of pairs
-  const int8_t* pair_fields;           // [num_sites (num_sites - 1) / 2][num_row_panels][num_pair_fields][96]
-  uint32_t pair_degree;
-  const float* pair_weights;  // [zone_rings][pairs][num_pair_monomials][2 kPairColumns + num_pair_fields]
 
   palpate::OrganView organ;
 

@@ -5,7 +5,6 @@
 #include "runtime/kernels/isotropic_law.hpp"
 #include "runtime/src/pack/mesh_checks.hpp"
 #include "runtime/src/pack/number_checks.hpp"
-#include "schemas/pair_monomials.hpp"
 
 namespace palpate {
 namespace {
@@ -15,9 +14,6 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
                      : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
          node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
-         (node.row == pack::kNoNode
-              ? !pack.zone_between || node.free_axes == 0
-              : node.free_axes != 0 && node.row < pack.num_row_panels * pack::kPanelNodes) &&
          node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
 }
@@ -93,15 +89,11 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.most_zone_nodes = zone.most_nodes();
   pack.most_zone_boundary = zone.most_boundary_nodes();
   pack.most_zone_elements = zone.most_elements();
-  pack.most_rim_nodes = zone.most_rim_nodes();
-  pack.most_rim_elements = zone.most_rim_elements();
-  pack.zone_between = zone.between();
   pack.num_zone_materials = zone.num_materials();
   if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
       pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||
       pack.num_zone_free < pack.num_contact_nodes || pack.most_zone_nodes > pack.num_zone_nodes ||
-      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements ||
-      pack.most_rim_nodes > pack.num_zone_nodes || pack.most_rim_elements > pack.num_zone_elements)
+      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements)
     return false;
   const auto* nodes = array_of<pack::ZoneNode>(pack, zone.nodes(), first_offset, pack.num_zone_nodes);
   pack.zone_elements =
@@ -121,45 +113,12 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_field_compliance =
       array_of<unsigned char>(pack, zone.field_compliance(), first_offset, others * of_node);
   pack.zone_field_units = array_of<double>(pack, zone.field_units(), first_offset, others);
-  pack.zone_degree = zone.exterior_degree();
-  if (pack.zone_degree < pack::kLeastZoneDegree || pack.zone_degree > pack::kMostZoneDegree) return false;
-  pack.zone_columns = pack::num_monomials(2, pack.zone_degree);
-  // The array determines the number of panels of inner nodes.
-  const uint64_t of_panel = uint64_t{pack.zone_rings} * pack.num_sites *
-                            pack::field_panel_bytes(pack.zone_columns, pack.zone_rounded);
-  const uint64_t num_bytes = zone.exterior() != nullptr ? zone.exterior()->bytes() : 0;
-  if (of_panel == 0 || num_bytes % of_panel != 0 || num_bytes / of_panel > kMostNodes / pack::kPanelNodes ||
-      num_bytes / of_panel < pack::num_panels(pack.num_nodes))
-    return false;
-  pack.num_row_panels = static_cast<uint32_t>(num_bytes / of_panel);
-  pack.zone_more_rings = array_of<uint8_t>(pack, zone.more_rings(), first_offset, pack.num_sites);
   pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
-  pack.zone_exterior = array_of<unsigned char>(pack, zone.exterior(), first_offset, num_bytes);
-  const uint64_t num_units = uint64_t{pack.zone_rings} * pack.num_sites * pack.zone_columns;
-  pack.zone_exterior_units = array_of<double>(pack, zone.exterior_units(), first_offset, num_units);
   if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
-      pack.zone_field_units == nullptr || pack.zone_exterior_units == nullptr ||
-      pack.zone_more_rings == nullptr || pack.zone_force_scale == nullptr || pack.zone_exterior == nullptr)
+      pack.zone_field_units == nullptr || pack.zone_force_scale == nullptr)
     return false;
-  const uint64_t pairs = uint64_t{pack.num_sites} * (pack.num_sites - 1) / 2;
-  const uint64_t of_monomial = 2 * pack::kPairColumns + zone.num_pair_fields();
-  pack.pair_degree = zone.pair_degree();
-  if (pack.pair_degree < pack::kLeastPairDegree || pack.pair_degree > pack::kMostPairDegree) return false;
-  const uint64_t num_weights =
-      pairs * pack.zone_rings * pack::num_pair_monomials(pack.pair_degree) * of_monomial;
-  pack.num_pair_fields = zone.num_pair_fields();
-  if (pack.num_pair_fields > 0) {
-    if (pack.num_sites > pack::kMostMutualSites || pack.num_pair_fields > pack::kMostPairFields ||
-        pack.num_pair_fields % 4 != 0)
-      return false;
-    const uint64_t of_pair = uint64_t{pack.num_row_panels} * pack.num_pair_fields * pack::kPanelRows;
-    pack.pair_fields = array_of<int8_t>(pack, zone.pair_fields(), first_offset, pairs * of_pair);
-    pack.pair_weights = array_of<float>(pack, zone.pair_weights(), first_offset, num_weights);
-    if (pack.pair_fields == nullptr || pack.pair_weights == nullptr) return false;
-  }
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
-    if (pack.zone_more_rings[site] > pack::kMostZoneRings) return false;
     const double scale = pack.zone_force_scale[site];
     if (!(scale >= 1 / kLargestEnergy && scale <= kLargestEnergy)) return false;
   }
@@ -190,12 +149,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     return pack.zone_rounded ||
            all_within(reinterpret_cast<const pal_real*>(columns), bytes / sizeof(pal_real), kLargestPart);
   };
-  if (!is_compliance(pack) || !are_parts(pack.zone_field_compliance, others * of_node) ||
-      !are_parts(pack.zone_exterior, num_bytes) ||
-      !all_within(pack.zone_exterior_units, num_units, kLargestAmplification * pack.max_displacement) ||
-      (pack.pair_weights != nullptr &&
-       !all_within(pack.pair_weights, num_weights, static_cast<float>(kLargestAmplification))))
-    return false;
+  if (!is_compliance(pack) || !are_parts(pack.zone_field_compliance, others * of_node)) return false;
   for (uint64_t node = 0; node < others; ++node) {
     const uint64_t at = node + pack.num_contact_nodes;
     const double* block =

@@ -16,6 +16,12 @@ pal_model model_alone(const pal_pack& pack, uint32_t site) {
   return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
 }
 
+// Zones have the survey of their answers before the refining lane has corrected these (estimate_refined_errors()).
+const SurveyView& survey_of(const pal_pack& pack, pal_model model) {
+  return pack
+      .surveys[model == PAL_MODEL_ZONE ? kUnrefinedZone : static_cast<uint32_t>(model - PAL_MODEL_LINEAR)];
+}
+
 }  // namespace
 
 double largest_component(const double d[3]) {
@@ -50,7 +56,7 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   result.displacement_error = kUnknownError;
   result.force_error = kUnknownError;
   if (!surveyed || (result.flags & ~uint32_t{PAL_FLAG_UNREFINED}) != 0) return;
-  const SurveyView& survey = pack.surveys[model - PAL_MODEL_LINEAR];
+  const SurveyView& survey = survey_of(pack, model);
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
     // The tolerance keeps the scene's largest displacement in the last bin.
@@ -84,7 +90,7 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
 void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results) {
   const pal_pack& pack = *tissue.pack;
-  const SurveyView& survey = pack.surveys[PAL_MODEL_ZONE - PAL_MODEL_LINEAR];
+  const SurveyView& survey = survey_of(pack, PAL_MODEL_ZONE);
   const double* largest = tissue.displacements;
   pal_contact_result of_set = {};
   double largest_size = 0;

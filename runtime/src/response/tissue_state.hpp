@@ -41,7 +41,7 @@ struct TissueState {
   bool has_joint_transfer;  // linear.active has transferred the last answer of a zone
   ZoneState zone;
   bool zone_begun;        // zone.next is being prepared
-  Refinement refinement;  // where the session refines
+  Refinement refinement;  // of a session with zones
   bool is_delivered;      // the last frame read a delivery of the refining lane
   uint64_t operations;    // multiply-adds that a haptic frame may spend on preparation
   FieldSnapshots snapshots;

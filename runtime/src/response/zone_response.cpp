@@ -12,7 +12,6 @@
 #include "runtime/src/response/force_control.hpp"
 #include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response_at_point.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -58,8 +57,6 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
                   const ZoneAnswer& answer, const PointResponse* transfer, pal_contact_result* results) {
   const pal_pack& pack = *tissue.pack;
   const ZoneSet& set = tissue.zone.active;
-  // A neighbour may load a contact beyond the survey, and the exterior passes this nonlinearity to all
-  // contacts.
   double largest = 0;
   for (uint32_t c = 0; c < count; ++c) {
     largest = std::max(largest, length(tissue.displacements + size_t{3} * c));
@@ -67,16 +64,11 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
       largest =
           std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
   }
-  double farthest = largest;  // includes the displacements that the zone has followed so far
-  for (uint32_t c = 0; c < count; ++c) farthest = std::max(farthest, length(set.followed + size_t{3} * c));
-  bool is_beyond = false;
   double load = 0;
-  for (uint32_t c = 0; c < count; ++c) {
-    is_beyond = is_beyond || is_beyond_series(pack, set, c, farthest);
+  for (uint32_t c = 0; c < count; ++c)
     load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
-  }
   bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
-                     set.follows_series && !is_turned;
+                     set.num_fixed == 0 && !is_turned;
   bool are_at_sites = true;
   for (uint32_t c = 0; c < count; ++c) {
     const double* d = tissue.displacements + size_t{3} * c;
@@ -85,8 +77,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     result.model = PAL_MODEL_ZONE;
     result.flags = answer.flags | transfer[c].flags | tissue.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
-    if (length(d) > pack.max_displacement * (1 + kRounding) || is_beyond)
-      result.flags |= PAL_FLAG_EXTRAPOLATED;
+    if (length(d) > pack.max_displacement * (1 + kRounding)) result.flags |= PAL_FLAG_EXTRAPOLATED;
     // The survey covers converged contacts at sites with all rings.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
     if (difference.count > 0 && !tissue.has_joint_transfer && (count > 1 || set.num_fixed > 0))
@@ -111,6 +102,10 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   if (set.correction.is_refined && are_at_sites &&
       (flags & ~uint32_t{PAL_FLAG_EXTRAPOLATED | PAL_FLAG_OVERLAPPING}) == 0)
     estimate_refined_errors(tissue, count, results);
+  // Of a correction from before the last failure nothing is known.
+  const bool is_stale = set.correction.is_refined && !isfinite(set.correction.change);
+  for (uint32_t c = 0; c < count && is_stale; ++c)
+    results[c].displacement_error = results[c].force_error = kUnknownError;
   for (uint32_t c = 0; c < count && largest > 0; ++c) {
     for (double* error : {&results[c].displacement_error, &results[c].force_error})
       *error = std::min(kUnknownError, *error + answer.left / largest);
@@ -131,6 +126,7 @@ void find_force_changes(const double* followed, const double* forces, ZoneSet& s
 void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer, FieldState& field) {
   const ZoneSet& set = tissue.zone.active;
   const ZoneCorrection& correction = set.correction;
+  if (!has_exterior(set)) return;
   if (correction.is_refined) field.refined_field = correction.field;
   if (!correction.is_refined || !isfinite(correction.change)) answer.flags |= PAL_FLAG_UNREFINED;
   uint32_t used = 0;
@@ -170,8 +166,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
-  const bool refines = tissue.config->refines != 0;
-  const Taken taken = refines ? take_delivery(pack, tissue.refinement.mailbox, tissue.zone) : Taken::none;
+  const Taken taken = take_delivery(pack, tissue.refinement.mailbox, tissue.zone);
   tissue.is_delivered = taken != Taken::none;
   double before[6 * pack::kMostZoneContacts];
   memcpy(before, set.followed, 3 * count * sizeof *before);
@@ -206,7 +201,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
   }
   if (taken == Taken::taken) find_force_changes(before, before + 3 * count, tissue.zone.active);
-  if (refines) exchange_with_lane(tissue, answer, field);
+  exchange_with_lane(tissue, answer, field);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;

@@ -17,7 +17,7 @@ static_assert(kFirstRefinementBytes == sizeof(pal_refinement));
 extern "C" pal_status pal_session_refine(pal_session* session, uint64_t operations,
                                          pal_refinement* refinement) noexcept {
   if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (session->config.refines == 0) return PAL_STATUS_NO_SUCH_MODEL;
+  if (session->tissue.zone.max_contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
   pal_refinement result = {};
   if (refinement != nullptr) {
     if (const pal_status status = palpate::read_sized(*refinement, palpate::kFirstRefinementBytes, result);

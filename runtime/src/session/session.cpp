@@ -23,7 +23,6 @@
 #include "runtime/src/session/session_state.hpp"
 #include "runtime/src/tools/force_limits.hpp"
 #include "runtime/src/zone/refinement.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -64,27 +63,25 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
   uint32_t most_own = 0;
-  uint32_t most_exterior = 0;
+  uint32_t most_in_zones = 0;
   if (has_zone(pack, config)) {
     carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
                arena, arrays.tissue.zone);
-    if (config.refines != 0) carve_refinement(pack, arrays.tissue.zone, arena, arrays.tissue.refinement);
-    const uint32_t of_zone = arrays.tissue.zone.max_boundary + arrays.tissue.zone.max_rim_nodes +
+    carve_refinement(pack, arrays.tissue.zone, arena, arrays.tissue.refinement);
+    const uint32_t of_zone = arrays.tissue.zone.max_boundary +
                              arrays.tissue.zone.max_contacts * kMostCorners * pack.max_patch_nodes +
                              linear.max_shown;
     most_held = of_zone > most_held ? of_zone : most_held;
     most_own = arrays.tissue.zone.max_nodes;
-    most_exterior = arrays.tissue.zone.max_contacts;
+    most_in_zones = arrays.tissue.zone.max_contacts;
   }
   for (FieldState& slot : arrays.tissue.snapshots.slots) {
     slot.corners =
-        arena.take<PolynomialFieldState>(pack.polynomial_sites != nullptr ? most_corners(most_exterior) : 0);
+        arena.take<PolynomialFieldState>(pack.polynomial_sites != nullptr ? most_corners(most_in_zones) : 0);
     slot.own_nodes = arena.take<uint32_t>(most_own);
     slot.own = arena.take<pal_real>(size_t{3} * most_own);
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
-    slot.exterior_sites = arena.take<uint32_t>(most_exterior);
-    slot.exterior_weights = arena.take<pal_real>(num_exterior_columns(pack, most_exterior));
   }
   for (FieldState& slot : arrays.tissue.snapshots.slots) slot.refined_field = kNoField;
   reset_snapshots(arrays.tissue.snapshots);
@@ -147,13 +144,11 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
     return PAL_STATUS_BAD_ARGUMENT;
   if (config.zone_rings == 0) config.zone_rings = pack->zone_rings;
   if (config.zone_iterations == 0) config.zone_iterations = kUsualZoneIterations;
-  if (config.patches_turn > 1 || config.refines > 1) return PAL_STATUS_BAD_ARGUMENT;
+  if (config.patches_turn > 1 || config.reserved != 0) return PAL_STATUS_BAD_ARGUMENT;
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
   if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
     return PAL_STATUS_BAD_ARGUMENT;
   if (const pal_status status = check_model(*pack, config); status != PAL_STATUS_OK) return status;
-  if (config.refines != 0 && !(has_zone(*pack, config) && is_refinable(*pack)))
-    return PAL_STATUS_NO_SUCH_MODEL;
   return config.patches_turn == 0 || has_zone(*pack, config) ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
 }
 
@@ -245,12 +240,11 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   made.tissue.kernel = palpate::choose_field_kernel();
   made.tissue.linear.assembly.inverse.kernel = palpate::choose_inverse_kernel();
   made.tissue.zone.kernel = palpate::choose_elimination_kernel();
-  made.tissue.zone.refines = complete.refines != 0;
   made.tissue.zone.is_bounded = complete.budget_seconds > 0;
   made.tissue.operations = palpate::operations_within(complete);
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
   palpate::reset_passivity(made.tools.passivity);
-  if (complete.refines != 0) palpate::fill_refinement(*pack, made.tissue.refinement);
+  if (palpate::has_zone(*pack, complete)) palpate::fill_refinement(*pack, made.tissue.refinement);
   memcpy(static_cast<void*>(place), &made, sizeof made);
   *session = place;
   return PAL_STATUS_OK;

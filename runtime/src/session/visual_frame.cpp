@@ -12,7 +12,6 @@
 #include "runtime/src/polynomial/polynomial_field.hpp"
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/session/session_state.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 
 namespace palpate {
 namespace {
@@ -60,7 +59,6 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
     onto = true;
   }
   if (field.model == PAL_MODEL_ZONE) {
-    add_exterior_field(pack, field, first, count, session.tissue.kernel, sum);
     write_own_nodes(field, first, count, sum);
     fill_compliance_field(pack, field.moving_forces(), first, count, session.tissue.kernel, true, sum);
   }

@@ -22,11 +22,7 @@ struct FieldState {
   pal_real* weights;              // and their forces [num_held + num_moved][3]
   uint32_t num_own;               // nonlinear_zone: packed nodes in it, which move otherwise
   uint32_t* own_nodes;
-  pal_real* own;          // [num_own][3] displacements from the mesh
-  uint32_t num_exterior;  // nonlinear_zone: contacts whose exterior fields take part
-  uint32_t exterior_rings;
-  uint32_t* exterior_sites;
-  pal_real* exterior_weights;  // of their columns (zone_exterior.hpp)
+  pal_real* own;  // [num_own][3] displacements from the mesh
   // nonlinear_zone, refined: the field of ZoneMailbox with the displacements of all packed nodes at the last delivery,
   // in place of those at rest. kNoField: none
   uint32_t refined_field;

@@ -6,10 +6,8 @@
 #include <algorithm>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
-#include "runtime/src/zone/zone_rim.hpp"
 #include "runtime/src/zone/zone_setback.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
 
@@ -83,14 +81,13 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Tractions, forces and loads of where the group has got to, and what it stores, after find_pull(). Before the step the
+// Tractions and forces of where the group has got to, and what it stores. Before the step the
 // residual was so large; 0: too small for what is left of it to tell of the tangent.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
   find_traction(frame, group);
   if (group.has_tangent) find_forces(frame, group);
-  weigh_exterior(frame.pack, frame.state, frame.set);
   group.stored = stored_energy(frame, group);
 }
 
@@ -133,21 +130,16 @@ void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
 
 // What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
 void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
-  weigh_exterior(frame.pack, frame.state, frame.set);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
-    const bool went_back = setbacks[g] != Setback::none;
     find_coupling(frame, group);
-    if (went_back && !group.has_balance) {
+    if (setbacks[g] != Setback::none && !group.has_balance) {
       make_tangent(frame, group);
-      find_pull(frame, group);
       conclude(frame, 0, group);
     } else {
-      find_pull(frame, group);
       find_residual(frame, group);
       find_traction(frame, group);
     }
-    if (went_back) find_rim(frame, group);
   }
 }
 
@@ -170,7 +162,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const bool is_still = farthest <= kStill * pack.mean_surface_edge;
   const double goal = polishes && set.correction.is_refined && is_still ? kAtRest : 1;
   bool is_renewed[kMostZoneContacts] = {};
-  weigh_exterior(pack, state, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (!group.has_tangent || !group.has_balance) {
@@ -178,7 +169,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       place_held(frame, group);
       if (!evaluate_group(frame, group)) {
         rest_group(pack, set, group);
-        weigh_exterior(pack, state, set);
         place_held(frame, group);
         evaluate_group(frame, group);
         state.went_back = true;
@@ -191,12 +181,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     group.is_back = false;
     move_contacts(frame, group, displacements);
   }
-  weigh_exterior(pack, state, set);
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
+  for (uint32_t g = 0; g < set.num_groups && set.num_groups > 1; ++g) {
     ZoneGroup& group = set.groups[g];
-    if (set.num_groups == 1 && group.rim.num_nodes == 0) continue;
-    if (set.num_groups > 1) expect_coupling(frame, group);
-    find_pull(frame, group);
+    expect_coupling(frame, group);
     find_residual(frame, group);
     find_traction(frame, group);
   }
@@ -205,11 +192,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const auto left_uncoupled = [](const ZoneGroup& group) {
     return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
   };
-  const auto left_in_rim = [&](const ZoneGroup& group) {  // of second order
-    return std::max(2 * group.rim.largest * group.rim.since / size, kOfChange * group.rim.change);
-  };
   const auto is_settled = [&](const ZoneGroup& group, double part) {
-    return std::max(left_uncoupled(group), left_in_rim(group)) <= part * kMostUncoupled * size;
+    return left_uncoupled(group) <= part * kMostUncoupled * size;
   };
   const auto is_done = [&](uint32_t g, double part) {
     return !failed[g] && left[g] <= part * kConverged * size;
@@ -228,8 +212,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       const double most_uncoupled = goal * kMostUncoupled * size;
       if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > most_uncoupled))
         find_coupling(frame, group);
-      if (taken == 0 || left_in_rim(group) > most_uncoupled) find_rim(frame, group);
-      find_pull(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
       const double step = iterate(frame, group, is_renewed[g]);
@@ -271,10 +253,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   ZoneAnswer answer = {0, taken, goes_any_back, set.correction.energy, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    const bool gives_way = group.num_contacts == 1 && group.has_tangent && group.gives_way;
-    if (group.rim.is_limited || gives_way) frame.flags |= PAL_FLAG_EXTRAPOLATED;
     answer.energy += group.stored;
-    answer.left = std::max({answer.left, left[g], left_uncoupled(group), left_in_rim(group)});
+    answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
     advance_tangent(frame, group);
   }
   state.went_back = state.went_back || goes_any_back;
@@ -299,27 +279,17 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   field.num_moved = 0;
   field.num_corners = 0;
   field.num_own = 0;
-  field.num_exterior = 0;
-  if (!set.correction.is_refined) fill_exterior_state(pack, state, field);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t place = first_boundary(group) + b;
       for (uint32_t axis = 0; axis < 3; ++axis) {
-        // Rims and other series are part of a refined field.
-        const double part = set.correction.is_refined ? set.correction.traction_then[3 * place + axis]
-                            : group.rim.num_nodes > 0 ? group.rim.pull[3 * b + axis]
-                                                      : 0.0;
+        // A refined field has the tractions of its iteration.
+        const double part = set.correction.is_refined ? set.correction.traction_then[3 * place + axis] : 0.0;
         field.weights[3 * field.num_held + axis] =
             static_cast<pal_real>((set.traction[3 * place + axis] - part) * pack.metres);
       }
       field.held[field.num_held++] = set.nodes[place];
-    }
-    for (uint32_t i = 0; i < group.rim.num_nodes && !set.correction.is_refined; ++i) {
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        field.weights[3 * field.num_held + axis] =
-            static_cast<pal_real>(group.rim.force[3 * i + axis] * pack.metres);
-      field.held[field.num_held++] = set.rim_nodes[group.rim.first_node + i];
     }
     for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
       const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;

@@ -4,13 +4,13 @@
 // With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in
 // zone_set.hpp, t the forces on the linear organ at B, b how far the other groups' t move B:
 //
-//   P(w) - P(0) + [S w_B - T b - g]_B = f_c      f_c zero but at contacted nodes
-//   t = T (w_B - b),   b = sum over other groups of C_BB' t' + sum over contacts of q(x)
-//   outside of V: u = sum over groups of C_OB t + sum over contacts of q(x), and what rims add (zone_rim.hpp)
+//   P(w) - P(0) + [S w_B - T b + c]_B = f_c      f_c zero but at contacted nodes
+//   t = T (w_B - b),   b = sum over other groups of C_BB' t'
+//   outside of V: u = u_e + sum over groups of C_OB (t - t_e)
 //
-// q(x): what the organ outside adds to its linear answer, of second and higher orders in a contact's load x
-// (zone_exterior.hpp). g: what of that is counted twice (zone_overlap.hpp), and what rims add. Under gravity the elements' weight and P(0) cancel. It is exact for small displacements, and
-// where the zone is the whole organ.
+// c: the correction of the refining lane, and u_e, t_e field and tractions of its last iteration (refinement.hpp); zero
+// before its first. Under gravity the elements' weight and P(0) cancel. The answer is exact for small displacements, where
+// the zone is the whole organ, and where the lane's iterations have converged.
 //
 // It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
 #pragma once

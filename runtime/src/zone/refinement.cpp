@@ -54,10 +54,13 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
 // Force and energy of the exterior where the frame has the boundary, at a distance m from where the iteration has it (the
 // acceleration mixes the boundary, too), and with the exterior in equilibrium to second order:
 //
-//   g + S m,   E + m . (g + S m / 2) - r_O . K_OO^-1 r_O / 2
+//   g + S m,   E + m . (g + S m / 2) - D,   D = r_O . K_OO^-1 r_O / 2
 //
-// Returns false where they are not finite, as of a damaged pack. The field stays that of the iteration.
-bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+// D is the energy that the exterior has to give up to equilibrium. Returns false where it is more than kMostUnbalanced of
+// what is stored, as where a stiff part of the organ turns: such an answer is worse than one to first order. Also where
+// numbers are not finite, as of a damaged pack. The field stays that of the iteration.
+bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite) {
+  constexpr double kMostUnbalanced = 0.1;
   const ZoneRequest& request = of.mailbox.request;
   ZoneDelivery& delivery = of.mailbox.delivery;
   const uint32_t stride = of.own.schur_stride;
@@ -68,12 +71,13 @@ bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinem
     of.moved[i] = of.zone[at] - of.exterior.displacement[at];
   }
   kernel.add_symmetric_product(of.own.schur, stride, of.moved, of.forces);
-  delivery.energy = of.exterior.energy;
+  double unbalanced = 0;
   for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
     if (of.own.roles[node] != NodeRole::eliminated) continue;
     const double* below = of.exterior.forces + size_t{3} * node;  // L^-1 r
-    for (int axis = 0; axis < 3; ++axis) delivery.energy -= 0.5 * below[axis] * below[axis];
+    for (int axis = 0; axis < 3; ++axis) unbalanced += 0.5 * below[axis] * below[axis];
   }
+  delivery.energy = of.exterior.energy - unbalanced;
   double sum = 0;
   for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
     const double force = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3];
@@ -81,7 +85,8 @@ bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinem
     delivery.outside[i] = force + of.forces[i];
     sum += delivery.outside[i];
   }
-  return isfinite(sum) && isfinite(delivery.energy);
+  is_finite = isfinite(sum) && isfinite(delivery.energy);
+  return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy;
 }
 
 void write_field(const pal_pack& pack, const Refinement& of) {
@@ -160,10 +165,6 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
 
 }  // namespace
 
-bool is_refinable(const pal_pack& pack) {
-  return pack.zone_nodes != nullptr && pack.organ.of_zone_node != nullptr;
-}
-
 void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement) {
   refinement = {};
   carve_mailbox(pack, zone, arena, refinement.mailbox);
@@ -206,9 +207,12 @@ Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t o
   while (progress == Progress::goes_on && spent < operations)
     progress = advance_phase(pack, kernel, operations, refinement, spent);
   if (progress == Progress::goes_on) return Refined::works;
-  const bool is_good = progress == Progress::ended && find_outside(pack, kernel, refinement);
-  if (progress == Progress::ended && !is_good)
-    refinement.set = 0;  // numbers that are not finite stay in no state
+  bool is_finite = true;
+  const bool is_good = progress == Progress::ended && find_outside(pack, kernel, refinement, is_finite);
+  constexpr uint32_t kMostFailures = 8;
+  refinement.failures = is_good ? 0 : refinement.failures + 1;
+  // Begins anew at rest, also as such numbers stay in no state.
+  if (!is_finite || refinement.failures > kMostFailures) refinement.set = refinement.failures = 0;
   if (is_good) {
     write_field(pack, refinement);
     refinement.mailbox.delivery.change = find_change(pack, refinement);

@@ -34,12 +34,10 @@ struct Refinement {
   bool has_whole;
   uint32_t inclusion;              // version that `elements` have
   uint64_t set;                    // that `own` is of; 0: none
+  uint32_t failures;               // iterations in a row that were not good
   double followed[kMostZoneAxes];  // of the last request
   uint64_t iterations;
 };
-
-// Whether zones of the pack can be refined.
-bool is_refinable(const pal_pack& pack);
 
 void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement);
 

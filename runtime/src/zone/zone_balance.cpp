@@ -4,9 +4,6 @@
 #include <string.h>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
-#include "runtime/src/zone/zone_overlap.hpp"
-#include "runtime/src/zone/zone_rim.hpp"
 
 namespace palpate {
 namespace {
@@ -27,20 +24,6 @@ void find_boundary(const ZoneFrame& frame, const ZoneGroup& group) {
     for (uint32_t axis = 0; axis < 3; ++axis)
       moved[3 * b + axis] = frame.set.displacement[3 * place + axis] - rest[axis];
   }
-}
-
-// What the organ outside stores beyond t . w / 2.
-double exterior_energy(const ZoneFrame& frame, const ZoneGroup& group) {
-  const ZoneSet& set = frame.set;
-  double parts[kMostExteriorColumns];
-  weigh_exterior_energy(frame.pack, frame.state, set, parts);
-  double* moved = frame.state.vector;
-  memset(moved, 0, group.boundary_stride * sizeof *moved);
-  add_exterior_columns(frame.pack, frame.state, set, group, group.exterior_fields, parts, moved);
-  const double* t = set.traction + size_t{3} * first_boundary(group);
-  double energy = 0;
-  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) energy += t[i] * moved[i];
-  return energy;
 }
 
 }  // namespace
@@ -94,23 +77,12 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   group.others_moved = 0;
 }
 
-void find_pull(ZoneFrame& frame, const ZoneGroup& group) {
-  const ZoneSet& set = frame.set;
-  const uint32_t stride = group.boundary_stride;
-  memcpy(frame.state.pull, group.coupled + stride, stride * sizeof *group.coupled);
-  add_exterior_columns(frame.pack, frame.state, set, group, group.exterior_pulls, set.weights,
-                       frame.state.pull);
-  memset(frame.state.overlap, 0, stride * sizeof *frame.state.overlap);
-  add_overlaps(frame.pack, frame.state, set, group, kNoAxis, frame.state.overlap);
-  for (uint32_t i = 0; i < stride && group.rim.num_nodes > 0; ++i)
-    frame.state.overlap[i] += group.rim.pull[i];
-}
-
 void find_outside(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
   find_boundary(frame, group);
+  const double* of_others = group.coupled + group.boundary_stride;
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
-    state.outside[i] = group.exterior_force[i] - state.pull[i] - state.overlap[i];
+    state.outside[i] = group.exterior_force[i] - of_others[i];
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) state.outside[i] += correction[i];
 }
@@ -165,7 +137,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
   const uint32_t stride = group.boundary_stride;
   double* t = state.vector;
-  for (uint32_t i = 0; i < stride; ++i) t[i] = -state.pull[i];
+  for (uint32_t i = 0; i < stride; ++i) t[i] = -group.coupled[stride + i];
   state.kernel.add_symmetric_product(group.whole, stride, state.boundary, t);
   bool sound = true;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
@@ -184,7 +156,7 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
 
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
-  double energy = exterior_energy(frame, group) + rim_energy(frame.set, group);
+  double energy = 0;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
     energy += 0.5 * frame.state.boundary[i] * (frame.state.outside[i] + correction[i]);
   return energy;

@@ -1,5 +1,5 @@
-// What acts on the nodes of a group: its own elements, the linear organ outside, what that adds to its linear answer,
-// and the other groups. nonlinear_zone.hpp has the equations and the names. Units of the model.
+// The forces on the nodes of a group: of its own elements, of the exterior, and of the other groups. nonlinear_zone.hpp
+// has the equations and the names. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -23,16 +23,12 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 // ZoneGroup::coupled and coupled_change, at the tractions of the other groups.
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneState::pull := T b of the group, as it is coupled and at the loads of all contacts (ZoneSet::weights), and
-// ZoneState::overlap := g, what zone_overlap.hpp takes out and zone_rim.hpp adds.
-void find_pull(ZoneFrame& frame, const ZoneGroup& group);
-
-// ZoneState::outside := the force s + c of the exterior on the boundary (ZoneCorrection), s = S w_B - T b - g, after
-// evaluate_group() and find_pull(). ZoneState::boundary := w_B.
+// ZoneState::outside := the force s + c of the exterior on the boundary (ZoneCorrection), s = S w_B - T b, after
+// evaluate_group(). ZoneState::boundary := w_B.
 void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneState::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
-// each. After evaluate_group() and find_pull(); calls find_outside().
+// each. After evaluate_group(); calls find_outside().
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // The group's tractions, of the find_residual() before.

@@ -81,9 +81,7 @@ uint64_t place_node(const pal_pack& pack, bool again, uint32_t i, ZoneState& sta
 void begin_where(const pal_pack& pack, bool again, ZoneState& state) {
   const ZoneSet& before = state.active;
   ZoneSet& set = state.next;
-  // The exterior answers to the loads that were: those of contacts that stay, which stay turned as well. So does one
-  // that slides.
-  memset(set.loads, 0, size_t{3} * set.num_contacts * sizeof *set.loads);
+  // Contacts that stay keep their forces and rotations. A contact that slides keeps its rotation.
   memset(set.force, 0, set.num_axes * sizeof *set.force);
   memset(set.followed, 0, set.num_axes * sizeof *set.followed);
   memset(set.turning, 0, set.num_contacts * sizeof *set.turning);
@@ -92,7 +90,6 @@ void begin_where(const pal_pack& pack, bool again, ZoneState& state) {
     while (old < before.num_contacts && before.sites[old] != set.sites[c]) ++old;
     if (old < before.num_contacts) {
       memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
-      memcpy(set.loads + size_t{3} * c, before.loads + size_t{3} * old, 3 * sizeof *set.loads);
     } else if (set.num_contacts == before.num_contacts && has_slid(pack, before.points[c], set.points[c])) {
       old = c;
     }

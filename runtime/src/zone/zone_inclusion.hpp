@@ -10,9 +10,8 @@
 // of volumes that elements share are their sums. Where it rests tissue stays at rest, whatever its weight: what the
 // elements of the changed tissue pull with there is taken out, as that of the others is.
 //
-// The rest of the organ is as the pack has it. So the answer is that of the organ with the inclusion where the zone
-// holds all of it, and where a part lies outside that part is not felt; its error is that, and is measured in
-// tests/property/inclusion_test.cpp.
+// The refining lane gives the elements outside of the zone the same stiffness. Until its first delivery the part of the
+// inclusion outside is not felt.
 #pragma once
 
 #include "runtime/src/zone/organ_elements.hpp"

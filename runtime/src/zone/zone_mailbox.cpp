@@ -69,11 +69,15 @@ bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
   return farthest(frame, frame.set.followed, places) > farthest(frame, frame.set.followed, nullptr);
 }
 
-void drop_if_far(const pal_pack& pack, ZoneState& state) {
+// Back to first order where the correction is from far away, or the lane finds no way on.
+void drop_if_useless(const pal_pack& pack, ZoneState& state) {
+  constexpr uint32_t kMostFailures = 8;
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
   const ZoneFrame frame = {pack, state, set, 0};
-  if (!correction.is_refined || !is_nearer_to_rest(frame, correction.followed_then)) return;
+  if (!correction.is_refined ||
+      (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
+    return;
   double brought = -correction.energy;
   for_each_boundary(set, [&](ZoneGroup& group, uint32_t place) {
     const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
@@ -108,7 +112,6 @@ void list_forces(const pal_pack& pack, ZoneState& state, ZoneRequest& request) {
   uint32_t b = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    find_pull(frame, group);
     find_outside(frame, group);
     find_traction(frame, group);
     request.energy += outside_energy(frame, group);
@@ -136,7 +139,7 @@ void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, Z
 
 Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
   ZoneSet& set = state.active;
-  drop_if_far(pack, state);
+  drop_if_useless(pack, state);
   if (!is_in(mailbox, MailboxState::delivered)) return Taken::none;
   pass_on(mailbox, MailboxState::idle);
   const ZoneRequest& request = mailbox.request;
@@ -146,13 +149,17 @@ Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   const ZoneFrame frame = {pack, state, set, 0};
   const bool is_far = is_nearer_to_rest(frame, request.followed);
   for (double& change : correction.force_change) change = -1;
-  if (!delivery.is_good) correction.change = static_cast<double>(INFINITY);
+  if (!delivery.is_good) {
+    correction.change = static_cast<double>(INFINITY);
+    ++correction.failures;
+  }
   if (!delivery.is_good || is_far) return Taken::rejected;
   add_delivery(pack, request, delivery, state);
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   state.has_jumped = state.has_jumped || !correction.is_refined || !isfinite(correction.change);
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
   correction.is_refined = true;
+  correction.failures = 0;
   correction.field = mailbox.field;
   memcpy(correction.followed_then, request.followed, set.num_axes * sizeof *set.followed);
   memcpy(correction.traction_then, correction.traction_posted,

@@ -7,12 +7,8 @@
 
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 #include "runtime/src/zone/zone_handover.hpp"
-#include "runtime/src/zone/zone_loads.hpp"
 #include "runtime/src/zone/zone_members.hpp"
-#include "runtime/src/zone/zone_overlap.hpp"
-#include "runtime/src/zone/zone_rim.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
 
 namespace palpate {
@@ -24,45 +20,30 @@ constexpr uint64_t kOfCopied = 48;
 constexpr uint64_t kOfRow = 300;  // and of a field at a node, from afar
 constexpr uint32_t kColumnsOfStep = 32;
 
-// Room for S, T, the exterior, the couplings, the tangents and their sensitivities.
-bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
+// Room for S, T, the couplings, the tangents and their sensitivities.
+bool take_matrices(ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
-  const size_t fields = size_t{num_exterior_columns(pack, set.num_contacts)} * group.boundary_stride;
-  const size_t sensitivities = size_t{group.num_axes + group.num_fitted} * group.unknowns;
+  const size_t sensitivities = size_t{group.num_axes} * group.unknowns;
   const size_t rows = 2 * sensitivities + size_t{3} * group.unknowns;
   const size_t order = round_to_columns(3 * group.num_boundary);
-  const size_t columns = num_overlaps(pack, set);
-  const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order + columns;
+  const size_t own = round_to_columns(3 * (group.num_interior + group.num_held)) + order;
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
   const size_t couplings = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
-  const size_t loads = size_t{group.num_fitted} * group.boundary_stride;
-  const uint32_t of_contacts = 3 * group.num_contacts;
-  const size_t changes = elimination_stride((group.num_axes + of_contacts) * of_contacts);
-  const size_t overlaps = columns * group.boundary_stride;
-  const size_t matrices =
-      2 * (square + loads) + overlaps + couplings + changes + size_t{7} * group.boundary_stride;
+  const size_t matrices = 2 * square + couplings + size_t{7} * group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
-  if (state.matrices_used + matrices > state.max_matrices ||
-      state.columns_used + 2 * fields > state.max_columns || state.rows_used + rows > state.max_rows ||
+  if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + tangent > state.max_tangents || preparation > state.max_preparation)
     return false;
   group.exterior = set.matrices + state.matrices_used;
   group.whole = group.exterior + square;
-  group.exterior_fields = set.columns + state.columns_used;
-  group.exterior_pulls = group.exterior_fields + fields;
-  group.overlaps = group.whole + square;
-  group.loads_of_tractions = group.overlaps + overlaps;
-  group.loads_of_moves = group.loads_of_tractions + loads;
-  group.couplings = group.loads_of_moves + loads;
+  group.couplings = group.whole + square;
   group.coupled = group.couplings + couplings;
   group.coupled_trend = group.coupled + size_t{2} * group.boundary_stride;
   group.coupled_began = group.coupled_trend + size_t{2} * group.boundary_stride;
   group.exterior_force = group.coupled_began + size_t{2} * group.boundary_stride;
-  group.brought = group.exterior_force + group.boundary_stride;
-  group.back = group.brought + group.num_axes * of_contacts;
   group.tangent_place = state.tangents_used;
   group.factor = nullptr;
   group.spare = state.tangents[2] + group.tangent_place;
@@ -73,18 +54,17 @@ bool take_matrices(const pal_pack& pack, ZoneState& state, uint32_t num_boundary
   group.began = group.trend + group.unknowns;
   state.tangents_used += tangent;
   state.matrices_used += matrices;
-  state.columns_used += 2 * fields;
   state.rows_used += rows;
   return true;
 }
 
 // Once the members are known.
-bool take_matrices(const pal_pack& pack, ZoneState& state) {
+bool take_matrices(ZoneState& state) {
   const ZoneSet& set = state.next;
   uint32_t num_boundary = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) num_boundary += set.groups[g].num_boundary;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    if (!take_matrices(pack, state, num_boundary, set.groups[g])) return false;
+    if (!take_matrices(state, num_boundary, set.groups[g])) return false;
   }
   return true;
 }
@@ -180,26 +160,13 @@ bool take_whole(const pal_pack& pack, uint64_t operations, ZoneState& state, con
   return true;
 }
 
-bool gather_exterior(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group,
-                     uint64_t& spent) {
-  ZoneSet& set = state.next;
-  const uint32_t columns = num_exterior_columns(pack, set.num_contacts);
-  for (; state.column < columns; ++state.column) {
-    if (spent >= operations) return false;
-    set.sound = gather_exterior_column(pack, state, set, state.column, group) && set.sound;
-    spent += uint64_t{group.boundary_stride} * group.boundary_stride + kOfRow * group.num_boundary;
-  }
-  return fit_loads(pack, operations, columns, state, group, spent);
-}
-
-// K_V in the order of ZoneState::base: the nodes that are eliminated, interior and held, then the boundary, then rows of
-// fill_overlaps().
+// K_V in the order of ZoneState::base: the nodes that are eliminated, interior and held, then the boundary.
 uint32_t num_eliminated(const ZoneGroup& group) {
   return round_to_columns(3 * (group.num_interior + group.num_held));
 }
 
-uint32_t size_of_own(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group) {
-  return num_eliminated(group) + 3 * group.num_boundary + num_overlaps(pack, set);
+uint32_t size_of_own(const ZoneGroup& group) {
+  return num_eliminated(group) + 3 * group.num_boundary;
 }
 
 // At rest, where they stand in K_V.
@@ -226,7 +193,7 @@ void place_nodes(const pal_pack& pack, ZoneState& state, const ZoneGroup& group)
 bool fill_stiffness(const pal_pack& pack, uint64_t operations, ZoneState& state, const ZoneGroup& group,
                     uint64_t& spent) {
   ZoneSet& set = state.next;
-  const uint32_t size = size_of_own(pack, set, group);
+  const uint32_t size = size_of_own(group);
   const uint32_t stride = elimination_stride(size);
   const uint32_t cleared = num_clearings(round_to_columns(size));
   double* matrix = state.preparation;
@@ -260,23 +227,15 @@ bool fill_stiffness(const pal_pack& pack, uint64_t operations, ZoneState& state,
   return true;
 }
 
-// S from T and what elimination has left of K_V; g of what it has left of n2_V. Not sound where that is not finite.
-bool take_exterior(const pal_pack& pack, uint64_t operations, ZoneState& state, const ZoneGroup& group,
-                   uint64_t& spent) {
-  ZoneSet& set = state.next;
+// S from T and what elimination has left of K_V.
+bool take_exterior(uint64_t operations, ZoneState& state, const ZoneGroup& group, uint64_t& spent) {
   const uint32_t size = 3 * group.num_boundary;
   const size_t stride = group.boundary_stride;
-  const Left left = {state.preparation, elimination_stride(size_of_own(pack, set, group)),
-                     num_eliminated(group)};
+  const Left left = {state.preparation, elimination_stride(size_of_own(group)), num_eliminated(group)};
   for (; state.column < stride; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t j = state.column;
     spent += take_left(left, group.whole, j, size, group.boundary_stride, group.exterior);
-    for (uint32_t column = 0; column < num_overlaps(pack, set) && j < size; ++column) {
-      const double entry = left(size + column, j);
-      group.overlaps[column * stride + j] = entry;
-      set.sound = set.sound && isfinite(entry);
-    }
   }
   return true;
 }
@@ -299,14 +258,16 @@ bool eliminate(uint64_t operations, uint32_t eliminated, uint32_t size, ZoneStat
 // O (force_control.hpp), of a contact and one of another group; else it stays zero.
 void couple_contacts(const pal_pack& pack, uint32_t contact, uint32_t other, ZoneSet& set) {
   if (group_of(set, contact) == group_of(set, other)) return;
-  const uint32_t begin = pack.patch_starts[set.sites[contact]];
-  const uint32_t end = pack.patch_starts[set.sites[contact] + 1];
-  for (uint32_t p = begin; p < end; ++p) {
-    double rows[9];
-    find_moves_of_loads(pack, set.sites[other], pack.patch_nodes + p, 1, 3, rows);
-    for (uint32_t k = 0; k < 9; ++k)
-      set.others[3 * contact + k % 3][3 * other + k / 3] +=
-          rows[k] / (pack.zone_force_scale[set.sites[other]] * (end - begin));
+  const uint32_t* starts = pack.patch_starts;
+  const uint32_t from = set.sites[other];
+  const uint32_t to = set.sites[contact];
+  const double pairs = 1.0 * (starts[from + 1] - starts[from]) * (starts[to + 1] - starts[to]);
+  for (uint32_t p = starts[to]; p < starts[to + 1]; ++p) {
+    for (uint32_t q = starts[from]; q < starts[from + 1]; ++q) {
+      double block[9];
+      zone_compliance(pack, pack.patch_nodes[p], pack.patch_nodes[q], block);
+      for (uint32_t k = 0; k < 9; ++k) set.others[3 * contact + k / 3][3 * other + k % 3] += block[k] / pairs;
+    }
   }
 }
 
@@ -336,7 +297,7 @@ bool couple_groups(const pal_pack& pack, uint64_t operations, ZoneState& state, 
     if (spent >= operations) return false;
     const uint32_t pair = state.column - index;
     couple_contacts(pack, group.contacts[pair / set.num_contacts], pair % set.num_contacts, set);
-    spent += kOfBlock * pack.max_patch_nodes;
+    spent += kOfBlock * pack.max_patch_nodes * pack.max_patch_nodes;
   }
   return true;
 }
@@ -353,18 +314,16 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
   find_places(pack, contacts, set);
   memcpy(set.points, set.places, count * sizeof *set.points);
   set.num_fixed = fixed.count;
-  set.follows_series = fixed.count == 0 && !state.refines;
   memcpy(set.fixed, fixed.nodes, fixed.count * sizeof *set.fixed);
   set.fixed_version = fixed.version;
   set.sound = true;
   set.flags = 0;
   set.inclusion_version = kNoInclusion;
   memset(set.others, 0, size_t{3} * count * sizeof *set.others);
-  begin_members(pack, state);
+  begin_members(state);
   state.phase = ZoneState::Phase::collect;
   state.group = 0;
   state.matrices_used = 0;
-  state.columns_used = 0;
   state.rows_used = 0;
   state.tangents_used = 0;
 }
@@ -384,21 +343,14 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
         return eliminate(operations, order, 2 * order, state, spent);
       case Phase::whole:
         return take_whole(pack, operations, state, group, spent);
-      case Phase::exterior:
-        return gather_exterior(pack, operations, state, group, spent);
       case Phase::stiffness:
         return fill_stiffness(pack, operations, state, group, spent);
-      case Phase::overlap:
-        return fill_overlaps(pack, operations, num_eliminated(group) + 3 * group.num_boundary, state, group,
-                             spent);
       case Phase::own:
-        return eliminate(operations, num_eliminated(group), size_of_own(pack, set, group), state, spent);
+        return eliminate(operations, num_eliminated(group), size_of_own(group), state, spent);
       case Phase::condensed:
-        return take_exterior(pack, operations, state, group, spent);
+        return take_exterior(operations, state, group, spent);
       case Phase::couple:
         return couple_groups(pack, operations, state, group, spent);
-      case Phase::rim:
-        return fill_rim(pack, operations, state, group, spent);
       case Phase::place:
         return place_next(pack, operations, state, spent);
       case Phase::tangent:
@@ -417,16 +369,15 @@ bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state) {
     }
     switch (state.phase) {
       case Phase::collect:
-        set.sound = take_matrices(pack, state);
+        set.sound = take_matrices(state);
         state.phase = Phase::compliance;
         break;
-      case Phase::rim:
+      case Phase::couple:
         ++state.group;
         state.phase = state.group < set.num_groups ? Phase::compliance : Phase::place;
         if (state.phase == Phase::place) state.group = 0;
         break;
       case Phase::place:
-        weigh_exterior(pack, state, set);
         state.phase = Phase::tangent;
         break;
       case Phase::tangent:

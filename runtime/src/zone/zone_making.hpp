@@ -6,13 +6,10 @@
 //   compliance   [ C_BB . ; 1 0 ], of whose elimination T is left
 //   inverse
 //   whole        T
-//   exterior     its columns on this boundary, and which loads the boundary tells of (zone_exterior.hpp)
 //   stiffness    K_V at rest
-//   overlap      what is counted twice (zone_overlap.hpp), as more rows of it
 //   own          its elimination
 //   condensed    S = T - S_int
 //   couple       C between this boundary and the others
-//   rim          (zone_rim.hpp)
 //   then
 //   place        where the set before has got to (zone_handover.hpp)
 //   tangent      of each group (zone_tangent.hpp)
@@ -32,8 +29,7 @@ void begin_zone(const pal_pack& pack, const pal_contact* contacts, uint32_t coun
                 ZoneState& state);
 
 // Goes on with it for about so many multiply-adds, 1 or more. Once it is ready it answers, from where the one before has got to,
-// and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6;
-// of num_overlaps() fill_overlaps(), and its columns in what is eliminated.
+// and true is returned. Cost in all, for each group, n = 3 x boundary nodes and m = 3 x all nodes: 7/6 n^3 + m^3 / 6.
 bool advance_zone(const pal_pack& pack, uint64_t operations, ZoneState& state);
 
 }  // namespace palpate

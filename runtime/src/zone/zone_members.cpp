@@ -3,8 +3,6 @@
 #include <string.h>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_rim.hpp"
-#include "runtime/src/zone/zone_second_order.hpp"
 
 namespace palpate {
 namespace {
@@ -57,8 +55,7 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
     return true;
   };
   uint32_t ring_begin = 0;
-  const uint32_t rings = state.rings + pack.zone_more_rings[site];
-  for (uint32_t ring = 0; ring < rings; ++ring) {
+  for (uint32_t ring = 0; ring < state.rings; ++ring) {
     const uint32_t ring_end = num_queued;
     for (uint32_t q = ring_begin; q < ring_end; ++q) {
       const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
@@ -79,35 +76,6 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
     }
     for (uint32_t other = index + 1; other < pack.num_zone_elements && is_of_patch(other); ++other) {
       if (!add_element(other)) return false;
-    }
-  }
-  return true;
-}
-
-// Marks what is between near contacts: elements in no zone, next to a node that the zones of two of them hold. False
-// where it is more than fits.
-bool mark_between(const pal_pack& pack, ZoneState& state) {
-  const uint32_t count = state.num_found_nodes;
-  for (uint32_t i = 0; i < count; ++i) {
-    const uint64_t holders = state.node_contacts[state.found_nodes[i]] & state.next.near;
-    if ((holders & (holders - 1)) == 0) continue;
-    const uint64_t bit = (holders & -holders) << kBetweenBits;
-    const pack::ZoneNode& node = pack.zone_nodes[state.found_nodes[i]];
-    for (uint32_t e = 0; e < node.num_elements; ++e) {
-      const uint32_t index = pack.zone_node_elements[node.first_element + e];
-      const pack::ZoneElement& element = pack.zone_elements[index];
-      if (state.element_contacts[index] != 0 || !has_second_order(pack, element)) continue;
-      if (state.num_found_elements == state.max_elements) return false;
-      state.element_contacts[index] = bit;
-      state.found_elements[state.num_found_elements++] = index;
-      for (uint32_t a = 0; a < element.num_nodes; ++a) {
-        uint64_t& contacts = state.node_contacts[element.nodes[a]];
-        if (contacts == 0) {
-          if (state.num_found_nodes == state.max_nodes) return false;
-          state.found_nodes[state.num_found_nodes++] = element.nodes[a];
-        }
-        contacts |= bit;
-      }
     }
   }
   return true;
@@ -141,8 +109,7 @@ void find_groups(ZoneState& state) {
   uint64_t groups[kMostZoneContacts];
   for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-    uint64_t contacts = state.node_contacts[state.found_nodes[i]];
-    contacts |= contacts >> kBetweenBits;
+    const uint64_t contacts = state.node_contacts[state.found_nodes[i]];
     uint64_t joined = 0;
     for (uint32_t c = 0; c < count; ++c) {
       if ((contacts >> c & 1) != 0) joined |= groups[c];
@@ -240,8 +207,7 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup
   group.num_nodes = set.num_nodes - group.first_node;
   group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
   group.num_axes = state.axes_per_contact * group.num_contacts;
-  group.num_fitted = group.num_contacts > 1 ? 3 * group.num_contacts : 0;
-  group.size = group.unknowns + group.num_axes + group.num_fitted + 3 * group.num_contacts;
+  group.size = group.unknowns + group.num_axes;
   group.stride = elimination_stride(group.size);
   group.boundary_stride = elimination_stride(3 * group.num_boundary);
   for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
@@ -249,7 +215,6 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup
     const uint32_t node = state.found_nodes[i];
     const uint32_t place = places[roles[i]]++;
     set.nodes[place] = node;
-    if (roles[i] == kBoundary && pack.zone_nodes[node].row == pack::kNoNode) return false;
     switch (roles[i]) {
       case kHeld:
         set.unknown_of[place] = kHeldUnknown;
@@ -338,22 +303,9 @@ bool list_elements(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGr
   return sound;
 }
 
-// Once the zones of all contacts are marked.
-void find_near(const pal_pack& pack, const ZoneState& state, ZoneSet& set) {
-  set.near = 0;
-  for (uint32_t c = 0; c < set.num_contacts; ++c) {
-    const uint64_t own = uint64_t{1} << c;
-    uint64_t reached = own;
-    for (uint32_t p = patch_begin(pack, set.sites[c]); p < patch_end(pack, set.sites[c]); ++p)
-      reached |= state.node_contacts[pack.patch_nodes[p]];
-    if (reached != own) set.near |= reached;
-  }
-}
-
 bool list_group(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
   uint64_t mask = 0;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= uint64_t{1} << group.contacts[slot];
-  mask |= mask << kBetweenBits;
   const bool fits = list_nodes(pack, mask, state, group);
   state.boundary_used += group.num_boundary;
   return fits && state.boundary_used <= state.max_boundary && list_elements(pack, mask, state, group);
@@ -365,46 +317,30 @@ bool list_some(const pal_pack& pack, ZoneState& state) {
   const uint32_t step = state.column;
   if (step < set.num_contacts) return mark_zone(pack, step, set.sites[step], state);
   if (step == set.num_contacts) {
-    find_near(pack, state, set);
-    if (state.between && !mark_between(pack, state)) return false;
     find_groups(state);
     return mark_fixed(state);
   }
-  const uint32_t index = step - set.num_contacts - 1;
-  return index < set.num_groups ? list_group(pack, state, set.groups[index])
-                                : list_rim(pack, index - set.num_groups, state);
-}
-
-// With what is between near contacts, or without it.
-void begin_listing(bool between, ZoneState& state) {
-  forget_marks(state);
-  state.between = between;
-  state.column = 0;
-  state.next.num_groups = state.next.num_nodes = state.next.num_elements = 0;
-  state.masters_used = state.linear_used = state.quadratic_used = state.patches_used = state.boundary_used =
-      0;
-  state.rim_nodes_used = state.rim_linear_used = state.rim_quadratic_used = 0;
-  state.rim_columns_used = state.rim_rows_used = 0;
+  return list_group(pack, state, set.groups[step - set.num_contacts - 1]);
 }
 
 }  // namespace
 
-void begin_members(const pal_pack& pack, ZoneState& state) {
-  begin_listing(pack.zone_between && state.next.follows_series, state);
+void begin_members(ZoneState& state) {
+  forget_marks(state);
+  state.column = 0;
+  state.next.num_groups = state.next.num_nodes = state.next.num_elements = 0;
+  state.masters_used = state.linear_used = state.quadratic_used = state.patches_used = state.boundary_used =
+      0;
 }
 
 bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {
   constexpr uint64_t kOfMember = 18000;
   ZoneSet& set = state.next;
-  while (state.column < set.num_contacts + 1 + 2 * set.num_groups) {
+  while (state.column < set.num_contacts + 1 + set.num_groups) {
     if (spent >= operations) return false;
     if (!list_some(pack, state)) {
-      if (!state.between) {
-        set.sound = false;
-        break;
-      }
-      begin_listing(false, state);
-      continue;
+      set.sound = false;
+      break;
     }
     spent += kOfMember * (state.num_found_nodes / set.num_contacts + 1);
     ++state.column;

@@ -128,7 +128,6 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
   group.moved += length;
   group.moved_since += length;
-  group.rim.since += length;
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
   }
@@ -137,8 +136,6 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   ZoneSet& set = frame.set;
   save_group(frame, group);
-  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i)
-    group.loads_began[i] = set.loads[contact_axis(set, group, i)];
   double before[kMostZoneAxes];
   double points[kMostZoneContacts][3];
   memcpy(before, set.followed, set.num_axes * sizeof *before);
@@ -187,8 +184,6 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     place_held(frame, group);
     is_upright = evaluate_group(frame, group);
     if (is_upright) {
-      for (uint32_t i = 0; i < 3 * group.num_contacts && trend != 0; ++i)
-        set.loads[contact_axis(set, group, i)] += part * trend * group.loads_trend[i];
       follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
       count_move(frame, group, part * longest);
       if (within_limit * part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
@@ -241,8 +236,6 @@ void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.num_axes; ++i)
     before[contact_axis(frame.set, group, i)] = group.axes_began[i];
   find_change(frame.set, group, before, frame.set.followed, group.axes_trend);
-  for (uint32_t i = 0; i < 3 * group.num_contacts; ++i)
-    group.loads_trend[i] = frame.set.loads[contact_axis(frame.set, group, i)] - group.loads_began[i];
   group.has_trend = is_of_axes(group);
 }
 

@@ -2,17 +2,16 @@
 
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
-#include "runtime/src/zone/zone_overlap.hpp"
-#include "runtime/src/zone/zone_rim.hpp"
 
 namespace palpate {
 namespace {
 
 ZonePlace place_now(const ZoneSet& set) {
-  return {set.displacement, set.followed, set.force, set.loads, set.points, set.stiffness};
+  return {set.displacement, set.followed, set.force, set.points, set.stiffness};
 }
 
 // Of a group.
@@ -29,7 +28,6 @@ void copy_place(const ZoneSet& set, const ZoneGroup& group, const ZonePlace& fro
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     const uint32_t contact = group.contacts[slot];
     memcpy(to.points[contact], from.points[contact], sizeof *to.points);
-    memcpy(to.loads + size_t{3} * contact, from.loads + size_t{3} * contact, 3 * sizeof *to.loads);
   }
 }
 
@@ -53,19 +51,14 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + fixed;
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const uint32_t axes = state.axes_per_contact * state.max_contacts;
-  const uint32_t loads = 3 * state.max_contacts;
-  const uint32_t fitted = state.max_contacts > 1 ? loads : 0;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   const size_t couplings = state.max_contacts > 1 ? squares : 0;
-  const uint32_t overlaps = num_overlaps(pack, state.max_contacts);
-  state.max_columns = squares * 2 * num_exterior_columns(pack, state.max_contacts);
-  state.max_matrices = squares * (2 * squares + couplings + overlaps + 2 * fitted + 7) +
-                       size_t{axes + loads} * loads + kEliminationRows * state.max_contacts;
+  state.max_matrices = squares * (2 * squares + couplings + 7);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows = size_t{2 * (axes + fitted) + 3} * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + axes + fitted + loads + kEliminationRows * state.max_contacts;
+  state.max_rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * state.max_contacts);
+  const uint32_t size = unknowns + axes + kEliminationRows * state.max_contacts;
   state.max_tangents = size_t{round_to_columns(size)} * elimination_stride(size);
-  const uint32_t own = unknowns + kEliminationColumns + overlaps;
+  const uint32_t own = unknowns + kEliminationColumns;
   const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
   const uint32_t largest = own > twice ? own : twice;
   state.max_preparation =
@@ -77,8 +70,6 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->followed = arena.take<double>(axes);
     set->wanted = arena.take<double>(axes);
     set->force = arena.take<double>(axes);
-    set->loads = arena.take<double>(loads);
-    set->weights = arena.take<double>(num_exterior_columns(pack, state.max_contacts));
     set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
     set->points = arena.take<double[3]>(state.max_contacts);
     set->places = arena.take<double[3]>(state.max_contacts);
@@ -95,11 +86,8 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     correction.followed_then = arena.take<double>(axes);
     for (double** values : {&correction.force, &correction.traction_posted, &correction.traction_then})
       *values = arena.take<double>(size_t{3} * state.max_nodes);
-    set->balanced = {arena.take<double>(size_t{3} * state.max_nodes),
-                     arena.take<double>(axes),
-                     arena.take<double>(axes),
-                     arena.take<double>(loads),
-                     arena.take<double[3]>(state.max_contacts),
+    set->balanced = {arena.take<double>(size_t{3} * state.max_nodes), arena.take<double>(axes),
+                     arena.take<double>(axes), arena.take<double[3]>(state.max_contacts),
                      arena.take<double[kMostZoneAxes]>(axes)};
     const auto batches = [&](uint32_t elements) { return elements / kLanes + state.max_contacts; };
     set->linear = arena.take<ZoneBatch<4>>(batches(state.max_elements));
@@ -108,27 +96,23 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
       set->patches = arena.take<ZonePatch>(state.max_elements < pack.num_sharing ? state.max_elements
                                                                                  : pack.num_sharing);
     set->matrices = arena.take<double>(state.max_matrices);
-    set->columns = arena.take<float>(state.max_columns);
     set->rows = arena.take<double>(state.max_rows);
-    set->others = arena.take<double[kMostZoneAxes]>(loads);
+    set->others = arena.take<double[kMostZoneAxes]>(3 * state.max_contacts);
   }
-  carve_rims(pack, arena, state);
   state.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
   state.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
   state.found_nodes = arena.take<uint32_t>(state.max_nodes);
-  state.found_elements = arena.take<uint32_t>(size_t{state.max_elements} + state.max_rim_elements);
+  state.found_elements = arena.take<uint32_t>(state.max_elements);
   state.queue = arena.take<uint32_t>(state.max_nodes);
   state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
   state.tractions_before = arena.take<double>(size_t{3} * state.max_nodes);
-  state.moves = arena.take<double>(overlaps > 0 ? size_t{9} * state.max_contacts * state.max_nodes : 0);
   for (double*& tangents : state.tangents) tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
   const size_t vector = size_t{3} * state.max_nodes + kMostZoneAxes + 2 * kEliminationRows;
-  for (double** of_group :
-       {&state.residual, &state.boundary, &state.outside, &state.pull, &state.overlap, &state.vector})
+  for (double** of_group : {&state.residual, &state.boundary, &state.outside, &state.vector})
     *of_group = arena.take<double>(vector);
 }
 
@@ -178,12 +162,18 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
   for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
 }
 
+bool has_exterior(const ZoneSet& set) {
+  return std::any_of(set.groups, set.groups + set.num_groups,
+                     [](const ZoneGroup& group) { return group.num_boundary > 0; });
+}
+
 void drop_correction(ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
   for (double* values : {correction.force, correction.traction_then})
     memset(values, 0, size_t{3} * set.num_nodes * sizeof *values);
   correction.energy = 0;
   correction.is_refined = false;
+  correction.failures = 0;
   ++correction.restarts;
 }
 
@@ -200,7 +190,6 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].balanced;
   group.stored = group.stored_in_balance;
-  rest_rim(group);
   group.has_tangent = false;
   group.is_assembling = false;
   group.has_trend = false;
@@ -217,21 +206,17 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     set.followed[at] = set.wanted[at] = set.force[at] = 0;
     memset(set.stiffness[at], 0, sizeof *set.stiffness);  // until there is a tangent
   }
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
-    memset(set.loads + size_t{3} * group.contacts[slot], 0, 3 * sizeof *set.loads);
-  }
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
   drop_correction(set);
   group.stored = 0;
-  rest_rim(group);
   group.has_tangent = false;
   group.is_assembling = false;
   group.has_trend = false;
   group.is_back = true;
-  group.failures = group.astray = group.late = group.jammed = group.at_other_root = 0;
-  group.was_beyond = false;
+  group.failures = group.astray = group.late = group.jammed = 0;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
 }

@@ -14,8 +14,8 @@
 // Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and
 // T that of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
 //
-// The rest of the organ adds to that what zone_exterior.hpp says. Contacts whose zones share a node share a zone, a
-// *group* (zone_members.hpp). Groups act on each other through C (nonlinear_zone.hpp).
+// S is exact to first order; the refining lane corrects it (refinement.hpp). Contacts whose zones share a node share a
+// zone, a *group*. Groups act on each other through C (nonlinear_zone.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -24,39 +24,13 @@
 #include "runtime/src/numerics/elimination.hpp"
 #include "runtime/src/numerics/pose.hpp"
 #include "runtime/src/zone/zone_elements.hpp"
-#include "runtime/src/zone/zone_second_order.hpp"
 
 namespace palpate {
 
 using pack::kMostZoneContacts;
 using pack::kMostZoneFixed;
 
-// Marks of what is between near contacts, by one of them, are bits behind those of contacts and rims.
-inline constexpr uint32_t kBetweenBits = 2 * kMostZoneContacts;
-static_assert(kBetweenBits + kMostZoneContacts <= 64);
-
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
-
-// The rim of a group (zone_rim.hpp): empty but where contacts are near each other. A node more than it has stands for
-// those that are fixed.
-struct ZoneRim {
-  uint32_t first_node;  // in ZoneSet::rim_nodes
-  uint32_t num_nodes;
-  uint32_t stride;  // three numbers for each
-  uint32_t num_linear;
-  uint32_t num_quadratic;
-  RimBatch<4>* linear;
-  RimBatch<10>* quadratic;
-  float* compliance;  // C_RB: [boundary_stride][stride], a column for each move of the boundary's
-  double* per_load;   // [3 num_contacts][stride] U
-  double* force;      // [stride] s
-  double* moved;      // [boundary_stride] C_BR s
-  double* pull;       // [boundary_stride] g
-  double change;      // of `moved`, when it was found last
-  double largest;     // of it
-  double since;       // how far the group has moved since then
-  bool is_limited;    // the boundary's part was shortened
-};
 
 struct ZoneGroup {
   uint32_t num_contacts;
@@ -69,26 +43,13 @@ struct ZoneGroup {
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  uint32_t
-      num_fitted;  // loads that the boundary gives, not forces: 0 of a contact alone, else three for each
-  // Of the matrix of a tangent: unknowns of interior and boundary, the axes of the contacts, the fitted loads, and
-  // three for each contact.
+  // Of the matrix of a tangent: unknowns of interior and boundary, then the axes of the contacts.
   uint32_t unknowns;
   uint32_t size;
   uint32_t stride;
   uint32_t boundary_stride;
   double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
   double* whole;     // T
-  // [num_exterior_columns][boundary_stride] the columns of q on this boundary (zone_exterior.hpp), and T times them;
-  // floats, as they are of second order
-  float* exterior_fields;
-  float* exterior_pulls;
-  ZoneRim rim;
-  double* overlaps;  // [num_overlaps][boundary_stride] g (zone_overlap.hpp)
-  // [num_fitted][boundary_stride] loads by the tractions on this boundary, and by how the linear organ moves it: Gamma,
-  // Gamma T (zone_exterior.hpp)
-  double* loads_of_tractions;
-  double* loads_of_moves;
   // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
   double* couplings;
   // How far their tractions moved this boundary when it was found last, b, and T b, the one behind the other; by how much
@@ -98,14 +59,9 @@ struct ZoneGroup {
   double others_moved;     // since then
   double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
-  double* factor;  // [size rounded to columns][stride], eliminated
-  // [num_axes + num_fitted][unknowns] d unknown / d axis, negative; d load / d force on an unknown
-  double* sensitivities;
-  double* step;  // [unknowns] Newton's last
-  // [num_axes][3 num_contacts] and [3 num_contacts][3 num_contacts] D, and H; N instead of a contact alone
-  double* brought;
-  double* back;
-  bool gives_way;  // to its own loads, nearly, so that N says nothing: D and H are zero
+  double* factor;         // [size rounded to columns][stride], eliminated
+  double* sensitivities;  // [num_axes][unknowns] d unknown / d axis, negative
+  double* step;           // [unknowns] Newton's last
   bool has_tangent;
   bool is_shifted;  // the stiffness was made positive definite
   double moved;     // how far contacts and nodes have moved since it was begun
@@ -127,27 +83,19 @@ struct ZoneGroup {
   uint32_t astray;           // solves in a row of which the last step left most of the residual
   uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
   uint32_t jammed;  // solves in a row in which no part of a step of its contacts left all elements upright
-  // Solves in a row that led to another root of the exterior's series than the organ's, or not; how many of the one make it
-  // begin anew; contacts have been beyond the scene's largest displacement since it was at rest
-  uint32_t at_other_root;
-  uint32_t at_own_root;
-  uint32_t patience;
-  bool was_beyond;
-  bool is_back;  // it was taken back to its balance or to rest, in the last solve
-  // Where its contacts were to be when it began anew at rest because they were jammed or at another root, and how far from
-  // there their way from rest has to pass for it to do so again; 0: they have got to where they were to be since.
+  bool is_back;     // it was taken back to its balance or to rest, in the last solve
+  // Where its contacts were to be when it began anew at rest because they were jammed, and how far from there their way
+  // from rest has to pass for it to do so again; 0: they have got to where they were to be since.
   double given_up[kMostZoneAxes];
   double elsewhere;
   double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface
-  // How far unknowns, [unknowns], axes, loads and `coupled` went in the last solve, if it was the axes that moved the
+  // How far unknowns, [unknowns], axes and `coupled` went in the last solve, if it was the axes that moved the
   // rest; where this one began (zone_motion.hpp).
   bool has_trend;
   double* trend;
   double* began;
   double axes_trend[kMostZoneAxes];
   double axes_began[kMostZoneAxes];
-  double loads_trend[3 * kMostZoneContacts];
-  double loads_began[3 * kMostZoneContacts];
   double* coupled_trend;
   double* coupled_began;
   double along;  // dd . Dd, and |Dd|^2, of the axes
@@ -178,17 +126,17 @@ struct ZonePlace {
   double* displacement;                // [max_nodes][3] from the mesh
   double* followed;                    // by axis, of the contacts' patches, from rest
   double* force;                       // by axis, and torques
-  double* loads;                       // [num_contacts][3] of the exterior (zone_exterior.hpp)
   double (*points)[3];                 // [max_contacts] at rest, length unit, about which patches turn
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
 };
 
-// What the refining lane has found of the exterior beyond its series (zone_mailbox.hpp): the exterior's force on the boundary
-// is s + c, and its energy E_s + c . w + C, with s and E_s those of the series and w the boundary's displacement.
+// What the refining lane has found of the exterior beyond first order (zone_mailbox.hpp): the exterior's force on the
+// boundary is s + c, and its energy E_s + c . w + C, with s and E_s to first order and w the boundary's displacement.
 struct ZoneCorrection {
   uint64_t number;        // no other set of the session has it
   uint32_t restarts;      // how often the correction was dropped
   bool is_refined;        // a delivery was taken
+  uint32_t failures;      // iterations in a row that were not good
   uint32_t field;         // its field among those of ZoneMailbox
   double* force;          // [max_nodes][3] c, by the places of the set's nodes
   double energy;          // C
@@ -208,15 +156,11 @@ struct ZoneSet {
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
   uint32_t fixed_version;  // of the session's
-  // The exterior follows its series (zone_exterior.hpp). Else it is linear about rest: with nodes fixed, and in sessions
-  // that refine
-  bool follows_series;
-  uint32_t flags;  // PAL_FLAG_OVERLAPPING
+  uint32_t flags;          // PAL_FLAG_OVERLAPPING
   // Of ZoneState's, that its elements have; kNoInclusion: it was just made, and they are the pack's
   uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
-  uint64_t near;      // bits of contacts near another: the patch of one reaches into the other's zone
   uint32_t num_nodes;
   uint32_t* nodes;  // [max_nodes] zone nodes, group by group
   uint32_t num_elements;
@@ -232,8 +176,6 @@ struct ZoneSet {
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
-  double* loads;     // [num_contacts][3] of the exterior (zone_exterior.hpp)
-  double* weights;   // [columns] at these loads
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
@@ -244,14 +186,8 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  uint32_t* rim_nodes;  // [max_rim_nodes] zone nodes, group by group
-  RimBatch<4>* rim_linear;
-  RimBatch<10>* rim_quadratic;
-  float* rim_columns;  // [max_rim_columns] C_RB of the groups
-  double* rim_rows;    // [max_rim_rows] and the rest of their rims
-  double* matrices;    // [max_matrices] S, T and couplings of the groups
-  float* columns;      // [max_columns] of their exterior
-  double* rows;        // [max_rows] their sensitivities, those in use and the next, steps and trends
+  double* matrices;  // [max_matrices] S, T and couplings of the groups
+  double* rows;      // [max_rows] their sensitivities, those in use and the next, steps and trends
   double (*others)[kMostZoneAxes];  // [3 num_contacts] O (force_control.hpp)
 };
 
@@ -276,7 +212,6 @@ inline constexpr double kLeastJacobian = 1e-4;
 
 // One set answers while another is made ready, if need be over several frames.
 struct ZoneState {
-  bool refines;  // pal_session_config::refines
   // Capacities
   uint32_t max_contacts;
   uint32_t axes_per_contact;  // 6: patches turn with their contacts; else 3
@@ -287,13 +222,7 @@ struct ZoneState {
   uint32_t max_elements;
   uint32_t max_quadratic;
   uint32_t max_masters;
-  uint32_t max_rim_nodes;  // 0: no group has a rim
-  uint32_t max_rim_elements;
-  uint32_t max_rim_quadratic;
-  size_t max_rim_columns;
-  size_t max_rim_rows;
   size_t max_matrices;
-  size_t max_columns;
   size_t max_rows;
   size_t max_tangents;     // numbers of the matrices of a tangent of each group
   size_t max_preparation;  // of the matrices of making ready
@@ -317,31 +246,26 @@ struct ZoneState {
     compliance,
     inverse,
     whole,
-    exterior,
     stiffness,
-    overlap,
     own,
     condensed,
     couple,
-    rim,
     place,
     tangent,
     done
   } phase;
   uint32_t group;
   uint32_t column;  // or step of the phase
-  bool between;     // groups are to hold what is between near contacts
   uint32_t masters_used;
   uint32_t linear_used;
   uint32_t quadratic_used;
   uint32_t patches_used;
   uint32_t boundary_used;
-  // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it, behind those for each group whose
-  // rim does, and behind those (kBetweenBits) for one of the contacts that it is between
+  // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it
   uint64_t* node_contacts;
   uint64_t* element_contacts;
   uint32_t* found_nodes;     // [max_nodes]
-  uint32_t* found_elements;  // [max_elements + max_rim_elements]
+  uint32_t* found_elements;  // [max_elements]
   uint32_t num_found_nodes;
   uint32_t num_found_elements;
   uint32_t* queue;     // [max_nodes]
@@ -350,16 +274,9 @@ struct ZoneState {
   double* preparation;
   bool is_before_strained;   // the set that answers was, as placing began, and its tractions then
   double* tractions_before;  // [max_nodes][3]
-  double* moves;  // [contacts][3][nodes of a group][3] U (zone_overlap.hpp); none where nothing overlaps
   size_t matrices_used;
-  size_t columns_used;
   size_t rows_used;
   size_t tangents_used;
-  uint32_t rim_nodes_used;
-  uint32_t rim_linear_used;
-  uint32_t rim_quadratic_used;
-  size_t rim_columns_used;
-  size_t rim_rows_used;
   // A frame
   bool strained;  // the set that answers has been solved since it was at rest
   // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
@@ -370,11 +287,7 @@ struct ZoneState {
   double* residual;
   double* boundary;
   double* outside;
-  double* pull;
-  double* overlap;
   double* vector;
-  double* rim_scratch[3];              // [stride of a rim]
-  const SecondOrderLaw* second_order;  // [num_zone_materials]; null where no group has a rim
 };
 
 // Axes along which the node at a place of a set can move: bits 0 to 2.
@@ -399,16 +312,14 @@ bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count
 // ZoneSet::places, of the contacts of the set.
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
 
-// Whether it is near to another one.
-inline bool is_near(const ZoneSet& set, uint32_t contact) {
-  return (set.near >> contact & 1) != 0;
-}
-
 // Which of a set a contact is of; null where it has none.
 const ZoneGroup* group_of(const ZoneSet& set, uint32_t contact);
 
 // Whether no other contact shares a zone with this one.
 bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
+
+// Whether elements of the organ are outside of the set's zones.
+bool has_exterior(const ZoneSet& set);
 
 // Forgets the correction, as where the contacts begin anew at rest.
 void drop_correction(ZoneSet& set);
@@ -422,7 +333,7 @@ void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32
 // ZoneSet::balanced := where the group is, in balance.
 void keep_balance(ZoneSet& set, ZoneGroup& group);
 
-// Takes a group back there. It has no tangent then, and its rim moves nothing.
+// Takes a group back there. It has no tangent then.
 void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.

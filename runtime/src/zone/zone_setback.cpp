@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_exterior.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
 
 namespace palpate {
@@ -86,27 +85,9 @@ double distance_from_given_up(const ZoneFrame& frame, const double* wanted, cons
   return distance;
 }
 
-// Counts this solve among those that led to another root of the exterior's series; whether it is one of too many. Each time
-// that makes it begin anew it takes twice as many, so that given forces which lead there from rest, too, do not swing.
-bool stays_at_other_root(const ZoneFrame& frame, ZoneGroup& group) {
-  constexpr uint32_t kLeastPatience = 4;
-  constexpr uint32_t kCalm = 4096;  // solves, of which given forces take four a frame
-  const double* d = frame.set.followed;
-  const double reach = frame.pack.max_displacement;
-  group.was_beyond = group.was_beyond || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach * reach;
-  // With an inclusion, which the series does not know of, loads may be any.
-  const bool is_there =
-      !frame.state.inclusion.is_present && is_at_other_root(frame.pack, frame.set, group.was_beyond);
-  group.at_other_root = is_there ? group.at_other_root + 1 : 0;
-  group.at_own_root = is_there ? 0 : std::min(kCalm, group.at_own_root + 1);
-  if (group.patience == 0 || group.at_own_root == kCalm) group.patience = kLeastPatience;
-  return group.at_other_root > group.patience;
-}
-
-// Whether it is to begin anew at rest: its contacts are jammed, or at a root that the organ has not; or it has looked for
-// longer than any way takes for one to where they are nearer to rest than to where it is, as from beyond a fold there may be
-// none that Newton finds. What jams on the way from rest, too, or leads to such a root, stays so until that way is another,
-// each time by twice as much.
+// Whether it is to begin anew at rest: its contacts are jammed; or it has looked for longer than any way takes for one to
+// where they are nearer to rest than to where it is, as from beyond a fold there may be none that Newton finds. What jams
+// on the way from rest, too, stays so until that way is another, each time by twice as much.
 bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
   constexpr double kElsewhere = 0.125;  // mean edges of the surface
   const double edge = frame.pack.mean_surface_edge;
@@ -117,15 +98,12 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
     from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
     from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
   }
-  const bool is_at_root = stays_at_other_root(frame, group);
-  if (is_done && from_here <= kStill * edge && group.at_other_root == 0) group.elsewhere = 0;
+  if (is_done && from_here <= kStill * edge) group.elsewhere = 0;
   group.late = from_here > from_rest ? group.late + 1 : 0;
-  const bool is_stuck = group.jammed > kMostJammed || is_at_root;
-  if (!is_stuck || distance_from_given_up(frame, wanted, group) < group.elsewhere)
+  if (group.jammed <= kMostJammed || distance_from_given_up(frame, wanted, group) < group.elsewhere)
     return group.late > kMostLate;
   for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
   group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
-  if (is_at_root) group.patience *= 2;
   return true;
 }
 
