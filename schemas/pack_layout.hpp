@@ -174,12 +174,6 @@ constexpr uint64_t lower_block(uint64_t i, uint64_t j) {
   return i * (i + 1) / 2 + j;
 }
 
-// The block (i, j) of a place.
-constexpr void find_lower_block(uint32_t place, uint32_t& i, uint32_t& j) {
-  for (i = 0; place > i; ++i) place -= i + 1;
-  j = place;
-}
-
 // A panel of three or more int16 columns, each part a number of cache lines:
 // - the first two columns interleaved, [96][2],
 // - the third column, [96],

@@ -93,7 +93,7 @@ class Body {
     plan.jobs = 2;
     const std::vector<SiteResult> results = sample_sites(*assembly_, scene_, sites_, linear, plan);
     ZoneTables zone = find_zones(scene_, model_, sites_, kRings);
-    compute_zone_compliance(*assembly_, sites_, {}, scene_.max_displacement, {}, zone);
+    compute_zone_compliance(*assembly_, sites_, {}, {}, zone);
     PackContent content{model_, scene_, sites_, &linear, &results, false, {}, {}};
     content.zone = &zone;
     PackContent without = content;

@@ -207,10 +207,8 @@ void add_contact_options(CLI::App& command, ContactArguments& arguments) {
           "Acceleration in place of the scene's, which must let it turn (answered by the linear model)")
       ->type_name("gx,gy,gz");
   command
-      .add_option(
-          "--inclusion", arguments.inclusion,
-          "Tissue within a ball that is so many times as stiff, 0.01 to 100; felt as far as it lies in "
-          "a zone (answered by zones)")
+      .add_option("--inclusion", arguments.inclusion,
+                  "Tissue within a ball that is so many times as stiff, 0.01 to 100 (answered by zones)")
       ->type_name("x,y,z,radius,stiffness");
   command
       .add_option(

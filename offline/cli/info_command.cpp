@@ -51,7 +51,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
     const pack::NonlinearZone& zone = *tables.nonlinear_zone();
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
            zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
-           zone.field_units()->bytes() + zone.force_scale()->bytes() + organ_bytes(tables);
+           zone.field_units()->bytes() + organ_bytes(tables);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +

@@ -114,7 +114,6 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   }
   segments.compliance = store.add(blocks);
   add_field_compliance(content, store, segments);
-  segments.force_scale = store.add(zone.force_scale);
   return segments;
 }
 
@@ -126,7 +125,6 @@ flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content,
   const pack::Segment materials = placed(zone.materials, base);
   const pack::Segment compliance = placed(zone.compliance, base);
   const pack::Segment field_compliance = placed(zone.field_compliance, base);
-  const pack::Segment force_scale = placed(zone.force_scale, base);
   const pack::Segment field_units = placed(zone.field_units, base);
   return pack::CreateNonlinearZone(
       builder, static_cast<uint32_t>(content.zone->rings), static_cast<uint32_t>(content.zone->nodes.size()),
@@ -135,7 +133,7 @@ flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content,
       static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
       static_cast<uint32_t>(content.zone->most_nodes),
       static_cast<uint32_t>(content.zone->most_boundary_nodes),
-      static_cast<uint32_t>(content.zone->most_elements), &force_scale,
+      static_cast<uint32_t>(content.zone->most_elements),
       content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units);
 }
 

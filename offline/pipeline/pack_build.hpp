@@ -18,8 +18,8 @@ struct Compliance {
 };
 
 // Computes compliance and exterior of the planned zones.
-void compute_zone(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
-                  const RestState& rest, ZoneTables& zone);
+void compute_zone(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
+                  ZoneTables& zone);
 
 // A pack with its inputs. Not movable: `content` refers to the other members.
 struct PackBuild {

@@ -36,11 +36,17 @@ double reach_of(const OpenedPack& opened, const ContactTruth& set) {
 }
 
 double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
-  const std::span<const double> scale =
-      opened.segment<double>(*opened.tables().nonlinear_zone()->force_scale());
+  const pack::ContactSites& sites = *opened.tables().sites();
+  const std::span<const std::uint32_t> starts = opened.segment(*sites.patch_starts());
+  const std::span<const double> forces = opened.segment<double>(*opened.tables().linear_dd()->site_forces());
   double load = 0;
-  for (size_t c = 0; c < set.contacts.size(); ++c)
-    load = std::max(load, answer.forces[c].norm() / scale[set.contacts[c].site]);
+  for (size_t c = 0; c < set.contacts.size(); ++c) {
+    const size_t site = set.contacts[c].site;
+    Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
+    for (size_t p = starts[site]; p < starts[site + 1]; ++p)
+      stiffness += Eigen::Map<const Eigen::Matrix3d>(forces.data() + 9 * p);
+    load = std::max(load, answer.forces[c].norm() / (sites.max_displacement() * stiffness.norm()));
+  }
   return load;
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "offline/precompute/linear_dd.hpp"
-#include "offline/precompute/rigid_patch.hpp"
 
 namespace palpate {
 ZoneFinder::ZoneFinder(const Model& model)
@@ -115,8 +114,7 @@ ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites
 }
 
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                             double max_displacement, const std::function<void(int, int)>& progress,
-                             ZoneTables& zone) {
+                             const std::function<void(int, int)>& progress, ZoneTables& zone) {
   constexpr Eigen::Index kBlock = 48;  // right-hand sides that share one pass over the factor
   StaticSolver solver(assembly);
   factor_at_rest(solver, rest);
@@ -144,9 +142,6 @@ void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites
   // K is symmetric; an asymmetry is rounding.
   auto own = zone.compliance.bottomRows(num_columns);
   own = 0.5 * (own + own.transpose()).eval();
-  zone.force_scale.clear();
-  for (const ContactSite& site : sites.sites)
-    zone.force_scale.push_back(max_displacement * RigidPatch(solver, site).stiffness().norm());
 }
 
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites) {

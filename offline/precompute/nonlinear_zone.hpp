@@ -32,8 +32,6 @@ struct ZoneTables {
   // C of the free nodes after the contact nodes: a column for each of their dofs, rows of all free nodes.
   Eigen::MatrixXd compliance;
   Eigen::MatrixXd field_compliance;  // the same columns, rows of packed nodes
-  // For each site: the largest net force of the linear organ at the scene's largest displacement, or more.
-  std::vector<double> force_scale;
 };
 
 // Finds the elements of zones.
@@ -54,12 +52,11 @@ class ZoneFinder {
 // Finds nodes and elements of zones; leaves all other members empty.
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings);
 
-// Fills compliance, field_compliance and force_scale.
+// Fills compliance and field_compliance.
 // Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done and
 // total columns.
 void compute_zone_compliance(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                             double max_displacement, const std::function<void(int, int)>& progress,
-                             ZoneTables& zone);
+                             const std::function<void(int, int)>& progress, ZoneTables& zone);
 
 // A pack's bytes for the compliance.
 double zone_bytes(const ZoneTables& zone, const ContactSites& sites);

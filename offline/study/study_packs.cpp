@@ -100,7 +100,7 @@ std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int rings) {
   scene.zone_rings = rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
   ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
-  compute_zone(organ.assembly, scene, organ.sites, organ.rest, zone);
+  compute_zone(organ.assembly, organ.sites, organ.rest, zone);
   PackContent content{organ.model, scene, organ.sites, &linear, nullptr, false, {}, {}};
   content.rest = &organ.rest;
   content.zone = &zone;

@@ -191,8 +191,8 @@ TEST(MutatedPack, EachSegmentOfZones) {
   int accepted = 0;
   for (const pack::Segment* segment :
        {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), zone.compliance(),
-        zone.field_compliance(), zone.field_units(), zone.force_scale(),
-        tables.linear_dd()->contact_compliance(), tables.sites()->patch_nodes()}) {
+        zone.field_compliance(), zone.field_units(), tables.linear_dd()->contact_compliance(),
+        tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);
   }

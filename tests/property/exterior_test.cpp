@@ -125,36 +125,6 @@ TEST(Exterior, KeepsItsStateWhereTissueWouldBeInverted) {
   }
 }
 
-// Largest force error where the contacts have moved this part of their way and no iteration has followed, over the largest
-// force at their end.
-double force_error(const ZoneBlock& organ, std::vector<pal_contact> contacts, double part, bool predicted) {
-  LiveOrgan live(organ, contacts, 1);
-  if (predicted) live.make_predictor(0.02);
-  for (int step = 1; step <= 4; ++step) live.move(0.25 * step * part);
-  const double end = organ.solve(contacts).forces.front().norm();
-  for (pal_contact& contact : contacts) {
-    for (double& d : contact.displacement) d *= part;
-  }
-  const ContactAnswer truth = organ.solve(contacts);
-  double worst = 0;
-  for (size_t c = 0; c < contacts.size(); ++c)
-    worst = std::max(worst, (live.force(c) - truth.forces[c]).norm());
-  return worst / end;
-}
-
-// Second order without, third order with it.
-TEST(Predictor, KeepsTheForceToThirdOrder) {
-  for (const auto* contacts : {&kOne, &kNeighbours}) {
-    const double plain = force_error(tissue_block(2), *contacts, 0.5, false);
-    const double with = force_error(tissue_block(2), *contacts, 0.5, true);
-    const double with_half = force_error(tissue_block(2), *contacts, 0.25, true);
-    SCOPED_TRACE(testing::Message() << plain << " " << with << " " << with_half);
-    EXPECT_LT(with, 0.3 * plain);
-    EXPECT_GT(with / with_half, 6.0);
-    EXPECT_LT(with / with_half, 11.0);
-  }
-}
-
 // y <- A y + b with eigenvalues beyond 1: plain iteration diverges.
 TEST(Acceleration, FindsTheFixedPointOfALinearMapThatDiverges) {
   constexpr size_t kSize = 40;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "runtime/src/linear/linear_point.hpp"
 #include "tests/support/small_pack.hpp"
 #include "tests/support/tool_session.hpp"
 
@@ -60,8 +61,9 @@ class SetEstimate : public ::testing::Test {
 
   // The load of contacts at `one_` and `other_`.
   double load(const std::vector<pal_contact_result>& results) const {
-    return std::max(Eigen::Vector3d(results[0].force).norm() / small_.zone.force_scale[one_],
-                    Eigen::Vector3d(results[1].force).norm() / small_.zone.force_scale[other_]);
+    const auto scale = [&](uint32_t site) { return kMost * patch_stiffness_norm(*pack_.get(), site); };
+    return std::max(Eigen::Vector3d(results[0].force).norm() / scale(one_),
+                    Eigen::Vector3d(results[1].force).norm() / scale(other_));
   }
 
   const SmallPack& small_ = small_pack();

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/src/zone/predictor.hpp"
+#include "runtime/src/zone/exterior.hpp"
 #include "tests/support/condensed_organ.hpp"
 
 namespace palpate::test {
@@ -21,7 +21,6 @@ class LiveOrgan {
         memory_([&](Arena& arena) {
           carve_exterior(of_.pack, arena, state_);
           carve_acceleration(size_t{3} * of_.pack.organ.num_nodes, arena, acceleration_);
-          carve_predictor(of_.pack, num_axes(), of_.exterior.num_kept, arena, predictor_);
         }),
         zone_model_(organ.block.model) {
     EXPECT_TRUE(of_.run());
@@ -38,31 +37,6 @@ class LiveOrgan {
     zone_->internal_force(rest_, rest_force_);
     list_unknowns();
     take_outside();
-  }
-
-  // Makes the predictor at rest, in slices.
-  void make_predictor(double step) {
-    const Eigen::MatrixXd stiffness = tangent();
-    const Eigen::LDLT<Eigen::MatrixXd> factor(stiffness(unknowns_, unknowns_) + outside_);
-    for (uint32_t axis = 0; axis < num_axes(); ++axis) {
-      Eigen::VectorXd unit = Eigen::VectorXd::Zero(u_.size());
-      for (const int node : organ_.block.sites.sites[contacts_[axis / 3].site].patch_nodes)
-        unit[3 * node + static_cast<int>(axis % 3)] = 1;
-      const Eigen::VectorXd forces = stiffness * unit(zone_->equation_dofs());
-      unit(dofs_) -= factor.solve(forces(unknowns_));
-      for (uint32_t i = 0; i < of_.pack.organ.num_nodes; ++i) {
-        for (int k = 0; k < 3; ++k)
-          predictor_.modes[axis * num_values() + 3 * i + static_cast<uint32_t>(k)] = unit[dof(i, k)];
-      }
-    }
-    begin_predictor(of_.exterior, num_axes(), step, predictor_);
-    Progress progress;
-    do {
-      uint64_t spent = 0;
-      progress = advance_predictor(of_.outside(), of_.exterior, CondensedOrgan::kSlice, of_.scratch, state_,
-                                   predictor_, spent);
-    } while (progress == Progress::goes_on);
-    EXPECT_EQ(progress, Progress::ended);
   }
 
   // The force on a contact.
@@ -203,15 +177,6 @@ class LiveOrgan {
     Eigen::VectorXd force;
     zone_->internal_force(u_, force);
     Eigen::VectorXd sum(size);
-    std::vector<double> predicted(size_t{3} * of_.exterior.num_kept, 0.0);
-    for (const double sign : {1.0, -1.0}) {
-      const double part = sign > 0 ? part_ : part_of_iteration_;
-      std::vector<double> d;
-      for (const pal_contact& contact : contacts_) {
-        for (const double component : contact.displacement) d.push_back(part * component);
-      }
-      if (predictor_.is_ready) add_prediction(predictor_, d.data(), sign, predicted.data());
-    }
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(size);
     for (Eigen::Index i = 0; i < size; ++i) {
       const int at = dofs_[static_cast<size_t>(i)];
@@ -220,7 +185,7 @@ class LiveOrgan {
       if (row < 0) continue;
       const size_t place = size_t{3} * of_.exterior.kept[row / 3] + static_cast<size_t>(row % 3);
       moved[i] = u_[at] - state_.displacement[place];
-      sum[i] += state_.forces[place] + predicted[static_cast<size_t>(row)];
+      sum[i] += state_.forces[place];
     }
     return sum + outside_ * moved;
   }
@@ -247,7 +212,6 @@ class LiveOrgan {
   CondensedOrgan of_;
   ExteriorState state_;
   Acceleration acceleration_;
-  Predictor predictor_;
   double part_ = 0;               // of the contacts' displacements, now
   double part_of_iteration_ = 0;  // and at the exterior's last iteration
   Memory memory_;

@@ -103,7 +103,7 @@ struct ZoneBlock {
   ZoneBlock(int rings, TouchedBlock touched) : block(std::move(touched)) {
     block.scene.accuracy_target = 1e-5;
     zone = find_zones(block.scene, block.model, block.sites, rings);
-    compute_zone_compliance(assembly, block.sites, rest, block.scene.max_displacement, {}, zone);
+    compute_zone_compliance(assembly, block.sites, rest, {}, zone);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));

@@ -65,4 +65,14 @@ uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, 
   return num_held;
 }
 
+double patch_stiffness_norm(const pal_pack& pack, uint32_t site) {
+  double stiffness[9] = {};
+  for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
+    for (uint32_t i = 0; i < 9; ++i) stiffness[i] += pack.site_forces[size_t{9} * p + i];
+  }
+  double square = 0;
+  for (const double entry : stiffness) square += entry * entry;
+  return sqrt(square);
+}
+
 }  // namespace palpate

@@ -32,4 +32,7 @@ inline uint32_t most_held_at_point(const pal_pack& pack) {
 uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                                LinearPointAnswer& answer, uint32_t* held, pal_real* forces);
 
+// |K|, K the net force per displacement of a site's patch alone in a linear_dd with site_forces: model units.
+double patch_stiffness_norm(const pal_pack& pack, uint32_t site);
+
 }  // namespace palpate

@@ -122,7 +122,6 @@ struct pal_pack {
   bool zone_rounded;
   const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
   const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
-  const double* zone_force_scale;              // [num_sites]
 
   palpate::OrganView organ;
 

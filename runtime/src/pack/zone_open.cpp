@@ -113,15 +113,10 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_field_compliance =
       array_of<unsigned char>(pack, zone.field_compliance(), first_offset, others * of_node);
   pack.zone_field_units = array_of<double>(pack, zone.field_units(), first_offset, others);
-  pack.zone_force_scale = array_of<double>(pack, zone.force_scale(), first_offset, pack.num_sites);
   if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
       pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
-      pack.zone_field_units == nullptr || pack.zone_force_scale == nullptr)
+      pack.zone_field_units == nullptr)
     return false;
-  for (uint32_t site = 0; site < pack.num_sites; ++site) {
-    const double scale = pack.zone_force_scale[site];
-    if (!(scale >= 1 / kLargestEnergy && scale <= kLargestEnergy)) return false;
-  }
   uint64_t first_element = 0;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
     if (nodes[i].first_element != first_element || !is_node(pack, nodes[i], i, num_entries)) return false;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "runtime/src/linear/linear_blend.hpp"
+#include "runtime/src/linear/linear_point.hpp"
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/response/error_estimate.hpp"
@@ -65,8 +66,10 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
           std::max(largest, pack.mean_surface_edge * length(tissue.displacements + size_t{3} * (count + c)));
   }
   double load = 0;
-  for (uint32_t c = 0; c < count; ++c)
-    load = std::max(load, length(set.force + size_t{3} * c) / pack.zone_force_scale[set.sites[c]]);
+  for (uint32_t c = 0; c < count && count > 1; ++c) {
+    const double scale = pack.max_displacement * patch_stiffness_norm(pack, set.sites[c]);
+    load = std::max(load, length(set.force + size_t{3} * c) / scale);
+  }
   bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
                      set.num_fixed == 0 && !is_turned;
   bool are_at_sites = true;

@@ -4,25 +4,20 @@
 
 #include <algorithm>
 
+#include "runtime/src/linear/linear_point.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/polynomial/polynomial_dd.hpp"
 
 namespace palpate {
 namespace {
 
-// |K|: linear_dd sums the nodal forces on the patch; without linear_dd, K is the Hessian of the polynomial
-// energy.
+// |K| of linear_dd, or the Hessian of the polynomial energy.
 double rest_stiffness_norm(const pal_pack& pack, uint32_t site) {
+  if (pack.site_forces != nullptr) return patch_stiffness_norm(pack, site);
+  constexpr double kRest[3] = {};
   PolynomialAnswer at_rest = {};
-  if (pack.site_forces != nullptr) {
-    for (uint32_t p = pack.patch_starts[site]; p < pack.patch_starts[site + 1]; ++p) {
-      for (uint32_t i = 0; i < 9; ++i) at_rest.stiffness[i] += pack.site_forces[size_t{9} * p + i];
-    }
-  } else {
-    constexpr double kRest[3] = {};
-    PolynomialFieldState field;
-    evaluate_polynomial(pack, site, kRest, at_rest, field);
-  }
+  PolynomialFieldState field;
+  evaluate_polynomial(pack, site, kRest, at_rest, field);
   double square = 0;
   for (const double entry : at_rest.stiffness) square += entry * entry;
   return sqrt(square);

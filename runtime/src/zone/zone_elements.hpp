@@ -36,8 +36,6 @@ struct ZonePatch {
 struct ZoneLanes {
   const pack::ZoneMaterial* materials[kLanes];
   uint32_t patches[kLanes];  // of ZoneBatches, or kNoPatch
-  uint8_t zones[kLanes];     // a bit for each contact whose zone holds it
-  static_assert(pack::kMostZoneContacts <= 8);
   double stiffness[kLanes];  // times that of the material
   int count;                 // the lanes after them repeat the last one
 };

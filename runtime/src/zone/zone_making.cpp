@@ -17,7 +17,6 @@ namespace {
 // Multiply-adds that take as long as an entry of a matrix that is cleared, or copied to where it and its mirror image stand.
 constexpr uint64_t kOfCleared = 1;
 constexpr uint64_t kOfCopied = 48;
-constexpr uint64_t kOfRow = 300;  // and of a field at a node, from afar
 constexpr uint32_t kColumnsOfStep = 32;
 
 // Room for S, T, the couplings, the tangents and their sensitivities.

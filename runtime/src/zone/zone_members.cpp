@@ -247,9 +247,8 @@ uint32_t patch_of(const pal_pack& pack, const pack::ZoneElement& element, ZoneBa
 }
 
 template <int kNodes>
-bool append_element(const pal_pack& pack, const pack::ZoneElement& element, uint64_t contacts,
-                    const uint32_t* place_of, uint32_t count, ZoneBatches& group,
-                    ZoneBatch<kNodes>* batches) {
+bool append_element(const pal_pack& pack, const pack::ZoneElement& element, const uint32_t* place_of,
+                    uint32_t count, ZoneBatches& group, ZoneBatch<kNodes>* batches) {
   ZoneBatch<kNodes>& batch = batches[count / kLanes];
   int nodes[kNodes];
   for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(place_of[element.nodes[a]] - 1);
@@ -259,7 +258,6 @@ bool append_element(const pal_pack& pack, const pack::ZoneElement& element, uint
   for (int lane = first; lane < kLanes; ++lane) {
     if (!set_zone_element<kNodes>(pack.zone_nodes, pack.zone_materials, element, nodes, patch, lane, batch))
       return false;
-    batch.zones[lane] = static_cast<uint8_t>(contacts);
   }
   for (const auto& point : batch.elements.points) {
     if (patch != pack::kNoPatch) group.patches[patch].volume += point.volume[first];
@@ -285,11 +283,11 @@ bool list_elements(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGr
     set.elements[set.num_elements++] = index;
     const pack::ZoneElement& element = pack.zone_elements[index];
     if (element.num_nodes == 4) {
-      sound = append_element(pack, element, state.element_contacts[index], state.place_of, num_linear++,
-                             group.batches, group.batches.linear);
+      sound =
+          append_element(pack, element, state.place_of, num_linear++, group.batches, group.batches.linear);
     } else if (num_quadratic < state.max_quadratic) {
-      sound = append_element(pack, element, state.element_contacts[index], state.place_of, num_quadratic++,
-                             group.batches, group.batches.quadratic);
+      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches,
+                             group.batches.quadratic);
     } else {
       sound = false;
     }
