@@ -201,15 +201,8 @@ void print_text(const BuildResult& result) {
   fmt::print("\n{}\n", survey_text(surveys));
   if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("{}\n", sets);
   if (const std::string kinds = sets_off_target(result); !kinds.empty()) {
-    const int rings = result.content.zone->rings;
-    fmt::print("Of several contacts nonlinear_zone misses the target of {:.3g} %, p95: {}.\n",
+    fmt::print("Of several contacts nonlinear_zone misses the target of {:.3g} %, p95: {}.\n\n",
                100 * scene.accuracy_target, kinds);
-    if (rings < static_cast<int>(pack::kMostZoneRings))
-      fmt::print(
-          "More rings bring it nearer and take longer frames: zone = true and zone_rings = {} below "
-          "[models].\n",
-          rings + 1);
-    fmt::print("\n");
   }
 }
 
@@ -248,11 +241,12 @@ void print_warnings(const BuildResult& result) {
                file, result.frame_us(), scene.frame_budget_us);
   }
   if (const std::string kinds = sets_better_linear(result); !kinds.empty()) {
-    fmt::print(stderr,
-               "{}: nonlinear_zone is worse than linear_dd for several contacts, p95 displacement error: {}; "
-               "the organ may bend or give way outside of its zones; reduce max_displacement, or set zone = "
-               "false below [models]\n",
-               file, kinds);
+    fmt::print(
+        stderr,
+        "{}: nonlinear_zone is worse than linear_dd for several contacts, p95 displacement error: {}; "
+        "separate zones may not converge on so slender an organ; reduce max_displacement, or set zone = "
+        "false below [models]\n",
+        file, kinds);
   }
   if (!is_measured(result)) {
     fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);

@@ -150,8 +150,10 @@ Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites
           at_rest = session.visual_frame()](const std::vector<LinearContact>& contacts) {
     session.contact_frame({});  // at rest
     std::vector<pal_contact_result> results;
-    for (int frame = 1; frame <= frames; ++frame)
+    for (int frame = 1; frame <= frames; ++frame) {
       results = session.contact_frame(asked_of(contacts, sites, static_cast<double>(frame) / frames));
+      if (results.front().model == PAL_MODEL_ZONE) session.refine();
+    }
     return answer_of(results, session.visual_frame() - at_rest);
   };
 }

@@ -227,7 +227,7 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   std::vector<pal_contact_result> results = contact_frame(on_the_way);
   if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
   contact_frame({});
-  change_ = std::numeric_limits<double>::infinity();
+  change_ = 0;
   constexpr double kStepsPerEdge = 8;
   constexpr int kStepsOfForce = 16;
   constexpr double kStepsPerRadian = 16;
@@ -270,8 +270,10 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   for (const pal_contact_result& result : results)
     farthest = std::max(farthest, Eigen::Vector3d(result.displacement).norm());
   for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
-    if (!is_refined) is_refined = refine() <= kRefined * farthest && frame > 0;
+    const bool has_changed_nothing = is_refined || refine() <= kRefined * farthest;
     results = contact_frame(contacts);
+    is_refined =
+        is_refined || (has_changed_nothing && frame > 0 && (results.front().flags & PAL_FLAG_UNREFINED) == 0);
     still = is_refined && is_in_balance() ? still + 1 : 0;
   }
   for (pal_contact_result& result : results) {

@@ -65,8 +65,8 @@ class ModelUnitSession {
   // Repeats frames from rest until an iterative model converges.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
-  // An iteration of the refining lane. Returns by how much the last one changed displacements: length unit. Infinite if
-  // it failed, or there was none since rest.
+  // An iteration of the refining lane, if one is due. Returns by how much the last one since settle() began changed
+  // displacements: length unit. Infinite if it failed; 0: there was none.
   double refine();
 
  private:

@@ -17,7 +17,7 @@ struct Compliance {
   std::optional<CompressedCompliance> compressed;
 };
 
-// Computes compliance and exterior of the planned zones.
+// Computes the compliance of the planned zones.
 void compute_zone(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                   ZoneTables& zone);
 

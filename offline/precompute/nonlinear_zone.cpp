@@ -50,15 +50,6 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
   return {elements.begin(), elements.end()};
 }
 
-std::vector<int> ZoneFinder::nodes_of(const std::vector<int>& elements) const {
-  std::set<int> nodes;
-  for (const int e : elements) {
-    const auto of_element = model_->elements[static_cast<size_t>(e)].nodes();
-    nodes.insert(of_element.begin(), of_element.end());
-  }
-  return {nodes.begin(), nodes.end()};
-}
-
 ZoneTables find_zones(const Scene& scene, const Model& model, const ContactSites& sites, int rings) {
   const ZoneFinder finder(model);
   const auto num_nodes = static_cast<size_t>(model.num_nodes());

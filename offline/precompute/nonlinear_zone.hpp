@@ -40,7 +40,6 @@ class ZoneFinder {
   explicit ZoneFinder(const Model& model);
   // Ascending. Thread-safe.
   std::vector<int> elements_about(const ContactSite& site, int rings) const;
-  std::vector<int> nodes_of(const std::vector<int>& elements) const;
   const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
 
  private:

@@ -14,8 +14,7 @@
 namespace palpate {
 
 // A model of a pack as a session evaluates it. `carried`: the reported pack carries the model; otherwise
-// another setting. Zones with several contacts and fewer rings may come from a pack with exactly this number
-// of rings; a note then says so.
+// another setting.
 struct ComparedMethod : MethodName {
   const OpenedPack* pack = nullptr;
   pal_model model = PAL_MODEL_LINEAR;

@@ -201,8 +201,7 @@ Group contact_cases() {
       "solve, too. Estimates "
       "of zones are those of surveyed sets of two and three contacts whose patches share no node; of more "
       "of them, of patches that share "
-      "nodes, and of the linear model errors are not known, and zones flag loads that their outside "
-      "was not made for.",
+      "nodes, and of the linear model errors are not known.",
       {}};
   const auto add = [&](const std::string& name, const std::string& hard, auto run,
                        const std::string& limit = "") {
@@ -231,9 +230,6 @@ Group contact_cases() {
     return ask_all(organ, {push(at(organ, 0.4, 0.4), in), push(at(organ, 0.6, 0.4), in),
                            push(at(organ, 0.4, 0.6), in), push(at(organ, 0.6, 0.6), in)});
   });
-  const std::string against =
-      "contacts that are moved against each other by an edge strain what is between them by two and more, "
-      "where there may be no way on; the organ outside of their zone answers to second or third order";
   const auto askew = [](double size) {
     const Organ& organ = cluster();
     return std::vector<pal_contact>{push(at(organ, 0.4, 0.4), size * Eigen::Vector3d(0.05, 0, -0.1)),

@@ -56,7 +56,6 @@ class LiveOrgan {
   }
   void move_without_solving(double part) {
     Eigen::VectorXd change = Eigen::VectorXd::Zero(u_.size());
-    part_ = part;
     for (const pal_contact& contact : contacts_) {
       for (const int node : organ_.block.sites.sites[contact.site].patch_nodes)
         change.segment<3>(3 * node) = rest_.segment<3>(3 * node) +
@@ -85,7 +84,6 @@ class LiveOrgan {
           advance_iteration(of_.outside(), of_.exterior, slice, of_.scratch, &acceleration_, state_, spent);
     } while (progress == Progress::goes_on);
     if (progress == Progress::failed) return false;
-    part_of_iteration_ = part_;
     for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {
       for (int axis = 0; axis < 3; ++axis)
         u_[dof(i, axis)] = state_.displacement[3 * i + static_cast<uint32_t>(axis)];
@@ -127,7 +125,6 @@ class LiveOrgan {
     return elements;
   }
 
-  uint32_t num_axes() const { return 3 * static_cast<uint32_t>(contacts_.size()); }
   Eigen::Index dof(uint32_t node, int axis) const { return 3 * of_.tree.nodes[node] + axis; }
 
   // Nodes of the zone that no contact holds.
@@ -212,8 +209,6 @@ class LiveOrgan {
   CondensedOrgan of_;
   ExteriorState state_;
   Acceleration acceleration_;
-  double part_ = 0;               // of the contacts' displacements, now
-  double part_of_iteration_ = 0;  // and at the exterior's last iteration
   Memory memory_;
   Model zone_model_;
   std::optional<Assembly> zone_;

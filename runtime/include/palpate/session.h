@@ -102,9 +102,10 @@ typedef struct pal_inclusion {
   double stiffness; /* relative to the pack's tissue: 0.01 .. 100 */
 } pal_inclusion;
 
-/* Places or moves the inclusion, from the next frame on. NULL removes it. It acts in nonlinear zones that it reaches, where
- * its error is not estimated (docs/response_models.md), and after an iteration of a session that refines wherever it is. Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the
- * session has no nonlinear_zone. Real-time safe: yes. */
+/* Places or moves the inclusion, from the next frame on. NULL removes it. It acts in the nonlinear zone at once, and
+ * wherever it is after an iteration of pal_session_refine. Until then its error is not estimated
+ * (docs/response_models.md). Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the session has no
+ * nonlinear_zone. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_inclusion(pal_session* session,
                                                            const pal_inclusion* inclusion) PAL_NOEXCEPT;
 

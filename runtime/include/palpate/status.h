@@ -90,7 +90,7 @@ enum {
    * is played and fades to zero over ramp_seconds; the stiffness is 0. */
   PAL_FLAG_HELD = 1 << 15,
   /* No iteration of pal_session_refine for these contacts and this inclusion has ended yet, or the last one failed. The
-   * error estimates are those of the pack's survey. */
+   * error estimates are those of the pack's survey, or 1 where an earlier iteration was taken. */
   PAL_FLAG_UNREFINED = 1 << 16
 };
 

@@ -112,7 +112,13 @@ bool are_of_zone(const pal_pack& pack, const OrganView& organ) {
     if (organ.of_zone_node[i] >= organ.num_nodes) return false;
     const pack::ZoneNode& one = pack.zone_nodes[i];
     const pack::ZoneNode& other = organ.nodes[organ.of_zone_node[i]];
-    if (one.packed_node != other.packed_node || one.free_axes != other.free_axes) return false;
+    if (one.packed_node != other.packed_node || one.free_axes != other.free_axes ||
+        one.num_elements + one.num_outside != other.num_elements)
+      return false;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (one.position[axis] != other.position[axis] || one.displacement[axis] != other.displacement[axis])
+        return false;
+    }
   }
   for (uint32_t e = 0; e < pack.num_zone_elements; ++e) {
     if (organ.of_zone_element[e] >= organ.num_elements) return false;

@@ -38,7 +38,7 @@ struct SurveyView {
 };
 
 // The organ as a finite element model and the tree of its elimination; Organ in schemas/pack.fbs. `nodes` is null
-// in a pack without it. The materials are pal_pack::zone_materials.
+// in a pack without zones. The materials are pal_pack::zone_materials.
 struct OrganView {
   uint32_t num_nodes;
   uint32_t num_free;

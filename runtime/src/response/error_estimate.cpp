@@ -106,8 +106,10 @@ void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t coun
   const double displacement_error =
       std::max(survey.set_displacement_bound * load, survey.set_displacement_reach_bound * reach);
   const double force_error = std::max(survey.set_force_bound * load, survey.set_force_reach_bound * reach);
+  const ZoneCorrection& correction = tissue.zone.active.correction;
+  const bool is_refined = correction.is_refined && isfinite(correction.change);
   for (uint32_t c = 0; c < count; ++c) {
-    if (displacement_error >= kUnknownError) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
+    if (displacement_error >= kUnknownError && !is_refined) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
     of_set.flags |= results[c].flags;
   }
   estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,

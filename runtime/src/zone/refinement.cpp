@@ -34,6 +34,8 @@ bool begin_own(const pal_pack& pack, const EliminationKernel& kernel, Refinement
   for (uint32_t e = 0; e < request.num_elements; ++e) of.is_zone_element[request.elements[e]] = 1;
   leave_out(pack.organ, of.elements, of.is_zone_element, of.left_out);
   const Exterior exterior = exterior_of(pack, kernel, of, false);
+  of.failures = 0;
+  of.largest_energy = of.unbalanced = 0;
   rest_exterior(exterior, of.exterior);  // also the pressures of shared volumes, which the factor reads
   restart_acceleration(of.acceleration);
   return begin_condensation(exterior, &of.whole, of.scratch, of.own);
@@ -61,6 +63,7 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
 // numbers are not finite, as of a damaged pack. The field stays that of the iteration.
 bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite) {
   constexpr double kMostUnbalanced = 0.1;
+  constexpr double kRounding = 1e-6;  // near rest all that is stored may be unbalanced
   const ZoneRequest& request = of.mailbox.request;
   ZoneDelivery& delivery = of.mailbox.delivery;
   const uint32_t stride = of.own.schur_stride;
@@ -78,6 +81,9 @@ bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinem
     for (int axis = 0; axis < 3; ++axis) unbalanced += 0.5 * below[axis] * below[axis];
   }
   delivery.energy = of.exterior.energy - unbalanced;
+  const bool has_fallen = unbalanced < 0.5 * of.unbalanced;
+  of.unbalanced = unbalanced;
+  if (has_fallen) of.failures = 0;
   double sum = 0;
   for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
     const double force = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3];
@@ -86,7 +92,8 @@ bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinem
     sum += delivery.outside[i];
   }
   is_finite = isfinite(sum) && isfinite(delivery.energy);
-  return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy;
+  const double rounding = kRounding * (fabs(of.exterior.rest_energy) + of.largest_energy);
+  return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy + rounding;
 }
 
 void write_field(const pal_pack& pack, const Refinement& of) {
@@ -209,12 +216,12 @@ Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t o
   if (progress == Progress::goes_on) return Refined::works;
   bool is_finite = true;
   const bool is_good = progress == Progress::ended && find_outside(pack, kernel, refinement, is_finite);
-  constexpr uint32_t kMostFailures = 8;
   refinement.failures = is_good ? 0 : refinement.failures + 1;
   // Begins anew at rest, also as such numbers stay in no state.
-  if (!is_finite || refinement.failures > kMostFailures) refinement.set = refinement.failures = 0;
+  if (!is_finite || refinement.failures >= kMostFailures) refinement.set = refinement.failures = 0;
   if (is_good) {
     write_field(pack, refinement);
+    refinement.largest_energy = std::max(refinement.largest_energy, refinement.exterior.energy);
     refinement.mailbox.delivery.change = find_change(pack, refinement);
     ++refinement.iterations;
   }

@@ -34,7 +34,9 @@ struct Refinement {
   bool has_whole;
   uint32_t inclusion;              // version that `elements` have
   uint64_t set;                    // that `own` is of; 0: none
-  uint32_t failures;               // iterations in a row that were not good
+  double unbalanced;               // D of the last iteration
+  uint32_t failures;               // iterations in a row that were not good and did not halve it
+  double largest_energy;           // of the exterior in the good ones
   double followed[kMostZoneAxes];  // of the last request
   uint64_t iterations;
 };

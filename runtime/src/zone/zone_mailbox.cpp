@@ -71,7 +71,6 @@ bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
 
 // Back to first order where the correction is from far away, or the lane finds no way on.
 void drop_if_useless(const pal_pack& pack, ZoneState& state) {
-  constexpr uint32_t kMostFailures = 8;
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
   const ZoneFrame frame = {pack, state, set, 0};
@@ -122,24 +121,8 @@ void list_forces(const pal_pack& pack, ZoneState& state, ZoneRequest& request) {
   }
 }
 
-}  // namespace
-
-void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, ZoneMailbox& mailbox) {
-  mailbox = {};
-  ZoneRequest& request = mailbox.request;
-  request.nodes = arena.take<uint32_t>(state.max_nodes);
-  request.displacement = arena.take<double>(size_t{3} * state.max_nodes);
-  request.elements = arena.take<uint32_t>(state.max_elements);
-  request.boundary = arena.take<uint32_t>(state.max_boundary);
-  request.outside = arena.take<double>(size_t{3} * state.max_boundary);
-  mailbox.delivery.outside = arena.take<double>(size_t{3} * state.max_boundary);
-  for (pal_real*& field : mailbox.fields)
-    field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
-}
-
-Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
+Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
   ZoneSet& set = state.active;
-  drop_if_useless(pack, state);
   if (!is_in(mailbox, MailboxState::delivered)) return Taken::none;
   pass_on(mailbox, MailboxState::idle);
   const ZoneRequest& request = mailbox.request;
@@ -165,6 +148,27 @@ Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   memcpy(correction.traction_then, correction.traction_posted,
          size_t{3} * set.num_nodes * sizeof *set.traction);
   return Taken::taken;
+}
+
+}  // namespace
+
+void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, ZoneMailbox& mailbox) {
+  mailbox = {};
+  ZoneRequest& request = mailbox.request;
+  request.nodes = arena.take<uint32_t>(state.max_nodes);
+  request.displacement = arena.take<double>(size_t{3} * state.max_nodes);
+  request.elements = arena.take<uint32_t>(state.max_elements);
+  request.boundary = arena.take<uint32_t>(state.max_boundary);
+  request.outside = arena.take<double>(size_t{3} * state.max_boundary);
+  mailbox.delivery.outside = arena.take<double>(size_t{3} * state.max_boundary);
+  for (pal_real*& field : mailbox.fields)
+    field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
+}
+
+Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
+  const Taken taken = read_delivery(pack, mailbox, state);
+  drop_if_useless(pack, state);
+  return taken;
 }
 
 void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {

@@ -19,6 +19,9 @@
 
 namespace palpate {
 
+// Iterations in a row that are not good: frames then go back to first order, and the lane begins anew at rest.
+inline constexpr uint32_t kMostFailures = 8;
+
 enum class MailboxState : uint32_t { idle, requested, delivered };
 
 // Where a zone has got to. Nodes and elements are those of the organ (OrganView).
