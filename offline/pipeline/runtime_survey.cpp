@@ -67,7 +67,8 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
     SetAnswer& said = survey.answers[i];
     said.kind = solved.sets[i].kind;
     said.is_solved = truth.solved;
-    said.is_flagged = (answer.flags & ~std::uint32_t{PAL_FLAG_UNREFINED}) != 0;
+    const std::uint32_t expected = refines ? 0 : PAL_FLAG_UNREFINED;
+    said.is_flagged = (answer.flags & ~expected) != 0;
     said.reach = reach_of(opened, truth);
     if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
     if (!truth.solved) return;

@@ -147,7 +147,7 @@ TEST_F(SetEstimate, FlagsSetsOfWhichNothingIsKnown) {
       const AlignedBytes bytes = surveyed_pack(over_load, over_reach);
       const OpenPack pack(bytes);
       for (const pal_contact_result& result : settled(pack, PAL_MODEL_ZONE, contacts)) {
-        EXPECT_EQ(result.flags & PAL_FLAG_EXTRAPOLATED, part > 1 ? uint32_t{PAL_FLAG_EXTRAPOLATED} : 0U);
+        EXPECT_EQ(flags_of(result), part > 1 ? uint32_t{PAL_FLAG_EXTRAPOLATED} : 0U);
         EXPECT_EQ(result.force_error < 1, part < 1);
         EXPECT_NEAR(result.displacement_error, std::min(1.0, part), 1e-9);
       }

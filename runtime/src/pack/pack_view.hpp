@@ -22,8 +22,8 @@ struct ErrorBinView {
 };
 
 inline constexpr uint32_t kNumModels = 5;  // response models of the schema that this library knows
-inline constexpr uint32_t kUnrefinedZone =
-    4;  // nonlinear_zone before the refining lane has corrected its exterior
+// The survey of nonlinear_zone before the refining lane has corrected its exterior.
+inline constexpr uint32_t kUnrefinedZone = 4;
 
 struct SurveyView {
   uint32_t num_bins;  // 0: no survey of this model

@@ -81,8 +81,8 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Tractions and forces of where the group has got to, and what it stores. Before the step the
-// residual was so large; 0: too small for what is left of it to tell of the tangent.
+// Finds the group's tractions, forces and stored energy at its current displacements. `residual_before`: the squared
+// residual before the step; 0: too small to judge the tangent by.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);

@@ -58,9 +58,11 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
 //
 //   g + S m,   E + m . (g + S m / 2) - D,   D = r_O . K_OO^-1 r_O / 2
 //
-// D is the energy that the exterior has to give up to equilibrium. Returns false where it is more than kMostUnbalanced of
-// what is stored, as where a stiff part of the organ turns: such an answer is worse than one to first order. Also where
-// numbers are not finite, as of a damaged pack. The field stays that of the iteration.
+// D is the energy that the exterior still gives up on its way to equilibrium. Returns false in two cases:
+//   - D is more than kMostUnbalanced of the stored energy, as where a stiff part of the organ turns. Such an answer is
+//     worse than one to first order.
+//   - Numbers are not finite, as in a damaged pack.
+// The field stays that of the iteration.
 bool find_outside(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite) {
   constexpr double kMostUnbalanced = 0.1;
   constexpr double kRounding = 1e-6;  // near rest all that is stored may be unbalanced

@@ -226,7 +226,7 @@ bool fill_stiffness(const pal_pack& pack, uint64_t operations, ZoneState& state,
   return true;
 }
 
-// S from T and what elimination has left of K_V.
+// S = T - S_int, with S_int from the elimination of K_V.
 bool take_exterior(uint64_t operations, ZoneState& state, const ZoneGroup& group, uint64_t& spent) {
   const uint32_t size = 3 * group.num_boundary;
   const size_t stride = group.boundary_stride;

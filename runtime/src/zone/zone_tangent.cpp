@@ -20,8 +20,10 @@ constexpr double kShifts[] = {0.0, 0.1, 1.0};
 constexpr uint32_t kNumShifts = 3;
 constexpr uint64_t kLeastSlice = 20000;  // multiply-adds
 
-// Assembly goes part after part: the organ outside, some columns each; batches of elements, one after the other or, where
-// they share volumes, all in one; and what is done to the whole of it.
+// Assembly has these parts:
+//   - S of the exterior, some columns a part,
+//   - the elements, a batch a part; elements that share volumes are one part,
+//   - fixed axes, unit pivots and the shift, in one part.
 constexpr uint32_t kColumnsOfPart = 32;
 
 uint32_t num_column_parts(const ZoneGroup& group) {
