@@ -92,27 +92,6 @@ const SetSurvey* sets_of(const BuildResult& result, SurveyedModel model) {
   return nullptr;
 }
 
-// Lists the kinds of contact sets where nonlinear_zone misses the target and linear_dd has a clearly smaller
-// error. Both p95 follow: "2 near (300 %, linear_dd 20 %)".
-std::string sets_better_linear(const BuildResult& result) {
-  constexpr double kClearly = 1.2;
-  const SetSurvey* linear = sets_of(result, SurveyedModel::linear_dd);
-  const SetSurvey* zone = sets_of(result, SurveyedModel::nonlinear_zone);
-  std::string kinds;
-  if (linear == nullptr || zone == nullptr) return kinds;
-  for (const SetKindErrors& of_linear : linear->kinds) {
-    for (const SetKindErrors& of_zone : zone->kinds) {
-      const double by_zone = of_zone.displacement.p95;
-      const double by_linear = of_linear.displacement.p95;
-      if (of_zone.kind != of_linear.kind) continue;
-      if (by_zone <= std::max(result.content.scene.accuracy_target, kClearly * by_linear)) continue;
-      kinds += fmt::format("{}{} ({:.3g} %, linear_dd {:.3g} %)", kinds.empty() ? "" : ", ",
-                           words_for(of_zone.kind), 100 * by_zone, 100 * by_linear);
-    }
-  }
-  return kinds;
-}
-
 // Lists the kinds of contact sets where nonlinear_zone misses the target: "2 near (2.3 %), 3 apart (1.2 %)".
 std::string sets_off_target(const BuildResult& result) {
   const SetSurvey* zone = sets_of(result, SurveyedModel::nonlinear_zone);
@@ -239,14 +218,6 @@ void print_warnings(const BuildResult& result) {
                "{}: a haptic frame takes {:.3g} us here, above the budget of {:g} us; reduce max_contacts, "
                "tip_radius or zone_rings, or raise [budget] frame_us\n",
                file, result.frame_us(), scene.frame_budget_us);
-  }
-  if (const std::string kinds = sets_better_linear(result); !kinds.empty()) {
-    fmt::print(
-        stderr,
-        "{}: nonlinear_zone is worse than linear_dd for several contacts, p95 displacement error: {}; "
-        "separate zones may not converge on so slender an organ; reduce max_displacement, or set zone = "
-        "false below [models]\n",
-        file, kinds);
   }
   if (!is_measured(result)) {
     fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -28,6 +29,7 @@ struct ValidateArguments {
   std::filesystem::path pack;
   int samples = 128;
   std::optional<int> sets;
+  int paths = 16;
   std::int64_t seed = 1;
   int jobs = 1;
   bool json = false;
@@ -96,6 +98,25 @@ void print_validated(const std::vector<SurveyValidation>& models) {
   }
 }
 
+// Moves to at most `paths` of the truths, evenly chosen.
+std::vector<MotionErrors> validate_motions(const OpenedPack& opened, const std::vector<ContactTruth>& all,
+                                           int paths, int jobs) {
+  constexpr double kSpeeds[] = {0.02, 0.05, 0.1, 0.2};  // m/s
+  constexpr int kLags[] = {10, 30};                     // ms
+  std::vector<ContactTruth> truths;
+  const size_t count = std::min(all.size(), static_cast<size_t>(paths));
+  for (size_t i = 0; i < count; ++i) truths.push_back(all[i * all.size() / count]);
+  const auto solved =
+      std::find_if(truths.begin(), truths.end(), [](const ContactTruth& truth) { return truth.solved; });
+  if (opened.tables().nonlinear_zone() == nullptr || solved == truths.end()) return {};
+  std::vector<Motion> motions;
+  for (const int lag : {measure_lag(opened, *solved), kLags[0], kLags[1]}) {
+    for (const double speed : kSpeeds) motions.push_back({speed, lag});
+  }
+  ProgressBar bar("errors in motion", static_cast<int>(truths.size() * motions.size()));
+  return survey_motions(opened, truths, motions, jobs, [&](int done, int) { bar.show(done); });
+}
+
 int run_validate(const ValidateArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const OpenedPack opened(arguments.pack);
@@ -137,6 +158,10 @@ int run_validate(const ValidateArguments& arguments) {
   const std::vector<SurveyValidation> models =
       judge_pack(opened, samples, organ.scene.max_displacement, arguments.jobs, sets);
   const bool agrees = all_agree(models);
+  std::vector<MotionErrors> motions =
+      validate_motions(opened, truths_of(samples), arguments.paths, arguments.jobs);
+  std::ranges::copy(validate_motions(opened, sets.truths, arguments.paths, arguments.jobs),
+                    std::back_inserter(motions));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (arguments.json) {
     nlohmann::json by_model = nlohmann::json::object();
@@ -148,6 +173,7 @@ int run_validate(const ValidateArguments& arguments) {
                                   {"seconds", seconds},
                                   {"pushes_without_equilibrium", unsolved},
                                   {"models", by_model},
+                                  {"motion", motion_json(motions)},
                                   {"agrees", agrees}}));
   } else {
     const std::string several =
@@ -155,6 +181,7 @@ int run_validate(const ValidateArguments& arguments) {
     fmt::print("solved {} pushes{} at random sites, seed {}, in {:.1f} s\n\n", arguments.samples, several,
                arguments.seed, seconds);
     print_validated(models);
+    if (!motions.empty()) fmt::print("\n{}", motion_text(motions));
   }
   if (unsolved > 0) {
     fmt::print(stderr, "{}: {} of {} pushes reached no equilibrium and count as errors of 100 %\n",
@@ -176,6 +203,9 @@ void add_validate_command(CLI::App& app, int& exit_code) {
       "that were so, worse would be seen once in a hundred times. Sets of several contacts are judged alike, "
       "each beside\n"
       "the pack's p95 of its kind. Exit code 2 where one does not.\n\n"
+      "In motion, the contacts of a nonlinear zone come straight from rest at 20, 50, 100 and 200 mm/s. The\n"
+      "errors are those of the frame that reaches a push, with the lag of this machine's refining lane, and\n"
+      "with lags of 10 and 30 ms. They are shown, not judged.\n\n"
       "Example: palpate validate brain.pack --samples 200 --seed 7");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   command
@@ -187,6 +217,12 @@ void add_validate_command(CLI::App& app, int& exit_code) {
       ->add_option("--sets", arguments->sets,
                    "Sets of several contacts, where the pack says how wrong it is of such; default 48, as "
                    "many of each kind")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000000));
+  command
+      ->add_option("--paths", arguments->paths,
+                   "Pushes, and as many sets, whose errors are measured in motion too, where the pack has "
+                   "nonlinear zones; default 16")
       ->type_name("N")
       ->check(CLI::Range(0, 1000000));
   command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")

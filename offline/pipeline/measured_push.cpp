@@ -11,8 +11,24 @@
 namespace palpate {
 namespace {
 
-std::vector<pal_contact> asked_of(const std::vector<LinearContact>& contacts,
-                                  const std::vector<std::uint32_t>& sites, double part) {
+// Groups the truths by the site of their first contact: a session then prepares one zone for all pushes of a site.
+std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths) {
+  std::map<size_t, std::vector<size_t>> groups;
+  for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);
+  std::vector<std::vector<size_t>> listed;
+  for (auto& [site, group] : groups) listed.push_back(std::move(group));
+  return listed;
+}
+
+void keep_largest(std::vector<double>& largest, const std::vector<double>& other) {
+  largest.resize(std::max(largest.size(), other.size()), 0.0);
+  for (size_t i = 0; i < other.size(); ++i) largest[i] = std::max(largest[i], other[i]);
+}
+
+}  // namespace
+
+std::vector<pal_contact> contacts_at(const std::vector<LinearContact>& contacts,
+                                     const std::vector<std::uint32_t>& sites, double part) {
   std::vector<pal_contact> asked;
   for (const LinearContact& contact : contacts) {
     const Eigen::Vector3d d = part * contact.displacement;
@@ -32,22 +48,6 @@ MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eig
   answer.field = field;
   return answer;
 }
-
-// Groups the truths by the site of their first contact: a session then prepares one zone for all pushes of a site.
-std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths) {
-  std::map<size_t, std::vector<size_t>> groups;
-  for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);
-  std::vector<std::vector<size_t>> listed;
-  for (auto& [site, group] : groups) listed.push_back(std::move(group));
-  return listed;
-}
-
-void keep_largest(std::vector<double>& largest, const std::vector<double>& other) {
-  largest.resize(std::max(largest.size(), other.size()), 0.0);
-  for (size_t i = 0; i < other.size(); ++i) largest[i] = std::max(largest[i], other[i]);
-}
-
-}  // namespace
 
 std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples) {
   std::vector<ContactTruth> truths;
@@ -130,7 +130,7 @@ std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths
 Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> sites) {
   return [&session, sites = std::move(sites),
           at_rest = session.visual_frame()](const std::vector<LinearContact>& contacts) {
-    const std::vector<pal_contact_result> results = session.settle(asked_of(contacts, sites, 1));
+    const std::vector<pal_contact_result> results = session.settle(contacts_at(contacts, sites, 1));
     return answer_of(results, session.visual_frame() - at_rest);
   };
 }
@@ -151,7 +151,7 @@ Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites
     session.contact_frame({});  // at rest
     std::vector<pal_contact_result> results;
     for (int frame = 1; frame <= frames; ++frame) {
-      results = session.contact_frame(asked_of(contacts, sites, static_cast<double>(frame) / frames));
+      results = session.contact_frame(contacts_at(contacts, sites, static_cast<double>(frame) / frames));
       if (results.front().model == PAL_MODEL_ZONE) session.refine();
     }
     return answer_of(results, session.visual_frame() - at_rest);

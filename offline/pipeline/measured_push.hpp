@@ -34,6 +34,13 @@ struct MeasuredPush {
   double force_estimate = 0;
 };
 
+// The runtime's contacts at `part` of their displacements. `sites`: the pack's site for each site of a contact.
+std::vector<pal_contact> contacts_at(const std::vector<LinearContact>& contacts,
+                                     const std::vector<std::uint32_t>& sites, double part);
+
+// `field`: from rest, 3 packed nodes.
+MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eigen::VectorXd& field);
+
 // Pushes with one contact.
 std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples);
 

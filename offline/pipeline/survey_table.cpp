@@ -146,6 +146,43 @@ nlohmann::json survey_json(const std::vector<ModelErrors>& surveys) {
   return json;
 }
 
+std::string motion_text(const std::vector<MotionErrors>& rows) {
+  if (rows.empty()) return "";
+  std::string text =
+      "                                     displacement error, %        force error, %\n"
+      "  in motion      contacts   lag frames    median      p95      max     median      p95      max     "
+      "jump  "
+      "unreliable\n";
+  for (const MotionErrors& row : rows) {
+    text += fmt::format(
+        "  {:>4.0f} mm/s      {:>8} {:>2} ms {:>6}  {:8.4f} {:8.4f} {:8.4f}   {:8.4f} {:8.4f} {:8.4f} "
+        "{:8.4f} "
+        "{:>11}\n",
+        1e3 * row.motion.speed, row.contacts, row.motion.lag, row.frames, 100 * row.displacement.median,
+        100 * row.displacement.p95, 100 * row.displacement.max, 100 * row.force.median, 100 * row.force.p95,
+        100 * row.force.max, 100 * row.largest_jump, row.flagged);
+  }
+  return text;
+}
+
+nlohmann::json motion_json(const std::vector<MotionErrors>& rows) {
+  nlohmann::json list = nlohmann::json::array();
+  const auto figures = [](const ErrorFigures& of) {
+    return nlohmann::json{{"median", of.median}, {"p95", of.p95}, {"max", of.max}};
+  };
+  for (const MotionErrors& row : rows) {
+    list.push_back({{"speed_mm_s", 1e3 * row.motion.speed},
+                    {"lag_ms", row.motion.lag},
+                    {"contacts", row.contacts},
+                    {"frames", row.frames},
+                    {"unreliable", row.flagged},
+                    {"displacement", figures(row.displacement)},
+                    {"force", figures(row.force)},
+                    {"largest_jump", row.largest_jump}});
+  }
+  return list;
+}
+
 nlohmann::json compliance_json(const pack::Pack& tables) {
   if (tables.linear_dd() == nullptr) return nullptr;
   const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed();

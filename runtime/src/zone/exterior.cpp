@@ -26,14 +26,19 @@ void follow_pressures_of(const ZoneBatches& batches) {
     batches.patches[p].followed = batches.patches[p].pressure;
 }
 
-void begin_evaluation(const Exterior& exterior, Acceleration* acceleration, ExteriorState& state) {
-  const size_t size = num_values(exterior);
-  for (size_t i = 0; i < size; ++i) state.next[i] = state.displacement[i] + state.part * state.next[i];
-  if (acceleration != nullptr && state.part == 1) accelerate(state.displacement, state.next, *acceleration);
-  for (size_t i = 0; i < size; ++i) state.next_forces[i] = -state.rest_force[i];
+// Phase::evaluate at `next`.
+void evaluate_next(const Exterior& exterior, ExteriorState& state) {
+  for (size_t i = 0; i < num_values(exterior); ++i) state.next_forces[i] = -state.rest_force[i];
   state.strain = {0, static_cast<double>(INFINITY)};
   state.phase = Phase::evaluate;
   state.front = 0;
+}
+
+void end_extension(const Exterior& exterior, Acceleration* acceleration, ExteriorState& state) {
+  for (size_t i = 0; i < num_values(exterior); ++i)
+    state.next[i] = state.displacement[i] + state.part * state.next[i];
+  if (acceleration != nullptr && state.part == 1) accelerate(state.displacement, state.next, *acceleration);
+  evaluate_next(exterior, state);
 }
 
 // Subtracts the work of the rest forces; forces on fixed axes are the supports'. Returns false where the tissue is
@@ -113,6 +118,11 @@ void begin_iteration(const Exterior& exterior, const Condensation& condensation,
   state.front = 0;
 }
 
+void begin_evaluation(const Exterior& exterior, ExteriorState& state) {
+  memcpy(state.next, state.displacement, num_values(exterior) * sizeof *state.next);
+  evaluate_next(exterior, state);
+}
+
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
                            CondensationScratch& scratch, Acceleration* acceleration, ExteriorState& state,
                            uint64_t& spent) {
@@ -122,7 +132,7 @@ Progress advance_iteration(const Exterior& exterior, const Condensation& condens
     if (state.front == num_fronts) {
       switch (state.phase) {
         case Phase::extend:
-          begin_evaluation(exterior, acceleration, state);
+          end_extension(exterior, acceleration, state);
           break;
         case Phase::evaluate:
           if (!end_evaluation(exterior, state)) {

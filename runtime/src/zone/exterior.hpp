@@ -9,7 +9,7 @@
 //
 // With the forces P of the zone's own elements, the zone is then in equilibrium at u' where P_B(u') + g + S (u'_B - u_B)
 // vanishes. That is Newton's method for the whole organ with an old tangent outside of the zone. The fixed point, r_O = 0
-// and P_B + r_B = 0, is the solution of the whole organ, whatever K is; K decides how fast the iterations converge (acceleration.hpp).
+// and P_B + r_B = 0, is the solution of the whole organ, whatever K is; K decides how fast the iterations converge.
 //
 // Source: Gendre, Allix, Gosselet and Comte 2009, Comput. Mech. 44 (iterative global-local coupling).
 #pragma once
@@ -44,9 +44,13 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state);
 void begin_iteration(const Exterior& exterior, const Condensation& condensation, const double* zone,
                      ExteriorState& state);
 
+// Begins an iteration without an extension: evaluates and condenses where the exterior is, as with a new condensation.
+void begin_evaluation(const Exterior& exterior, ExteriorState& state);
+
 // Advances the iteration for about so many multiply-adds and adds the work to `spent`. The same bits for any slices. Fails
 // where an element outside would be inverted or nearly so: the state is then as before the iteration, the
-// acceleration restarts, and the next iteration goes half as far. Iterations that succeed double that part up to 1. No condensation may advance during an iteration: both read the pressures of shared volumes.
+// acceleration restarts, and the next iteration goes half as far. Iterations that succeed double that part up to 1. No
+// condensation may advance during an iteration: both read the pressures of shared volumes.
 // `acceleration`: mixes the whole of u, the zone's nodes too, where the zone's next solution starts; or null. Restart it
 // where contacts have moved.
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,

@@ -16,12 +16,10 @@ namespace {
 
 // What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
 constexpr double kConverged = 1e-4;
-// As kConverged, of what other groups have moved the boundary by in this frame; felt there is of a move, where no
-// node is shared, some part.
+// As kConverged, of what other groups have moved since their forces on the group were found. Of their moves it feels some
+// part, as no node is shared.
 constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
-// Of what a round of all groups has changed, the next one changes some part.
-constexpr double kOfChange = 0.3;
 // A frame whose contacts stand still in a refined zone iterates until kConverged and kMostUncoupled times this are reached,
 // if its iterations suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
@@ -81,14 +79,14 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   return sum;
 }
 
-// Finds the group's tractions, forces and stored energy at its current displacements. `residual_before`: the squared
+// Finds the group's forces and stored energy at its current displacements. `residual_before`: the squared
 // residual before the step; 0: too small to judge the tangent by.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
-  find_traction(frame, group);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
+  if (frame.set.num_groups > 1 && group.couplings == nullptr) find_traction(frame, group, false);
 }
 
 // On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
@@ -138,7 +136,6 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
       conclude(frame, 0, group);
     } else {
       find_residual(frame, group);
-      find_traction(frame, group);
     }
   }
 }
@@ -180,18 +177,11 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     }
     group.is_back = false;
     move_contacts(frame, group, displacements);
-  }
-  for (uint32_t g = 0; g < set.num_groups && set.num_groups > 1; ++g) {
-    ZoneGroup& group = set.groups[g];
-    expect_coupling(frame, group);
-    find_residual(frame, group);
-    find_traction(frame, group);
+    if (set.num_groups > 1 && group.couplings == nullptr) find_traction(frame, group, false);
   }
   bool failed[kMostZoneContacts] = {};
   double left[kMostZoneContacts] = {};
-  const auto left_uncoupled = [](const ZoneGroup& group) {
-    return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
-  };
+  const auto left_uncoupled = [](const ZoneGroup& group) { return kOfOthers * group.others_moved; };
   const auto is_settled = [&](const ZoneGroup& group, double part) {
     return left_uncoupled(group) <= part * kMostUncoupled * size;
   };
@@ -209,9 +199,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     for (uint32_t g = 0; g < set.num_groups; ++g) {
       ZoneGroup& group = set.groups[g];
       if (failed[g] || (taken > 0 && is_done(g, goal) && is_settled(group, goal))) continue;
-      const double most_uncoupled = goal * kMostUncoupled * size;
-      if (set.num_groups > 1 && (taken == 0 || left_uncoupled(group) > most_uncoupled))
-        find_coupling(frame, group);
+      find_coupling(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
       const double step = iterate(frame, group, is_renewed[g]);
@@ -255,8 +243,10 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     ZoneGroup& group = set.groups[g];
     answer.energy += group.stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
+    find_traction(frame, group, set.correction.is_refined);
     advance_tangent(frame, group);
   }
+
   state.went_back = state.went_back || goes_any_back;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
@@ -283,12 +273,9 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
     const ZoneGroup& group = set.groups[g];
     for (uint32_t b = 0; b < group.num_boundary; ++b) {
       const uint32_t place = first_boundary(group) + b;
-      for (uint32_t axis = 0; axis < 3; ++axis) {
-        // A refined field has the tractions of its iteration.
-        const double part = set.correction.is_refined ? set.correction.traction_then[3 * place + axis] : 0.0;
+      for (uint32_t axis = 0; axis < 3; ++axis)
         field.weights[3 * field.num_held + axis] =
-            static_cast<pal_real>((set.traction[3 * place + axis] - part) * pack.metres);
-      }
+            static_cast<pal_real>(set.traction[3 * place + axis] * pack.metres);
       field.held[field.num_held++] = set.nodes[place];
     }
     for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {

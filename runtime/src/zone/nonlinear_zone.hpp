@@ -1,16 +1,15 @@
 // nonlinear_zone: full nonlinear elements in a small zone around the contacts, the linear rest of the organ condensed
 // exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
 //
-// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, T and S as in
-// zone_set.hpp, t the forces on the linear organ at B, b how far the other groups' t move B:
+// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, S as in
+// zone_set.hpp, t the forces on the linear organ at B that move B from where it was at u_e:
 //
-//   P(w) - P(0) + [S w_B - T b + c]_B = f_c      f_c zero but at contacted nodes
-//   t = T (w_B - b),   b = sum over other groups of C_BB' t'
-//   outside of V: u = u_e + sum over groups of C_OB (t - t_e)
+//   P(w) - P(0) + [S w_B + c]_B = f_c      f_c zero but at contacted nodes
+//   outside of V: u = u_e + C_OB t
 //
-// c: the correction of the refining lane, and u_e, t_e field and tractions of its last iteration (refinement.hpp); zero
-// before its first. Under gravity the elements' weight and P(0) cancel. The answer is exact for small displacements, where
-// the zone is the whole organ, and where the lane's iterations have converged.
+// B is the boundary of all groups. c: the correction of the refining lane, and u_e the field of its last iteration
+// (refinement.hpp); zero before its first. Under gravity the elements' weight and P(0) cancel. The answer is exact for
+// small displacements, where the zone is the whole organ, and where the lane's iterations have converged.
 //
 // It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
 #pragma once

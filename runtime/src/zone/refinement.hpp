@@ -3,6 +3,11 @@
 //   whole       the factor of the whole organ at rest, once, and anew where an inclusion changes its elements
 //   condense    the exterior condensed onto the zone of a new contact set           (condensation.hpp)
 //   iterate     one iteration from where the request's zone is; its result is delivered        (exterior.hpp)
+//   renew       the same condensed anew with the tangent where the iterations have got to
+//   evaluate    the exterior's forces there
+//
+// The tangent is renewed where the contacts stand still, after every few iterations, so that these converge as Newton's
+// method does; in motion where the exterior is far from equilibrium, as in a bar that bends.
 //
 // Anderson's acceleration mixes the iterates where contacts stand still.
 #pragma once
@@ -29,11 +34,14 @@ struct Refinement {
   uint8_t* left_out;         // [lanes]
   double* moved;             // [stride of the boundary] scratch
   double* forces;            // [stride of the boundary] scratch
-  enum class Phase : uint32_t { begin, whole, condense, iterate } phase;
+  enum class Phase : uint32_t { begin, whole, condense, renew, evaluate, iterate } phase;
   bool is_broken;  // the organ contradicts itself: nothing good is delivered
   bool has_whole;
   uint32_t inclusion;              // version that `elements` have
   uint64_t set;                    // that `own` is of; 0: none
+  uint64_t tangent;                // number of S of `own`; no two are alike
+  uint32_t iterations_of_tangent;  // since `own` was condensed
+  double change;                   // ZoneDelivery::change of the last iteration
   double unbalanced;               // D of the last iteration
   uint32_t failures;               // iterations in a row that were not good and did not halve it
   double largest_energy;           // of the exterior in the good ones

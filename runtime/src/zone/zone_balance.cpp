@@ -14,9 +14,8 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
   return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
 }
 
-// w_B.
-void find_boundary(const ZoneFrame& frame, const ZoneGroup& group) {
-  double* moved = frame.state.boundary;
+// w_B, [boundary_stride].
+void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, double* moved) {
   memset(moved, 0, group.boundary_stride * sizeof *moved);
   for (uint32_t b = 0; b < group.num_boundary; ++b) {
     const uint32_t place = first_boundary(group) + b;
@@ -24,6 +23,44 @@ void find_boundary(const ZoneFrame& frame, const ZoneGroup& group) {
     for (uint32_t axis = 0; axis < 3; ++axis)
       moved[3 * b + axis] = frame.set.displacement[3 * place + axis] - rest[axis];
   }
+}
+
+// w_B less that of the delivery, [boundary_stride].
+void find_move(const ZoneFrame& frame, const ZoneGroup& group, double* moved) {
+  const size_t first = size_t{3} * first_boundary(group);
+  memset(moved, 0, group.boundary_stride * sizeof *moved);
+  for (size_t i = 0; i < size_t{3} * group.num_boundary; ++i)
+    moved[i] = frame.set.displacement[first + i] - frame.set.correction.displacement_then[first + i];
+}
+
+// Adds the product of `blocks`, between the group's boundary and those of the others, one behind the other, with the vector
+// that vector_of(other group) returns.
+template <typename VectorOf>
+void add_of_others(const ZoneFrame& frame, const ZoneGroup& group, const double* blocks, VectorOf&& vector_of,
+                   double* sum) {
+  const size_t stride = group.boundary_stride;
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    const ZoneGroup& other = frame.set.groups[g];
+    if (&other == &group) continue;
+    frame.state.kernel.add_product(blocks, group.boundary_stride, group.boundary_stride,
+                                   3 * other.num_boundary, vector_of(other), sum);
+    blocks += stride * 3 * other.num_boundary;
+  }
+}
+
+// b.
+void find_move_by_others(const ZoneFrame& frame, const ZoneGroup& group) {
+  memset(group.moved_by_others, 0, group.boundary_stride * sizeof *group.moved_by_others);
+  const auto traction = [&](const ZoneGroup& other) -> const double* {
+    return frame.set.traction + size_t{3} * first_boundary(other);
+  };
+  add_of_others(frame, group, group.compliances, traction, group.moved_by_others);
+}
+
+// T x = (S + S_int) x, at rest.
+void add_organ_force(const ZoneState& state, const ZoneGroup& group, const double* x, double* force) {
+  for (const double* matrix : {group.exterior_at_rest, group.own})
+    state.kernel.add_symmetric_product(matrix, group.boundary_stride, x, force);
 }
 
 }  // namespace
@@ -44,45 +81,43 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   const ZoneStrain strain = add_zone_forces(group.batches, u, state.forces);
   group.energy = strain.energy;
   if (!(strain.smallest_jacobian > kLeastJacobian)) return false;
-  find_boundary(frame, group);
+  find_exterior_force(frame, group);
+  return true;
+}
+
+void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
+  ZoneState& state = frame.state;
+  find_boundary(frame, group, state.boundary);
   memset(group.exterior_force, 0, group.boundary_stride * sizeof *group.exterior_force);
   state.kernel.add_symmetric_product(group.exterior, group.boundary_stride, state.boundary,
                                      group.exterior_force);
-  return true;
 }
 
 void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   ZoneState& state = frame.state;
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
-  double* moved = state.vector;
-  memset(moved, 0, stride * sizeof *moved);
-  const double* coupling = group.couplings;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& other = set.groups[g];
-    if (&other == &group) continue;
-    state.kernel.add_product(coupling, stride, stride, 3 * other.num_boundary,
-                             set.traction + size_t{3} * first_boundary(other), moved);
-    coupling += size_t{stride} * 3 * other.num_boundary;
-  }
-  group.coupled_change = 0;
-  for (uint32_t i = 0; i < stride; ++i) {
-    const double change = fabs(moved[i] - group.coupled[i]);
-    if (change > group.coupled_change) group.coupled_change = change;
-    group.coupled[i] = moved[i];
-  }
-  double* pull = group.coupled + stride;
-  memset(pull, 0, stride * sizeof *pull);
-  state.kernel.add_symmetric_product(group.whole, stride, moved, pull);
+  memset(group.coupled, 0, stride * sizeof *group.coupled);
   group.others_moved = 0;
+  if (set.num_groups == 1) return;
+  if (group.couplings == nullptr) {
+    find_move_by_others(frame, group);
+    add_organ_force(state, group, group.moved_by_others, group.coupled);
+    for (uint32_t i = 0; i < stride; ++i) group.coupled[i] = -group.coupled[i];
+    return;
+  }
+  const auto displacement = [&](const ZoneGroup& other) -> const double* {
+    find_boundary(frame, other, state.vector);
+    return state.vector;
+  };
+  add_of_others(frame, group, group.couplings, displacement, group.coupled);
 }
 
 void find_outside(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneState& state = frame.state;
-  find_boundary(frame, group);
-  const double* of_others = group.coupled + group.boundary_stride;
+  find_boundary(frame, group, state.boundary);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
-    state.outside[i] = group.exterior_force[i] - of_others[i];
+    state.outside[i] = group.exterior_force[i] + group.coupled[i];
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) state.outside[i] += correction[i];
 }
@@ -131,18 +166,33 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 // Forces that no tissue takes, as of a compliance that is positive definite in each group and not as a whole, are none.
-void find_traction(ZoneFrame& frame, const ZoneGroup& group) {
+void find_traction(ZoneFrame& frame, const ZoneGroup& group, bool since_delivery) {
   constexpr double kMostMoved =
       1e4;  // in units of what moves this node alone by the scene's largest displacement
   ZoneState& state = frame.state;
   const uint32_t stride = group.boundary_stride;
-  double* t = state.vector;
-  for (uint32_t i = 0; i < stride; ++i) t[i] = -group.coupled[stride + i];
-  state.kernel.add_symmetric_product(group.whole, stride, state.boundary, t);
+  double* t = state.residual;
+  double* moved = state.boundary;
+  memset(t, 0, stride * sizeof *t);
+  if (since_delivery) {
+    find_move(frame, group, moved);
+    state.kernel.add_symmetric_product(group.exterior, stride, moved, t);
+    state.kernel.add_symmetric_product(group.own, stride, moved, t);
+    const auto move = [&](const ZoneGroup& other) -> const double* {
+      find_move(frame, other, state.vector);
+      return state.vector;
+    };
+    add_of_others(frame, group, group.couplings, move, t);
+  } else {
+    find_boundary(frame, group, moved);
+    for (uint32_t i = 0; i < stride; ++i) moved[i] -= group.moved_by_others[i];
+    add_organ_force(state, group, moved, t);
+  }
   bool sound = true;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
-    const double own = group.whole[size_t{i} * stride + i];
-    sound = sound && fabs(t[i]) <= kMostMoved * frame.pack.max_displacement * own;
+    const size_t diagonal = size_t{i} * stride + i;
+    const double stiffness = group.exterior_at_rest[diagonal] + group.own[diagonal];
+    sound = sound && fabs(t[i]) <= kMostMoved * frame.pack.max_displacement * stiffness;
   }
   double* to = frame.set.traction + size_t{3} * first_boundary(group);
   const size_t bytes = size_t{3} * group.num_boundary * sizeof *t;

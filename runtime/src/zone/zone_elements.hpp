@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+inline constexpr int kMostElementNodes = 10;
+
 // A volume patch that a zone holds: offline/fem/shared_volumes.hpp has the equations.
 //
 // Newton takes its pressure p as an unknown of its own, of one more equation, p = U'(theta(u)). With R the forces of
@@ -60,6 +62,10 @@ struct ZoneBatches {
   const uint8_t* quadratic_left_out;
 };
 
+// Whether a lane's element is left out. `left_out`: of the batch's first lane, or null.
+inline bool is_left_out(const uint8_t* left_out, uint32_t batch, int lane) {
+  return left_out != nullptr && left_out[uint32_t{kLanes} * batch + static_cast<uint32_t>(lane)] != 0;
+}
 // Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
 template <typename Work>
 void for_each_lanes(const ZoneBatches& batches, Work&& work) {
@@ -81,9 +87,6 @@ void scale_volumes(const ZoneBatches& batches);
 template <int kNodes>
 bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
                int lane, ElementBatch<kNodes>& elements);
-
-// P_aa where F is diagonal.
-double principal_stress(const pack::ZoneMaterial& material, const double stretches[3], size_t axis);
 
 // Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
 // `patch`: of ZoneBatch::patches.

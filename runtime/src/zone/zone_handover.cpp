@@ -128,8 +128,7 @@ void begin_where(const pal_pack& pack, bool again, ZoneState& state) {
   memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
   // What the linear organ makes of the nodes that come may be no state at all.
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    memset(set.groups[g].coupled, 0,
-           size_t{4} * set.groups[g].boundary_stride * sizeof(double));  // and its trend
+    memset(set.groups[g].coupled, 0, size_t{2} * set.groups[g].boundary_stride * sizeof(double));  // and b
     carry_pressures(before, set.groups[g]);
     const ZoneStrain strain = add_zone_forces(set.groups[g].batches, set.displacement, state.forces);
     set.groups[g].longest_step = kLongestStep;
@@ -160,6 +159,8 @@ bool place_next(const pal_pack& pack, uint64_t operations, ZoneState& state, uin
   const ZoneSet& before = state.active;
   if (state.column == 0) {
     state.is_before_strained = state.strained;
+    ZoneFrame frame = {pack, state, state.active, 0};
+    for (uint32_t g = 0; g < before.num_groups; ++g) find_traction(frame, before.groups[g], false);
     memcpy(state.tractions_before, before.traction, size_t{3} * before.num_nodes * sizeof(double));
   }
   mark_places(true, state);

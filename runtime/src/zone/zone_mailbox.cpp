@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_balance.hpp"
@@ -22,13 +23,13 @@ void pass_on(ZoneMailbox& mailbox, MailboxState next) {
   std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
 }
 
-// Calls visit(group, place) for the boundary's nodes that move, group by group.
+// Calls visit(place) for the boundary's nodes that move, group by group.
 template <typename Visit>
 void for_each_boundary(const ZoneSet& set, Visit&& visit) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const uint32_t first = first_boundary(set.groups[g]);
     for (uint32_t place = first; place < first + set.groups[g].num_boundary; ++place) {
-      if (set.unknown_of[place] != kNoUnknown) visit(set.groups[g], place);
+      if (set.unknown_of[place] != kNoUnknown) visit(place);
     }
   }
 }
@@ -41,27 +42,51 @@ double farthest(const ZoneFrame& frame, const double* now, const double* then) {
   return largest;
 }
 
-// Adds what a delivery has found to the correction.
-void add_delivery(const pal_pack& pack, const ZoneRequest& request, const ZoneDelivery& delivery,
-                  ZoneState& state) {
+// The exterior's energy where the zone is, without the constant: by group. `has_new_tangent`: S is not that of the last
+// evaluate_group().
+void find_energies(ZoneFrame& frame, bool has_new_tangent, double* energies) {
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    ZoneGroup& group = frame.set.groups[g];
+    if (has_new_tangent) find_exterior_force(frame, group);
+    if (has_new_tangent) find_coupling(frame, group);
+    find_outside(frame, group);
+    energies[g] = outside_energy(frame, group);
+  }
+}
+
+// Makes a change of the correction and counts the energy that it brings.
+template <typename Change>
+void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) {
+  ZoneSet& set = state.active;
+  ZoneFrame frame = {pack, state, set, 0};
+  double before[kMostZoneContacts];
+  double after[kMostZoneContacts];
+  find_energies(frame, false, before);
+  const uint64_t tangent = set.correction.tangent;
+  const double constant = set.correction.energy;
+  change();
+  find_energies(frame, set.correction.tangent != tangent, after);
+  state.corrected_energy += set.correction.energy - constant;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    state.corrected_energy += after[g] - before[g];
+    set.groups[g].stored_in_balance += after[g] - before[g];
+  }
+}
+
+void take_correction(ZoneDelivery& delivery, ZoneState& state) {
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
-  double brought = delivery.energy - request.energy;
-  correction.energy += brought;
-  uint32_t b = 0;
-  for_each_boundary(set, [&](ZoneGroup& group, uint32_t place) {
-    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const size_t i = size_t{3} * place + axis;
-      const double change = delivery.outside[3 * b + axis] - request.outside[3 * b + axis];
-      correction.force[i] += change;
-      correction.energy -= change * (request.displacement[i] - rest[axis]);
-      brought += change * (set.displacement[i] - request.displacement[i]);
-      group.stored_in_balance += change * (set.balanced.displacement[i] - rest[axis]);
-    }
-    ++b;
+  if (delivery.tangent != correction.tangent) {
+    std::swap(state.exterior, delivery.exterior);
+    take_exterior(state.exterior, set);
+    correction.tangent = delivery.tangent;
+  }
+  correction.energy = delivery.energy;
+  const double* force = delivery.force;
+  for_each_boundary(set, [&](uint32_t place) {
+    memcpy(correction.force + size_t{3} * place, force, 3 * sizeof *force);
+    force += 3;
   });
-  state.corrected_energy += brought;
 }
 
 // Whether the contacts of the set are nearer to rest, where c = 0 is right, than to these places.
@@ -77,18 +102,8 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   if (!correction.is_refined ||
       (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
     return;
-  double brought = -correction.energy;
-  for_each_boundary(set, [&](ZoneGroup& group, uint32_t place) {
-    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const size_t i = size_t{3} * place + axis;
-      brought -= correction.force[i] * (set.displacement[i] - rest[axis]);
-      group.stored_in_balance -= correction.force[i] * (set.balanced.displacement[i] - rest[axis]);
-    }
-  });
-  state.corrected_energy += brought;
+  change_correction(pack, state, [&] { drop_correction(set); });
   state.has_jumped = true;
-  drop_correction(set);
 }
 
 // Lists what the request names for as long as the set is the same.
@@ -99,26 +114,13 @@ void list_members(const pal_pack& pack, const ZoneSet& set, ZoneRequest& request
   for (uint32_t e = 0; e < set.num_elements; ++e)
     request.elements[e] = pack.organ.of_zone_element[set.elements[e]];
   request.num_boundary = 0;
-  for_each_boundary(set,
-                    [&](ZoneGroup&, uint32_t place) { request.boundary[request.num_boundary++] = place; });
-}
-
-// s + c on the boundary, and the exterior's energy.
-void list_forces(const pal_pack& pack, ZoneState& state, ZoneRequest& request) {
-  ZoneSet& set = state.active;
-  ZoneFrame frame = {pack, state, set, 0};
-  request.energy = set.correction.energy;
-  uint32_t b = 0;
+  for_each_boundary(set, [&](uint32_t place) { request.boundary[request.num_boundary++] = place; });
+  request.num_groups = set.num_groups;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    find_outside(frame, group);
-    find_traction(frame, group);
-    request.energy += outside_energy(frame, group);
-    for (uint32_t i = 0; i < group.num_boundary; ++i) {
-      if (set.unknown_of[first_boundary(group) + i] == kNoUnknown) continue;
-      memcpy(request.outside + size_t{3} * b++, state.outside + size_t{3} * i, 3 * sizeof *state.outside);
-    }
+    const ZoneGroup& group = set.groups[g];
+    request.groups[g] = {first_boundary(group), group.num_boundary, group.boundary_stride};
   }
+  request.exterior_size = exterior_size(set);
 }
 
 Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
@@ -126,7 +128,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   if (!is_in(mailbox, MailboxState::delivered)) return Taken::none;
   pass_on(mailbox, MailboxState::idle);
   const ZoneRequest& request = mailbox.request;
-  const ZoneDelivery& delivery = mailbox.delivery;
+  ZoneDelivery& delivery = mailbox.delivery;
   ZoneCorrection& correction = set.correction;
   if (request.set != correction.number || request.restarts != correction.restarts) return Taken::rejected;
   const ZoneFrame frame = {pack, state, set, 0};
@@ -137,7 +139,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
     ++correction.failures;
   }
   if (!delivery.is_good || is_far) return Taken::rejected;
-  add_delivery(pack, request, delivery, state);
+  change_correction(pack, state, [&] { take_correction(delivery, state); });
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   state.has_jumped = state.has_jumped || !correction.is_refined || !isfinite(correction.change);
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
@@ -145,8 +147,8 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   correction.failures = 0;
   correction.field = mailbox.field;
   memcpy(correction.followed_then, request.followed, set.num_axes * sizeof *set.followed);
-  memcpy(correction.traction_then, correction.traction_posted,
-         size_t{3} * set.num_nodes * sizeof *set.traction);
+  memcpy(correction.displacement_then, request.displacement,
+         size_t{3} * set.num_nodes * sizeof *set.displacement);
   return Taken::taken;
 }
 
@@ -159,8 +161,8 @@ void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, Z
   request.displacement = arena.take<double>(size_t{3} * state.max_nodes);
   request.elements = arena.take<uint32_t>(state.max_elements);
   request.boundary = arena.take<uint32_t>(state.max_boundary);
-  request.outside = arena.take<double>(size_t{3} * state.max_boundary);
-  mailbox.delivery.outside = arena.take<double>(size_t{3} * state.max_boundary);
+  mailbox.delivery.force = arena.take<double>(size_t{3} * state.max_boundary);
+  mailbox.delivery.exterior = arena.take<double>(state.max_exterior);
   for (pal_real*& field : mailbox.fields)
     field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
 }
@@ -182,15 +184,14 @@ void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMai
       farthest(frame, set.followed, correction.followed_then) == 0)
     return;
   ZoneRequest& request = mailbox.request;
-  list_forces(pack, state, request);
-  if (!isfinite(request.energy)) return;
   if (request.set != correction.number) list_members(pack, set, request);
   request.set = correction.number;
   request.restarts = correction.restarts;
+  request.tangent = correction.tangent;
   request.num_axes = set.num_axes;
   memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
-  memcpy(correction.traction_posted, set.traction, size_t{3} * set.num_nodes * sizeof *set.traction);
+
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
   if (correction.is_refined) used |= 1u << correction.field;

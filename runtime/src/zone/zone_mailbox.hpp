@@ -7,10 +7,9 @@
 //
 // The refining lane owns request and delivery while the state is `requested`, the haptic lane otherwise. Neither lane waits.
 //
-// A request names the force s + c that the exterior has on the boundary in the frame: s, linear about rest, and the
-// correction c so far (ZoneCorrection). The iteration evaluates the elements outside at the same displacements. The difference
-// is added to c. Where the iterations have converged, the answer is that of the whole organ; where contacts move on, it is
-// linear outside of the zone from there. Units of the model.
+// A delivery has the exterior's force g and tangent S, condensed onto the boundary, where the iteration has got to, w_e. To
+// frames the exterior is linear from there, S (w - w_e) + g = S w + c (ZoneCorrection). Where the iterations have converged,
+// the answer is that of the whole organ. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -36,9 +35,15 @@ struct ZoneRequest {
   uint32_t num_elements;
   uint32_t* elements;  // [max_elements]
   uint32_t num_boundary;
-  uint32_t* boundary;  // [max_boundary] places in `nodes`: the boundary's nodes that move
-  double* outside;     // [max_boundary][3] s + c
-  double energy;       // of the exterior, as the frame has it
+  uint32_t* boundary;  // [max_boundary] places in `nodes`: the boundary's nodes that move, group by group
+  uint32_t num_groups;
+  struct Group {
+    uint32_t first_boundary;  // place in `nodes`
+    uint32_t num_boundary;
+    uint32_t boundary_stride;
+  } groups[kMostZoneContacts];
+  size_t exterior_size;
+  uint64_t tangent;  // ZoneCorrection::tangent
   uint32_t inclusion_version;
   Inclusion inclusion;
   pal_real* field;  // the delivery writes the displacements of the packed nodes here
@@ -46,10 +51,12 @@ struct ZoneRequest {
 
 // The result of an iteration.
 struct ZoneDelivery {
-  bool is_good;     // false: an element outside would be inverted, or the exterior is not positive definite
-  double* outside;  // [max_boundary][3] the force of the elements outside
-  double energy;    // and their energy
-  double change;    // of displacements by the iteration, the largest component
+  bool is_good;      // false: an element outside would be inverted, or the exterior is not positive definite
+  double* force;     // [max_boundary][3] c of the boundary's nodes that move
+  double energy;     // C
+  uint64_t tangent;  // number of S
+  double* exterior;  // [ZoneState::max_exterior] S of all groups, if the request has another one
+  double change;     // of displacements by the iteration, the largest component
 };
 
 // Three snapshots, the zone and the delivery may each have a field of their own.

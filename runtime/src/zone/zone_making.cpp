@@ -14,12 +14,11 @@
 namespace palpate {
 namespace {
 
-// Multiply-adds that take as long as an entry of a matrix that is cleared, or copied to where it and its mirror image stand.
-constexpr uint64_t kOfCleared = 1;
+// Multiply-adds that take as long as an entry that is copied to where it and its mirror image stand.
 constexpr uint64_t kOfCopied = 48;
 constexpr uint32_t kColumnsOfStep = 32;
 
-// Room for S, T, the couplings, the tangents and their sensitivities.
+// Room for S at rest, S_int, C between groups, the tangents and their sensitivities.
 bool take_matrices(ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
   ZoneSet& set = state.next;
   const size_t square = size_t{group.boundary_stride} * group.boundary_stride;
@@ -30,19 +29,19 @@ bool take_matrices(ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
   const size_t largest = own > 2 * order ? own : 2 * order;
   const size_t preparation =
       (largest + kEliminationColumns) * elimination_stride(static_cast<uint32_t>(largest));
-  const size_t couplings = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
-  const size_t matrices = 2 * square + couplings + size_t{7} * group.boundary_stride;
+  const size_t compliances = size_t{group.boundary_stride} * 3 * (num_boundary - group.num_boundary);
+  const size_t matrices = 2 * square + compliances + size_t{3} * group.boundary_stride;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (state.matrices_used + matrices > state.max_matrices || state.rows_used + rows > state.max_rows ||
       state.tangents_used + tangent > state.max_tangents || preparation > state.max_preparation)
     return false;
-  group.exterior = set.matrices + state.matrices_used;
-  group.whole = group.exterior + square;
-  group.couplings = group.whole + square;
-  group.coupled = group.couplings + couplings;
-  group.coupled_trend = group.coupled + size_t{2} * group.boundary_stride;
-  group.coupled_began = group.coupled_trend + size_t{2} * group.boundary_stride;
-  group.exterior_force = group.coupled_began + size_t{2} * group.boundary_stride;
+  group.exterior = group.exterior_at_rest = set.matrices + state.matrices_used;
+  group.couplings = nullptr;
+  group.own = group.exterior + square;
+  group.compliances = group.own + square;
+  group.coupled = group.compliances + compliances;
+  group.moved_by_others = group.coupled + group.boundary_stride;
+  group.exterior_force = group.moved_by_others + group.boundary_stride;
   group.tangent_place = state.tangents_used;
   group.factor = nullptr;
   group.spare = state.tangents[2] + group.tangent_place;
@@ -60,12 +59,10 @@ bool take_matrices(ZoneState& state, uint32_t num_boundary, ZoneGroup& group) {
 // Once the members are known.
 bool take_matrices(ZoneState& state) {
   const ZoneSet& set = state.next;
-  uint32_t num_boundary = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) num_boundary += set.groups[g].num_boundary;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    if (!take_matrices(state, num_boundary, set.groups[g])) return false;
-  }
-  return true;
+  bool fits = exterior_size(set) <= state.max_exterior;
+  for (uint32_t g = 0; g < set.num_groups && fits; ++g)
+    fits = take_matrices(state, state.boundary_used, set.groups[g]);
+  return fits;
 }
 
 // Clears some columns of a matrix; multiply-adds.
@@ -73,7 +70,7 @@ uint64_t clear_columns(uint32_t step, uint32_t columns, uint32_t stride, double*
   const uint32_t begin = step * kColumnsOfStep;
   const uint32_t count = std::min(kColumnsOfStep, columns - begin);
   memset(matrix + size_t{begin} * stride, 0, size_t{count} * stride * sizeof *matrix);
-  return kOfCleared * count * stride;
+  return uint64_t{count} * stride;
 }
 
 uint32_t num_clearings(uint32_t columns) {
@@ -148,12 +145,12 @@ bool take_whole(const pal_pack& pack, uint64_t operations, ZoneState& state, con
   for (; state.column < group.boundary_stride; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t j = state.column;
-    spent += take_left(left, nullptr, j, size, group.boundary_stride, group.whole);
+    spent += take_left(left, nullptr, j, size, group.boundary_stride, group.own);
     if (j >= size) continue;
     const uint32_t node = set.nodes[first_boundary(group) + j / 3];
     double own[9];
     zone_compliance(pack, node, node, own);
-    if (!(group.whole[size_t{j} * group.boundary_stride + j] * own[4 * (j % 3)] <= kMostHeld))
+    if (!(group.own[size_t{j} * group.boundary_stride + j] * own[4 * (j % 3)] <= kMostHeld))
       set.sound = false;
   }
   return true;
@@ -226,7 +223,7 @@ bool fill_stiffness(const pal_pack& pack, uint64_t operations, ZoneState& state,
   return true;
 }
 
-// S = T - S_int, with S_int from the elimination of K_V.
+// S = T - S_int, with S_int from the elimination of K_V; S_int takes the place of T.
 bool take_exterior(uint64_t operations, ZoneState& state, const ZoneGroup& group, uint64_t& spent) {
   const uint32_t size = 3 * group.num_boundary;
   const size_t stride = group.boundary_stride;
@@ -234,7 +231,12 @@ bool take_exterior(uint64_t operations, ZoneState& state, const ZoneGroup& group
   for (; state.column < stride; ++state.column) {
     if (spent >= operations) return false;
     const uint32_t j = state.column;
-    spent += take_left(left, group.whole, j, size, group.boundary_stride, group.exterior);
+    spent += take_left(left, group.own, j, size, group.boundary_stride, group.exterior);
+    for (uint32_t i = j; i < stride; ++i) {
+      const double entry = i < size && j < size ? left(i, j) : 0;
+      group.own[j * stride + i] = group.own[i * stride + j] = entry;
+    }
+    spent += kOfCopied * (stride - j);
   }
   return true;
 }
@@ -282,7 +284,7 @@ bool couple_groups(const pal_pack& pack, uint64_t operations, ZoneState& state, 
     for (uint32_t b = 0; b < other.num_boundary; ++b, ++index) {
       if (index < state.column) continue;
       if (spent >= operations) return false;
-      double* columns = group.couplings + size_t{3} * index * group.boundary_stride;
+      double* columns = group.compliances + size_t{3} * index * group.boundary_stride;
       memset(columns, 0, size_t{3} * group.boundary_stride * sizeof *columns);
       for (uint32_t i = 0; i < group.num_boundary; ++i) {
         fetch_block(pack, nodes[i], set.nodes[first_boundary(other) + b], group.boundary_stride,

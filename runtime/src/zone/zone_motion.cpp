@@ -44,20 +44,16 @@ bool is_of_axes(const ZoneGroup& group) {
   return largest_else <= kMostElse * largest;
 }
 
-// dd . Dd and |Dd|^2, of lengths; zero where no trend is known.
-void compare_with_trend(const ZoneFrame& frame, const double* change, ZoneGroup& group) {
-  group.along = 0;
-  group.square = 0;
-  if (!group.has_trend || !group.has_tangent) return;
+// s; zero where no trend is known.
+double part_of_trend(const ZoneFrame& frame, const double* change, const ZoneGroup& group) {
+  if (!group.has_trend || !group.has_tangent) return 0;
+  double along = 0;
+  double square = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const double unit = length_of(frame, contact_axis(frame.set, group, i), 1);
-    group.along += unit * change[i] * unit * group.axes_trend[i];
-    group.square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
+    along += unit * change[i] * unit * group.axes_trend[i];
+    square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
   }
-}
-
-// s.
-double part_of_trend(const ZoneFrame& frame, double along, double square) {
   const double still = kStill * frame.pack.mean_surface_edge;
   return square > still * still ? std::max(-kMostTrend, std::min(kMostTrend, along / square)) : 0;
 }
@@ -162,8 +158,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   double part = 1;
   double change[kMostZoneAxes];
   find_change(set, group, before, goal, change);
-  compare_with_trend(frame, change, group);
-  double trend = part_of_trend(frame, group.along, group.square);
+  double trend = part_of_trend(frame, change, group);
   group.has_trend = false;
   bool is_upright = false;
   for (uint32_t cut = 0; cut <= kMostCuts && !is_upright;) {
@@ -210,25 +205,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
          num_moving(group) * sizeof *group.began);
 }
 
-void expect_coupling(const ZoneFrame& frame, ZoneGroup& group) {
-  double along = 0;
-  double square = 0;
-  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    const ZoneGroup& other = frame.set.groups[g];
-    if (&other == &group) continue;
-    along += other.along;
-    square += other.square;
-  }
-  const double trend = part_of_trend(frame, along, square);
-  for (uint32_t i = 0; i < 2 * group.boundary_stride; ++i) {
-    group.coupled_began[i] = group.coupled[i];
-    group.coupled[i] += trend * group.coupled_trend[i];
-  }
-}
-
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
-  for (uint32_t i = 0; i < 2 * group.boundary_stride && frame.set.num_groups > 1; ++i)
-    group.coupled_trend[i] = group.coupled[i] - group.coupled_began[i];
   if (!group.has_tangent) return;
   const double* u = frame.set.displacement + size_t{3} * group.first_node;
   for (uint32_t i = 0; i < num_moving(group); ++i) group.trend[i] = u[i] - group.began[i];

@@ -5,7 +5,7 @@
 //
 //   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2
 //
-// What other groups do to it goes on as these do. As far as contacts go on as before, so do nodes, whose answer is known
+// As far as contacts go on as before, so do nodes, whose answer is known
 // better than a tangent tells that is some frames old; the rest of the way follows the tangent (Broyden 1965, Math.
 // Comp. 19, of a single change). At a steady speed v that leaves an error in proportion to v^2, and not to v times how
 // far away the tangent was made: one iteration a frame instead of two where patches are pushed half as deep as an edge
@@ -43,9 +43,6 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
 // Takes the contacts towards where they are to be, to ZoneGroup::longest_step from where the group was in balance last and
 // as far as all elements stay upright, and the rest along. Points that patches turn about go on from where they are.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
-
-// What the other groups are expected to do to this one, once all have moved their contacts, into ZoneGroup::coupled.
-void expect_coupling(const ZoneFrame& frame, ZoneGroup& group);
 
 // How far unknowns and axes have gone since move_contacts(), for the next one, if it is the axes that have moved them.
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group);

@@ -52,8 +52,8 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.max_masters = state.max_contacts * pack.max_patch_nodes;
   const uint32_t axes = state.axes_per_contact * state.max_contacts;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
-  const size_t couplings = state.max_contacts > 1 ? squares : 0;
-  state.max_matrices = squares * (2 * squares + couplings + 7);
+  state.max_exterior = squares * squares;
+  state.max_matrices = squares * (3 * squares + 3);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + kEliminationRows * state.max_contacts;
@@ -84,7 +84,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
     set->traction = arena.take<double>(size_t{3} * state.max_nodes);
     ZoneCorrection& correction = set->correction;
     correction.followed_then = arena.take<double>(axes);
-    for (double** values : {&correction.force, &correction.traction_posted, &correction.traction_then})
+    for (double** values : {&correction.force, &correction.displacement_then})
       *values = arena.take<double>(size_t{3} * state.max_nodes);
     set->balanced = {arena.take<double>(size_t{3} * state.max_nodes), arena.take<double>(axes),
                      arena.take<double>(axes), arena.take<double[3]>(state.max_contacts),
@@ -108,6 +108,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   state.base = arena.take<uint32_t>(state.max_nodes);
   state.preparation = arena.take<double>(state.max_preparation);
   state.tractions_before = arena.take<double>(size_t{3} * state.max_nodes);
+  state.exterior = arena.take<double>(state.max_exterior);
   for (double*& tangents : state.tangents) tangents = arena.take<double>(state.max_tangents);
   state.forces = arena.take<double>(size_t{3} * state.max_nodes);
   state.saved = arena.take<double>(size_t{3} * state.max_nodes);
@@ -167,11 +168,43 @@ bool has_exterior(const ZoneSet& set) {
                      [](const ZoneGroup& group) { return group.num_boundary > 0; });
 }
 
+size_t exterior_size(const ZoneSet& set) {
+  size_t all = 0;
+  size_t size = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) all += size_t{3} * set.groups[g].num_boundary;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    size += group.boundary_stride * (all + group.boundary_stride - size_t{3} * group.num_boundary);
+  }
+  return size;
+}
+
+void take_exterior(double* exterior, ZoneSet& set) {
+  uint32_t all = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) all += 3 * set.groups[g].num_boundary;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    group.exterior = exterior;
+    group.couplings = exterior + size_t{group.boundary_stride} * group.boundary_stride;
+    exterior = group.couplings + size_t{group.boundary_stride} * (all - 3 * group.num_boundary);
+    group.has_new_exterior = true;
+    group.is_assembling = false;
+  }
+}
+
 void drop_correction(ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
-  for (double* values : {correction.force, correction.traction_then})
-    memset(values, 0, size_t{3} * set.num_nodes * sizeof *values);
+  memset(correction.force, 0, size_t{3} * set.num_nodes * sizeof *correction.force);
   correction.energy = 0;
+  correction.tangent = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (group.exterior == group.exterior_at_rest) continue;
+    group.exterior = group.exterior_at_rest;
+    group.couplings = nullptr;
+    group.has_new_exterior = true;
+    group.is_assembling = false;
+  }
   correction.is_refined = false;
   correction.failures = 0;
   ++correction.restarts;

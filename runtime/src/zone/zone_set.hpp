@@ -14,8 +14,9 @@
 // Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and
 // T that of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
 //
-// S is exact to first order; the refining lane corrects it (refinement.hpp). Contacts whose zones share a node share a
-// zone, a *group*. Groups act on each other through C (nonlinear_zone.hpp).
+// S is exact to first order; the refining lane corrects it, and hands over another S, the tangent where the organ has got
+// to (refinement.hpp). Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the
+// blocks of that S between them; before the first delivery, through C (zone_balance.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -48,16 +49,19 @@ struct ZoneGroup {
   uint32_t size;
   uint32_t stride;
   uint32_t boundary_stride;
-  double* exterior;  // S: [boundary_stride][boundary_stride], symmetric
-  double* whole;     // T
-  // C of this boundary x those of the other groups, one behind the other: [boundary_stride] a column
+  double*
+      exterior;  // S: [boundary_stride][boundary_stride], symmetric; that at rest, or of the last delivery
+  // S of this boundary x those of the other groups, one behind the other: [boundary_stride] a column; null: that at rest,
+  // which is known by C between the boundaries, as `compliances`
   double* couplings;
-  // How far their tractions moved this boundary when it was found last, b, and T b, the one behind the other; by how much
-  // that has changed b
-  double* coupled;
-  double coupled_change;
-  double others_moved;     // since then
-  double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
+  double* compliances;
+  double* exterior_at_rest;
+  double* own;            // S_int, as `exterior`
+  bool has_new_exterior;  // since the tangent was begun
+  double* coupled;  // [boundary_stride] force of the other groups' boundaries on this one, when found last
+  double* moved_by_others;  // [boundary_stride] b (zone_balance.hpp), when found last
+  double others_moved;      // since then
+  double* exterior_force;   // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
   double* factor;         // [size rounded to columns][stride], eliminated
   double* sensitivities;  // [num_axes][unknowns] d unknown / d axis, negative
@@ -89,17 +93,13 @@ struct ZoneGroup {
   double given_up[kMostZoneAxes];
   double elsewhere;
   double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface
-  // How far unknowns, [unknowns], axes and `coupled` went in the last solve, if it was the axes that moved the
-  // rest; where this one began (zone_motion.hpp).
+  // How far unknowns, [unknowns], and axes went in the last solve, if it was the axes that moved the rest; where this one
+  // began (zone_motion.hpp).
   bool has_trend;
   double* trend;
   double* began;
   double axes_trend[kMostZoneAxes];
   double axes_began[kMostZoneAxes];
-  double* coupled_trend;
-  double* coupled_began;
-  double along;  // dd . Dd, and |Dd|^2, of the axes
-  double square;
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -130,8 +130,8 @@ struct ZonePlace {
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
 };
 
-// What the refining lane has found of the exterior beyond first order (zone_mailbox.hpp): the exterior's force on the
-// boundary is s + c, and its energy E_s + c . w + C, with s and E_s to first order and w the boundary's displacement.
+// What the refining lane has found of the exterior (zone_mailbox.hpp): with w the boundary's displacement, the force on the
+// boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest, and before the first delivery, c and C are zero.
 struct ZoneCorrection {
   uint64_t number;        // no other set of the session has it
   uint32_t restarts;      // how often the correction was dropped
@@ -140,12 +140,12 @@ struct ZoneCorrection {
   uint32_t field;         // its field among those of ZoneMailbox
   double* force;          // [max_nodes][3] c, by the places of the set's nodes
   double energy;          // C
+  uint64_t tangent;       // number of S among the lane's; 0: that at rest
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
   double* followed_then;  // ZoneSet::followed of the delivery's request
   // By how much the delivery changed the force of each contact, contacts at rest; negative: not known
   double force_change[kMostZoneContacts];
-  double* traction_posted;  // [max_nodes][3] ZoneSet::traction of the request under way
-  double* traction_then;    // [max_nodes][3] and of the delivery's request
+  double* displacement_then;  // [max_nodes][3] ZoneSet::displacement of the delivery's request
 };
 
 struct ZoneSet {
@@ -170,13 +170,15 @@ struct ZoneSet {
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  double* traction;  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it moves
+  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it has moved since the last delivery
+  double* traction;
   // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_rotation.hpp)
   uint32_t num_axes;
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
+  double (*others)[kMostZoneAxes];     // [3 num_contacts] O (force_control.hpp)
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
   double (*places)[3];
@@ -186,9 +188,8 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  double* matrices;  // [max_matrices] S, T and couplings of the groups
+  double* matrices;  // [max_matrices] S at rest, S_int and C between groups
   double* rows;      // [max_rows] their sensitivities, those in use and the next, steps and trends
-  double (*others)[kMostZoneAxes];  // [3 num_contacts] O (force_control.hpp)
 };
 
 // Of an axis of a group's contacts: which of those of the set.
@@ -223,6 +224,7 @@ struct ZoneState {
   uint32_t max_quadratic;
   uint32_t max_masters;
   size_t max_matrices;
+  size_t max_exterior;  // numbers of S of all groups
   size_t max_rows;
   size_t max_tangents;     // numbers of the matrices of a tangent of each group
   size_t max_preparation;  // of the matrices of making ready
@@ -281,8 +283,9 @@ struct ZoneState {
   bool strained;  // the set that answers has been solved since it was at rest
   // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
   double* tangents[3];
-  double* forces;  // [max_nodes][3] of the elements, beyond those at rest
-  double* saved;   // [max_nodes][3]
+  double* exterior;  // [max_exterior] S of the set that answers, of the last delivery (zone_exterior.hpp)
+  double* forces;    // [max_nodes][3] of the elements, beyond those at rest
+  double* saved;     // [max_nodes][3]
   // Of the group at hand (zone_balance.hpp); `boundary` and `vector` within a step of making a set ready, too
   double* residual;
   double* boundary;
@@ -320,6 +323,12 @@ bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
 
 // Whether elements of the organ are outside of the set's zones.
 bool has_exterior(const ZoneSet& set);
+
+// Numbers of S of all groups: for each S of its own boundary, then those with the others' (ZoneGroup).
+size_t exterior_size(const ZoneSet& set);
+
+// Takes S of all groups from there.
+void take_exterior(double* exterior, ZoneSet& set);
 
 // Forgets the correction, as where the contacts begin anew at rest.
 void drop_correction(ZoneSet& set);

@@ -165,6 +165,7 @@ void begin_tangent(ZoneGroup& group, uint32_t shift) {
   group.column = 0;
   group.substituted = 0;
   group.moved_since = 0;
+  group.has_new_exterior = false;
 }
 
 // Goes on until so much is spent, and anew, made stiffer, where it is not positive definite. True once nothing is left but
@@ -206,7 +207,7 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
 void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
   if (!group.has_tangent) return;
   if (!group.is_assembling) {
-    if (group.moved <= kStill * frame.pack.mean_surface_edge) return;
+    if (group.moved <= kStill * frame.pack.mean_surface_edge && !group.has_new_exterior) return;
     begin_tangent(group, 0);
     group.is_assembling = true;
   }

@@ -1,0 +1,129 @@
+#include "offline/pipeline/motion_survey.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "offline/precompute/solver_threads.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kFrame = 1e-3;  // s
+
+std::uint32_t most_contacts(const std::vector<ContactTruth>& truths) {
+  size_t most = 1;
+  for (const ContactTruth& truth : truths) most = std::max(most, truth.contacts.size());
+  return static_cast<std::uint32_t>(most);
+}
+
+struct Arrival {
+  MeasuredPush push;
+  double largest_jump = 0;  // force unit
+  std::uint32_t flags = 0;
+};
+
+// What a contact frame added to the change of the force in the frame before, the largest of the contacts.
+double second_difference(const std::vector<Eigen::Vector3d>& before, const std::vector<Eigen::Vector3d>& then,
+                         const std::vector<Eigen::Vector3d>& now) {
+  double largest = 0;
+  for (size_t c = 0; c < now.size(); ++c)
+    largest = std::max(largest, (now[c] - 2 * then[c] + before[c]).norm());
+  return largest;
+}
+
+std::vector<Eigen::Vector3d> forces_of(const std::vector<pal_contact_result>& results) {
+  std::vector<Eigen::Vector3d> forces;
+  for (const pal_contact_result& result : results) forces.emplace_back(result.force);
+  return forces;
+}
+
+Arrival move_to(const OpenedPack& opened, const ContactTruth& truth, const Motion& motion,
+                std::uint32_t max_contacts, double floor) {
+  ModelUnitSession session(opened, PAL_MODEL_ZONE, max_contacts, 0);
+  std::vector<std::uint32_t> sites(opened.info().num_sites);
+  std::iota(sites.begin(), sites.end(), 0u);
+  const Eigen::VectorXd at_rest = session.visual_frame();
+  const double step = motion.speed * kFrame / opened.info().metres_per_length_unit;
+  const int frames = std::max(1, static_cast<int>(std::ceil(truth.largest_displacement() / step)));
+  session.contact_frame(contacts_at(truth.contacts, sites, 0));
+  std::vector<Eigen::Vector3d> before(truth.contacts.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> then = before;
+  std::vector<pal_contact_result> results;
+  Arrival arrival;
+  bool has_iterated = false;
+  for (int frame = 1; frame <= frames; ++frame) {
+    // The last frame is a whole step, the first one perhaps less.
+    const double part = 1 - (frames - frame) * step / truth.largest_displacement();
+    results = session.contact_frame(contacts_at(truth.contacts, sites, part));
+    std::vector<Eigen::Vector3d> now = forces_of(results);
+    if (has_iterated && frame > 2)
+      arrival.largest_jump = std::max(arrival.largest_jump, second_difference(before, then, now));
+    before = std::exchange(then, std::move(now));
+    // The frame that takes an iteration posts the next request, so that an iteration every `lag` frames has that lag.
+    has_iterated = frame % motion.lag == 0 && frame < frames;
+    if (has_iterated) session.refine();
+  }
+  const MethodAnswer answer = answer_of(results, session.visual_frame() - at_rest);
+  arrival.push = measure_push(truth, answer, floor);
+  arrival.flags = answer.flags;
+  return arrival;
+}
+
+}  // namespace
+
+std::vector<MotionErrors> survey_motions(const OpenedPack& opened, const std::vector<ContactTruth>& truths,
+                                         const std::vector<Motion>& motions, int jobs,
+                                         const std::function<void(int, int)>& progress) {
+  const std::uint32_t contacts = most_contacts(truths);
+  const double floor = kForceFloor * largest_force(truths);
+  std::vector<Arrival> arrivals(truths.size() * motions.size());
+  const auto move = [&](size_t, size_t i) {
+    const ContactTruth& truth = truths[i / motions.size()];
+    if (truth.solved) arrivals[i] = move_to(opened, truth, motions[i % motions.size()], contacts, floor);
+  };
+  for_each_on_threads(arrivals.size(), jobs, move, progress);
+  std::vector<MotionErrors> rows;
+  for (size_t m = 0; m < motions.size(); ++m) {
+    MotionErrors& row = rows.emplace_back();
+    row.motion = motions[m];
+    row.contacts = contacts;
+    std::vector<double> displacements;
+    std::vector<double> forces;
+    for (size_t t = 0; t < truths.size(); ++t) {
+      if (!truths[t].solved) continue;
+      const Arrival& arrival = arrivals[t * motions.size() + m];
+      ++row.frames;
+      row.flagged += (arrival.flags & PAL_FLAGS_UNRELIABLE) != 0 ? 1 : 0;
+      displacements.push_back(arrival.push.displacement_error);
+      forces.push_back(arrival.push.force_error);
+      double largest = floor;
+      for (const Eigen::Vector3d& force : truths[t].forces) largest = std::max(largest, force.norm());
+      row.largest_jump = std::max(row.largest_jump, arrival.largest_jump / largest);
+    }
+    row.displacement = figures_of(displacements);
+    row.force = figures_of(forces);
+  }
+  return rows;
+}
+
+int measure_lag(const OpenedPack& opened, const ContactTruth& truth) {
+  using Clock = std::chrono::steady_clock;
+  constexpr int kIterations = 8;
+  ModelUnitSession session(opened, PAL_MODEL_ZONE, static_cast<std::uint32_t>(truth.contacts.size()), 0);
+  std::vector<std::uint32_t> sites(opened.info().num_sites);
+  std::iota(sites.begin(), sites.end(), 0u);
+  double longest = 0;
+  for (int i = 0; i <= kIterations; ++i) {
+    session.contact_frame(contacts_at(truth.contacts, sites, static_cast<double>(i) / kIterations));
+    const Clock::time_point start = Clock::now();
+    session.refine();
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (i > 0) longest = std::max(longest, seconds);  // the first one prepares the exterior
+  }
+  return 1 + static_cast<int>(std::ceil(longest / kFrame));
+}
+
+}  // namespace palpate

@@ -1,0 +1,161 @@
+// Adds the stiffness of elements to the lower triangle of a matrix, by the unknowns that move their nodes (ZoneUnknowns).
+#pragma once
+
+#include <string.h>
+
+#include "runtime/src/numerics/pose.hpp"
+#include "runtime/src/zone/zone_elements.hpp"
+
+namespace palpate {
+
+// Of entry (row, column) of an element's lower triangle.
+constexpr size_t lower_place(size_t nodes, size_t row, size_t column) {
+  return column * 3 * nodes - column * (column - 1) / 2 - column + row;
+}
+// A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
+template <typename Number>
+struct Target {
+  Number* matrix;
+  uint32_t stride;
+
+  void add(uint32_t row, uint32_t column, double value) const {
+    matrix[size_t{column} * stride + row] += static_cast<Number>(value);
+  }
+  // Of two nodes, to unknowns of their own.
+  void add_block(const double block[3][3], uint32_t row, uint32_t column, double factor) const {
+    for (uint32_t i = 0; i < 3; ++i) {
+      for (uint32_t k = 0; k < 3; ++k) {
+        const double value = factor * block[i][k];
+        if (row > column) {
+          add(row + i, column + k, value);
+        } else if (row < column) {
+          add(column + k, row + i, value);
+        } else {  // both nodes move as one: the block and its transpose
+          add(row + (i > k ? i : k), row + (i > k ? k : i), i == k ? 2 * value : value);
+        }
+      }
+    }
+  }
+  // Of one node.
+  void add_own(const double block[3][3], uint32_t row, double factor) const {
+    for (uint32_t i = 0; i < 3; ++i) {
+      for (uint32_t k = 0; k <= i; ++k) add(row + i, row + k, factor * block[i][k]);
+    }
+  }
+};
+
+// Calls use(first unknown, share, arm) for each that moves a node; the arm is null but for a rotation.
+template <typename Use>
+void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
+  const uint32_t own = unknowns.of_node[node];
+  if (own == kNoUnknown) return;
+  if (own != kHeldUnknown) {
+    use(own, 1.0, nullptr);
+    return;
+  }
+  for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m) {
+    const ZoneMaster& master = unknowns.masters[m];
+    use(master.unknown, master.share, nullptr);
+    if (master.turn != kNoUnknown) use(master.turn, master.share, master.arm);
+  }
+}
+
+// What a force on a node is to the rotation that moves it: arm x force.
+inline void take_moment(const double* arm, double force[3]) {
+  double moment[3] = {};
+  add_cross(arm, force, moment);
+  memcpy(force, moment, sizeof moment);
+}
+
+// A block of two nodes, by what moves them: [row's arm]x K [column's arm]x^T.
+inline void take_moments(const double* row_arm, const double* column_arm, double block[3][3]) {
+  for (uint32_t i = 0; i < 3 && column_arm != nullptr; ++i) take_moment(column_arm, block[i]);
+  for (uint32_t k = 0; k < 3 && row_arm != nullptr; ++k) {
+    double column[3] = {block[0][k], block[1][k], block[2][k]};
+    take_moment(row_arm, column);
+    for (uint32_t i = 0; i < 3; ++i) block[i][k] = column[i];
+  }
+}
+
+// The block of two nodes of an element, `row_node` and `column_node` its places, to all that moves them.
+template <typename Number>
+void scatter_block(const double block[3][3], int row_node, int column_node, const ZoneUnknowns& unknowns,
+                   const Target<Number>& target) {
+  for_each_master(unknowns, row_node, [&](uint32_t row, double row_share, const double* row_arm) {
+    for_each_master(unknowns, column_node,
+                    [&](uint32_t column, double column_share, const double* column_arm) {
+                      const bool is_own = row_node == column_node;
+                      if (is_own && row < column) return;
+                      double moved[3][3];
+                      memcpy(moved, block, sizeof moved);
+                      take_moments(row_arm, column_arm, moved);
+                      const double factor = row_share * column_share;
+                      if (is_own && row == column) {
+                        target.add_own(moved, row, factor);
+                      } else {
+                        target.add_block(moved, row, column, factor);
+                      }
+                    });
+  });
+}
+
+// An element at a node that contacts hold, or at a fixed one. `stiffness`: by lower_place().
+template <typename Number>
+void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
+                  const ZoneUnknowns& unknowns, const Target<Number>& target) {
+  for (size_t b = 0; b < nodes; ++b) {
+    for (size_t a = b; a < nodes; ++a) {
+      double block[3][3];
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t k = 0; k < 3; ++k) {
+          const size_t row = 3 * a + i;
+          const size_t column = 3 * b + k;
+          block[i][k] = row >= column ? stiffness[lower_place(nodes, row, column)][lane]
+                                      : stiffness[lower_place(nodes, column, row)][lane];
+        }
+      }
+      scatter_block(block, places[a], places[b], unknowns, target);
+    }
+  }
+}
+
+template <typename Number>
+void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
+                  const Target<Number>& target) {
+  for (size_t b = 0; b < nodes; ++b) {
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t column = 3 * b + k;
+      const Lanes* entries = stiffness + lower_place(nodes, 0, column);
+      Number* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
+      for (size_t i = k; i < 3; ++i) to[first[b] + i] += static_cast<Number>(entries[3 * b + i][lane]);
+      for (size_t a = b + 1; a < nodes; ++a) {
+        if (first[a] > first[b]) {
+          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += static_cast<Number>(entries[3 * a + i][lane]);
+        } else {
+          for (size_t i = 0; i < 3; ++i)
+            target.matrix[size_t{first[a] + static_cast<uint32_t>(i)} * target.stride + first[b] + k] +=
+                static_cast<Number>(entries[3 * a + i][lane]);
+        }
+      }
+    }
+  }
+}
+
+// An element, `places` its nodes.
+template <typename Number>
+void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
+                       const ZoneUnknowns& unknowns, const Target<Number>& target) {
+  uint32_t first[kMostElementNodes];
+  bool free = true;
+  for (size_t a = 0; a < nodes; ++a) {
+    first[a] = unknowns.of_node[places[a]];
+    free = free && first[a] < kHeldUnknown;
+  }
+  if (free) {
+    scatter_free(nodes, stiffness, lane, first, target);
+  } else {
+    scatter_held(nodes, places, stiffness, lane, unknowns, target);
+  }
+}
+
+}  // namespace palpate

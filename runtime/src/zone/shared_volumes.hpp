@@ -1,0 +1,16 @@
+// The volumes and pressures that elements of a volume patch share (ZonePatch has the equations).
+#pragma once
+
+#include "runtime/src/zone/element_scatter.hpp"
+
+namespace palpate {
+
+// Finds the patches' measures, pressures and their derivatives. Returns their energy.
+double share_volumes(const ZoneBatches& batches, const double* displacement);
+
+// Adds U'' / V  G G^T of each patch, after share_volumes().
+template <typename Number>
+void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
+               const Target<Number>& target);
+
+}  // namespace palpate
