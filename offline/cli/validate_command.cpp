@@ -17,6 +17,7 @@
 #include "offline/output/progress_bar.hpp"
 #include "offline/pipeline/carried_scene.hpp"
 #include "offline/pipeline/held_out_pushes.hpp"
+#include "offline/pipeline/motion_survey.hpp"
 #include "offline/pipeline/opened_pack.hpp"
 #include "offline/pipeline/survey_table.hpp"
 #include "offline/pipeline/survey_validation.hpp"
@@ -60,6 +61,7 @@ nlohmann::json validated_json(const SurveyValidation& model) {
 
 void print_validated(const std::vector<SurveyValidation>& models) {
   std::vector<ModelErrors> surveys;
+  surveys.reserve(models.size());
   for (const SurveyValidation& model : models)
     surveys.push_back({model.model, {}, {}, model.measured.table, model.sets.measured.table});
   fmt::print("{}\n", survey_text(surveys));
@@ -102,7 +104,6 @@ void print_validated(const std::vector<SurveyValidation>& models) {
 std::vector<MotionErrors> validate_motions(const OpenedPack& opened, const std::vector<ContactTruth>& all,
                                            int paths, int jobs) {
   constexpr double kSpeeds[] = {0.02, 0.05, 0.1, 0.2};  // m/s
-  constexpr int kLags[] = {10, 30};                     // ms
   std::vector<ContactTruth> truths;
   const size_t count = std::min(all.size(), static_cast<size_t>(paths));
   for (size_t i = 0; i < count; ++i) truths.push_back(all[i * all.size() / count]);
@@ -110,7 +111,7 @@ std::vector<MotionErrors> validate_motions(const OpenedPack& opened, const std::
       std::find_if(truths.begin(), truths.end(), [](const ContactTruth& truth) { return truth.solved; });
   if (opened.tables().nonlinear_zone() == nullptr || solved == truths.end()) return {};
   std::vector<Motion> motions;
-  for (const int lag : {measure_lag(opened, *solved), kLags[0], kLags[1]}) {
+  for (const int lag : {measure_lag(opened, *solved), 10, 30}) {  // ms
     for (const double speed : kSpeeds) motions.push_back({speed, lag});
   }
   ProgressBar bar("errors in motion", static_cast<int>(truths.size() * motions.size()));

@@ -16,6 +16,7 @@ std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths
   std::map<size_t, std::vector<size_t>> groups;
   for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);
   std::vector<std::vector<size_t>> listed;
+  listed.reserve(groups.size());
   for (auto& [site, group] : groups) listed.push_back(std::move(group));
   return listed;
 }
@@ -30,6 +31,7 @@ void keep_largest(std::vector<double>& largest, const std::vector<double>& other
 std::vector<pal_contact> contacts_at(const std::vector<LinearContact>& contacts,
                                      const std::vector<std::uint32_t>& sites, double part) {
   std::vector<pal_contact> asked;
+  asked.reserve(contacts.size());
   for (const LinearContact& contact : contacts) {
     const Eigen::Vector3d d = part * contact.displacement;
     asked.push_back({sites[contact.site], {d[0], d[1], d[2]}, 0, {}, {}, {}});

@@ -19,6 +19,16 @@ std::uint32_t most_contacts(const std::vector<ContactTruth>& truths) {
   return static_cast<std::uint32_t>(most);
 }
 
+bool is_measured(const ContactTruth& truth) {
+  return truth.solved && truth.largest_displacement() > 0;
+}
+
+std::vector<std::uint32_t> all_sites(const OpenedPack& opened) {
+  std::vector<std::uint32_t> sites(opened.info().num_sites);
+  std::iota(sites.begin(), sites.end(), 0u);
+  return sites;
+}
+
 struct Arrival {
   MeasuredPush push;
   double largest_jump = 0;  // force unit
@@ -36,6 +46,7 @@ double second_difference(const std::vector<Eigen::Vector3d>& before, const std::
 
 std::vector<Eigen::Vector3d> forces_of(const std::vector<pal_contact_result>& results) {
   std::vector<Eigen::Vector3d> forces;
+  forces.reserve(results.size());
   for (const pal_contact_result& result : results) forces.emplace_back(result.force);
   return forces;
 }
@@ -43,8 +54,7 @@ std::vector<Eigen::Vector3d> forces_of(const std::vector<pal_contact_result>& re
 Arrival move_to(const OpenedPack& opened, const ContactTruth& truth, const Motion& motion,
                 std::uint32_t max_contacts, double floor) {
   ModelUnitSession session(opened, PAL_MODEL_ZONE, max_contacts, 0);
-  std::vector<std::uint32_t> sites(opened.info().num_sites);
-  std::iota(sites.begin(), sites.end(), 0u);
+  const std::vector<std::uint32_t> sites = all_sites(opened);
   const Eigen::VectorXd at_rest = session.visual_frame();
   const double step = motion.speed * kFrame / opened.info().metres_per_length_unit;
   const int frames = std::max(1, static_cast<int>(std::ceil(truth.largest_displacement() / step)));
@@ -62,7 +72,8 @@ Arrival move_to(const OpenedPack& opened, const ContactTruth& truth, const Motio
     if (has_iterated && frame > 2)
       arrival.largest_jump = std::max(arrival.largest_jump, second_difference(before, then, now));
     before = std::exchange(then, std::move(now));
-    // The frame that takes an iteration posts the next request, so that an iteration every `lag` frames has that lag.
+    // The frame that takes an iteration posts the next request, so an iteration every `lag` frames has that lag. The first
+    // one answers the frame at rest.
     has_iterated = frame % motion.lag == 0 && frame < frames;
     if (has_iterated) session.refine();
   }
@@ -82,7 +93,8 @@ std::vector<MotionErrors> survey_motions(const OpenedPack& opened, const std::ve
   std::vector<Arrival> arrivals(truths.size() * motions.size());
   const auto move = [&](size_t, size_t i) {
     const ContactTruth& truth = truths[i / motions.size()];
-    if (truth.solved) arrivals[i] = move_to(opened, truth, motions[i % motions.size()], contacts, floor);
+    if (is_measured(truth))
+      arrivals[i] = move_to(opened, truth, motions[i % motions.size()], contacts, floor);
   };
   for_each_on_threads(arrivals.size(), jobs, move, progress);
   std::vector<MotionErrors> rows;
@@ -93,7 +105,7 @@ std::vector<MotionErrors> survey_motions(const OpenedPack& opened, const std::ve
     std::vector<double> displacements;
     std::vector<double> forces;
     for (size_t t = 0; t < truths.size(); ++t) {
-      if (!truths[t].solved) continue;
+      if (!is_measured(truths[t])) continue;
       const Arrival& arrival = arrivals[t * motions.size() + m];
       ++row.frames;
       row.flagged += (arrival.flags & PAL_FLAGS_UNRELIABLE) != 0 ? 1 : 0;
@@ -113,8 +125,7 @@ int measure_lag(const OpenedPack& opened, const ContactTruth& truth) {
   using Clock = std::chrono::steady_clock;
   constexpr int kIterations = 8;
   ModelUnitSession session(opened, PAL_MODEL_ZONE, static_cast<std::uint32_t>(truth.contacts.size()), 0);
-  std::vector<std::uint32_t> sites(opened.info().num_sites);
-  std::iota(sites.begin(), sites.end(), 0u);
+  const std::vector<std::uint32_t> sites = all_sites(opened);
   double longest = 0;
   for (int i = 0; i <= kIterations; ++i) {
     session.contact_frame(contacts_at(truth.contacts, sites, static_cast<double>(i) / kIterations));

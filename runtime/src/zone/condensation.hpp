@@ -14,7 +14,7 @@
 // The forward substitution maps r to g, and the backward one extends du_B to du_O. The tree of fronts is the
 // pack's (Organ in schemas/pack.fbs). A front with a node of B in its columns does not eliminate the node but
 // hands the node to its parent; the roots hand B over to S. Fronts whose subtree holds no node of the zone are
-// the same in every zone: they are taken from a factor of the whole organ.
+// the same in every zone at rest: they are taken from a factor of the whole organ.
 //
 // Elimination is in float32: S and the substitutions only precondition the exterior's iterations (exterior.hpp),
 // whose fixed point does not depend on them.

@@ -58,6 +58,7 @@ double global_gradients(int nodes, const double positions[kMostElementNodes][3],
   }
   return determinant / 6.0;
 }
+
 template <int kNodes>
 void scale_volumes_of(ZoneBatch<kNodes>* batches, uint32_t count, ZonePatch* patches) {
   for (uint32_t n = 0; n < count; ++n) {
@@ -81,6 +82,7 @@ void scale_volumes(const ZoneBatches& batches) {
   scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
   scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
 }
+
 template <int kNodes>
 bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
                int lane, ElementBatch<kNodes>& elements) {

@@ -64,7 +64,7 @@ void end_iteration(const Exterior& exterior, ExteriorState& state) {
   std::swap(state.displacement, state.next);
   std::swap(state.forces, state.next_forces);
   state.energy = state.strain.energy;
-  state.smallest_jacobian = state.strain.smallest_jacobian;
+
   state.part = std::min(1.0, 2 * state.part);
   state.phase = Phase::ended;
 }
@@ -99,10 +99,13 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f)
     evaluate_front(exterior, f, state.displacement, strain, state.rest_force);
   follow_pressures_of(exterior.elements.all);
+  const ZoneBatches& all = exterior.elements.all;
+  for (uint32_t p = all.first_patch; p < all.first_patch + all.num_patches; ++p)
+    all.patches[p].at_rest = all.patches[p].pressure;
   state.rest_energy = strain.energy;
   state.energy = 0;
   state.part = 1;
-  state.smallest_jacobian = strain.smallest_jacobian;
+
   state.phase = Phase::ended;
 }
 

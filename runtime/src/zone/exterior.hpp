@@ -20,12 +20,11 @@
 namespace palpate {
 
 struct ExteriorState {
-  double* rest_force;        // [num_nodes][3] of the elements outside at rest: the organ's weight holds them
-  double* displacement;      // [num_nodes][3] u, from the mesh
-  double* forces;            // [num_nodes][3] g on kept nodes; L^-1 r on eliminated nodes
-  double rest_energy;        // stored by the elements outside at rest
-  double energy;             // stored at u beyond that, less the work of rest_force: 0 at rest
-  double smallest_jacobian;  // det F of the elements outside at u
+  double* rest_force;    // [num_nodes][3] of the elements outside at rest: the organ's weight holds them
+  double* displacement;  // [num_nodes][3] u, from the mesh
+  double* forces;        // [num_nodes][3] g on kept nodes; L^-1 r on eliminated nodes
+  double rest_energy;    // stored by the elements outside at rest
+  double energy;         // stored at u beyond that, less the work of rest_force: 0 at rest
   // The iteration under way
   enum class Phase : uint32_t { extend, evaluate, condense, ended } phase;
   uint32_t front;       // fronts that the phase has passed

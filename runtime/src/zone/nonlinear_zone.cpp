@@ -16,10 +16,11 @@ namespace {
 
 // What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
 constexpr double kConverged = 1e-4;
-// As kConverged, of what other groups have moved since their forces on the group were found. Of their moves it feels some
-// part, as no node is shared.
+// kConverged, for moves of other groups since find_coupling(). A group feels a part of them, because groups share no node.
 constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
+// What a round of all groups changes, the next round changes by a part. Only before the first delivery.
+constexpr double kOfChange = 0.3;
 // A frame whose contacts stand still in a refined zone iterates until kConverged and kMostUncoupled times this are reached,
 // if its iterations suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
@@ -130,6 +131,7 @@ void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
 void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
+    find_exterior_force(frame, group);  // a group at rest drops the correction of all
     find_coupling(frame, group);
     if (setbacks[g] != Setback::none && !group.has_balance) {
       make_tangent(frame, group);
@@ -181,7 +183,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   }
   bool failed[kMostZoneContacts] = {};
   double left[kMostZoneContacts] = {};
-  const auto left_uncoupled = [](const ZoneGroup& group) { return kOfOthers * group.others_moved; };
+  const auto left_uncoupled = [](const ZoneGroup& group) {
+    return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
+  };
   const auto is_settled = [&](const ZoneGroup& group, double part) {
     return left_uncoupled(group) <= part * kMostUncoupled * size;
   };
@@ -246,7 +250,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     find_traction(frame, group, set.correction.is_refined);
     advance_tangent(frame, group);
   }
-
   state.went_back = state.went_back || goes_any_back;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;

@@ -1,4 +1,4 @@
-// nonlinear_zone: full nonlinear elements in a small zone around the contacts, the linear rest of the organ condensed
+// nonlinear_zone: full nonlinear elements in a small zone around the contacts, the rest of the organ, linearised, condensed
 // exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
 //
 // With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, S as in

@@ -21,10 +21,13 @@ Exterior exterior_of(const pal_pack& pack, const EliminationKernel& kernel, cons
   return {pack, kernel, of.front_of, of.elements, left_out, displacement};
 }
 
-// Condenses the exterior with the tangent at rest.
+// Condenses the exterior with the tangent at rest, which has the pressures at rest.
 bool begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.phase = Phase::condense;
   of.set = 0;
+  const ZoneBatches& all = of.elements.all;
+  for (uint32_t p = all.first_patch; p < all.first_patch + all.num_patches; ++p)
+    all.patches[p].followed = all.patches[p].at_rest;
   return begin_condensation(exterior_of(pack, kernel, of), &of.whole, of.scratch, of.own);
 }
 
@@ -111,6 +114,7 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
   of.unbalanced = unbalanced;
   if (has_fallen) of.failures = 0;
   double sum = 0;
+  memcpy(delivery.moved, of.moved, 3 * request.num_boundary * sizeof *of.moved);
   for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
     delivery.force[i] = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3] - of.forces[i];
     delivery.energy -= of.moved[i] * (delivery.force[i] + 0.5 * of.forces[i]);

@@ -6,8 +6,10 @@
 //   renew       the same condensed anew with the tangent where the iterations have got to
 //   evaluate    the exterior's forces there
 //
-// The tangent is renewed where the contacts stand still, after every few iterations, so that these converge as Newton's
-// method does; in motion where the exterior is far from equilibrium, as in a bar that bends.
+// The tangent is renewed after two iterations or more, in two cases:
+//   - The contacts stand still, the exterior is near equilibrium and has not converged. The iterations then converge as
+//     Newton's method does.
+//   - The contacts move and the exterior is far from equilibrium, as in a bar that bends.
 //
 // Anderson's acceleration mixes the iterates where contacts stand still.
 #pragma once
@@ -43,7 +45,7 @@ struct Refinement {
   uint32_t iterations_of_tangent;  // since `own` was condensed
   double change;                   // ZoneDelivery::change of the last iteration
   double unbalanced;               // D of the last iteration
-  uint32_t failures;               // iterations in a row that were not good and did not halve it
+  uint32_t failures;               // iterations in a row that were not good and did not halve `unbalanced`
   double largest_energy;           // of the exterior in the good ones
   double followed[kMostZoneAxes];  // of the last request
   uint64_t iterations;

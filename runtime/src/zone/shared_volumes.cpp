@@ -154,6 +154,7 @@ double share_volumes(const ZoneBatches& batches, const double* displacement) {
   }
   return energy;
 }
+
 template <typename Number>
 void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                const Target<Number>& target) {

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack/pack_view.hpp"
 
 namespace palpate {
@@ -29,8 +31,10 @@ void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, double* moved
 void find_move(const ZoneFrame& frame, const ZoneGroup& group, double* moved) {
   const size_t first = size_t{3} * first_boundary(group);
   memset(moved, 0, group.boundary_stride * sizeof *moved);
-  for (size_t i = 0; i < size_t{3} * group.num_boundary; ++i)
+  for (size_t i = 0; i < size_t{3} * group.num_boundary; ++i) {
+    if (frame.set.unknown_of[first_boundary(group) + i / 3] == kNoUnknown) continue;
     moved[i] = frame.set.displacement[first + i] - frame.set.correction.displacement_then[first + i];
+  }
 }
 
 // Adds the product of `blocks`, between the group's boundary and those of the others, one behind the other, with the vector
@@ -98,12 +102,16 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   const uint32_t stride = group.boundary_stride;
   memset(group.coupled, 0, stride * sizeof *group.coupled);
-  group.others_moved = 0;
+  group.others_moved = group.coupled_change = 0;
   if (set.num_groups == 1) return;
   if (group.couplings == nullptr) {
+    memcpy(state.vector, group.moved_by_others, stride * sizeof *state.vector);
     find_move_by_others(frame, group);
     add_organ_force(state, group, group.moved_by_others, group.coupled);
-    for (uint32_t i = 0; i < stride; ++i) group.coupled[i] = -group.coupled[i];
+    for (uint32_t i = 0; i < stride; ++i) {
+      group.coupled[i] = -group.coupled[i];
+      group.coupled_change = std::max(group.coupled_change, fabs(group.moved_by_others[i] - state.vector[i]));
+    }
     return;
   }
   const auto displacement = [&](const ZoneGroup& other) -> const double* {
@@ -165,7 +173,7 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   }
 }
 
-// Forces that no tissue takes, as of a compliance that is positive definite in each group and not as a whole, are none.
+// Sets t to zero where it exceeds any tissue's force, as with a compliance that is positive definite in each group alone.
 void find_traction(ZoneFrame& frame, const ZoneGroup& group, bool since_delivery) {
   constexpr double kMostMoved =
       1e4;  // in units of what moves this node alone by the scene's largest displacement
@@ -201,6 +209,18 @@ void find_traction(ZoneFrame& frame, const ZoneGroup& group, bool since_delivery
   } else {
     memset(to, 0, bytes);
     frame.flags |= PAL_FLAG_NOT_FINITE;
+  }
+}
+
+void find_tractions_from_rest(ZoneFrame& frame) {
+  constexpr uint32_t kSweeps = 4;
+  const ZoneSet& set = frame.set;
+  memset(set.traction, 0, size_t{3} * set.num_nodes * sizeof *set.traction);
+  for (uint32_t sweep = 0; sweep < (set.num_groups > 1 ? kSweeps : 1); ++sweep) {
+    for (uint32_t g = 0; g < set.num_groups; ++g) {
+      find_move_by_others(frame, set.groups[g]);
+      find_traction(frame, set.groups[g], false);
+    }
   }
 }
 

@@ -1,5 +1,5 @@
 // The forces on the nodes of a group: of its own elements, of the exterior, and of the other groups. nonlinear_zone.hpp
-// has the equations and the names. Units of the model.
+// and zone_set.hpp have the equations and the names. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -38,8 +38,11 @@ void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneSet::traction of the group: t = T (w_B - b), of the organ at rest; `since_delivery`: with the delivery's S, from where
-// its w_B was, t = S_int dw + S dw of all groups. Overwrites ZoneState::boundary and residual.
+// its w_B was, t = S_int dw + S dw of all groups. Overwrites ZoneState::boundary, residual and vector.
 void find_traction(ZoneFrame& frame, const ZoneGroup& group, bool since_delivery);
+
+// The tractions of all groups from rest, and ZoneGroup::moved_by_others, by a few sweeps.
+void find_tractions_from_rest(ZoneFrame& frame);
 
 // The group's part of the exterior's energy, after find_outside(), without the constant ZoneCorrection::energy.
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group);

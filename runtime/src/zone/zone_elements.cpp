@@ -24,6 +24,7 @@ DyadicLanes terms_of(const ZoneLanes& batch, const ZonePatch* patches, double Zo
   }
   return lanes;
 }
+
 // V P g_a of a lane.
 template <int kNodes>
 void add_principal_force(const typename ElementBatch<kNodes>::Point& point, const PrincipalTangent& tangent,
@@ -36,6 +37,7 @@ void add_principal_force(const typename ElementBatch<kNodes>::Point& point, cons
     }
   }
 }
+
 // K_ab of a unit volume, shape gradients in the frame of N: with dF = n_r g_b^T, by isotropic_law.hpp, and turned back.
 void find_principal_block(const PrincipalTangent& tangent, const double ga[3], const double gb[3],
                           double block[3][3]) {
@@ -76,6 +78,7 @@ void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
     }
   }
 }
+
 template <int kNodes>
 void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
                    const uint8_t* left_out, const double* displacement, ZoneStrain& strain, double* forces) {
@@ -196,6 +199,7 @@ uint64_t stiffness_operations(const ZoneBatches& batches) {
   constexpr uint64_t kQuadratic = 20;
   return kLinear * kLanes * (batches.num_linear + kQuadratic * batches.num_quadratic);
 }
+
 template <typename Number>
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
                         Number* matrix, uint32_t stride) {

@@ -66,6 +66,7 @@ struct ZoneBatches {
 inline bool is_left_out(const uint8_t* left_out, uint32_t batch, int lane) {
   return left_out != nullptr && left_out[uint32_t{kLanes} * batch + static_cast<uint32_t>(lane)] != 0;
 }
+
 // Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
 template <typename Work>
 void for_each_lanes(const ZoneBatches& batches, Work&& work) {

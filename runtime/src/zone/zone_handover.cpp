@@ -160,7 +160,7 @@ bool place_next(const pal_pack& pack, uint64_t operations, ZoneState& state, uin
   if (state.column == 0) {
     state.is_before_strained = state.strained;
     ZoneFrame frame = {pack, state, state.active, 0};
-    for (uint32_t g = 0; g < before.num_groups; ++g) find_traction(frame, before.groups[g], false);
+    find_tractions_from_rest(frame);
     memcpy(state.tractions_before, before.traction, size_t{3} * before.num_nodes * sizeof(double));
   }
   mark_places(true, state);

@@ -47,8 +47,10 @@ double farthest(const ZoneFrame& frame, const double* now, const double* then) {
 void find_energies(ZoneFrame& frame, bool has_new_tangent, double* energies) {
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
-    if (has_new_tangent) find_exterior_force(frame, group);
-    if (has_new_tangent) find_coupling(frame, group);
+    if (has_new_tangent) {
+      find_exterior_force(frame, group);
+      find_coupling(frame, group);
+    }
     find_outside(frame, group);
     energies[g] = outside_energy(frame, group);
   }
@@ -59,8 +61,8 @@ template <typename Change>
 void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) {
   ZoneSet& set = state.active;
   ZoneFrame frame = {pack, state, set, 0};
-  double before[kMostZoneContacts];
-  double after[kMostZoneContacts];
+  double before[kMostZoneContacts] = {};
+  double after[kMostZoneContacts] = {};
   find_energies(frame, false, before);
   const uint64_t tangent = set.correction.tangent;
   const double constant = set.correction.energy;
@@ -73,19 +75,23 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   }
 }
 
-void take_correction(ZoneDelivery& delivery, ZoneState& state) {
+void take_correction(const pal_pack& pack, ZoneDelivery& delivery, ZoneState& state) {
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
   if (delivery.tangent != correction.tangent) {
     std::swap(state.exterior, delivery.exterior);
-    take_exterior(state.exterior, set);
+    use_exterior(state.exterior, set);
     correction.tangent = delivery.tangent;
   }
   correction.energy = delivery.energy;
-  const double* force = delivery.force;
+  uint32_t b = 0;
   for_each_boundary(set, [&](uint32_t place) {
-    memcpy(correction.force + size_t{3} * place, force, 3 * sizeof *force);
-    force += 3;
+    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      correction.force[3 * place + axis] = delivery.force[3 * b + axis];
+      correction.displacement_then[3 * place + axis] = rest[axis] + delivery.moved[3 * b + axis];
+    }
+    ++b;
   });
 }
 
@@ -102,7 +108,11 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   if (!correction.is_refined ||
       (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
     return;
-  change_correction(pack, state, [&] { drop_correction(set); });
+  change_correction(pack, state, [&] {
+    drop_correction(set);
+    ZoneFrame of_set = {pack, state, set, 0};
+    find_tractions_from_rest(of_set);
+  });
   state.has_jumped = true;
 }
 
@@ -139,7 +149,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
     ++correction.failures;
   }
   if (!delivery.is_good || is_far) return Taken::rejected;
-  change_correction(pack, state, [&] { take_correction(delivery, state); });
+  change_correction(pack, state, [&] { take_correction(pack, delivery, state); });
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   state.has_jumped = state.has_jumped || !correction.is_refined || !isfinite(correction.change);
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
@@ -147,8 +157,6 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   correction.failures = 0;
   correction.field = mailbox.field;
   memcpy(correction.followed_then, request.followed, set.num_axes * sizeof *set.followed);
-  memcpy(correction.displacement_then, request.displacement,
-         size_t{3} * set.num_nodes * sizeof *set.displacement);
   return Taken::taken;
 }
 
@@ -162,6 +170,7 @@ void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, Z
   request.elements = arena.take<uint32_t>(state.max_elements);
   request.boundary = arena.take<uint32_t>(state.max_boundary);
   mailbox.delivery.force = arena.take<double>(size_t{3} * state.max_boundary);
+  mailbox.delivery.moved = arena.take<double>(size_t{3} * state.max_boundary);
   mailbox.delivery.exterior = arena.take<double>(state.max_exterior);
   for (pal_real*& field : mailbox.fields)
     field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
@@ -191,7 +200,6 @@ void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMai
   request.num_axes = set.num_axes;
   memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
-
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
   if (correction.is_refined) used |= 1u << correction.field;

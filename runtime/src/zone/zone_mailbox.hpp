@@ -7,8 +7,8 @@
 //
 // The refining lane owns request and delivery while the state is `requested`, the haptic lane otherwise. Neither lane waits.
 //
-// A delivery has the exterior's force g and tangent S, condensed onto the boundary, where the iteration has got to, w_e. To
-// frames the exterior is linear from there, S (w - w_e) + g = S w + c (ZoneCorrection). Where the iterations have converged,
+// An iteration ends with the exterior's force g and tangent S, condensed onto the boundary at w_e. To frames the exterior
+// is linear from there, S (w - w_e) + g = S w + c (ZoneCorrection); a delivery has S and c. Where the iterations have converged,
 // the answer is that of the whole organ. Units of the model.
 #pragma once
 
@@ -53,6 +53,7 @@ struct ZoneRequest {
 struct ZoneDelivery {
   bool is_good;      // false: an element outside would be inverted, or the exterior is not positive definite
   double* force;     // [max_boundary][3] c of the boundary's nodes that move
+  double* moved;     // [max_boundary][3] w_e, their displacements from rest at the iteration
   double energy;     // C
   uint64_t tangent;  // number of S
   double* exterior;  // [ZoneState::max_exterior] S of all groups, if the request has another one

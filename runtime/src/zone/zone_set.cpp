@@ -53,7 +53,7 @@ void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed,
   const uint32_t axes = state.axes_per_contact * state.max_contacts;
   const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
   state.max_exterior = squares * squares;
-  state.max_matrices = squares * (3 * squares + 3);
+  state.max_matrices = squares * (2 * squares + 3);
   const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
   state.max_rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * state.max_contacts);
   const uint32_t size = unknowns + axes + kEliminationRows * state.max_contacts;
@@ -179,7 +179,7 @@ size_t exterior_size(const ZoneSet& set) {
   return size;
 }
 
-void take_exterior(double* exterior, ZoneSet& set) {
+void use_exterior(double* exterior, ZoneSet& set) {
   uint32_t all = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) all += 3 * set.groups[g].num_boundary;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -188,7 +188,6 @@ void take_exterior(double* exterior, ZoneSet& set) {
     group.couplings = exterior + size_t{group.boundary_stride} * group.boundary_stride;
     exterior = group.couplings + size_t{group.boundary_stride} * (all - 3 * group.num_boundary);
     group.has_new_exterior = true;
-    group.is_assembling = false;
   }
 }
 
@@ -203,7 +202,6 @@ void drop_correction(ZoneSet& set) {
     group.exterior = group.exterior_at_rest;
     group.couplings = nullptr;
     group.has_new_exterior = true;
-    group.is_assembling = false;
   }
   correction.is_refined = false;
   correction.failures = 0;

@@ -1,7 +1,7 @@
 // What a nonlinear zone is made of, for a set of contacts.
 //
 // A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken
-// to be linear about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
+// to be linear, at first about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
 // outside. With C the compliance of the whole linear organ, K_V the stiffness of the zone's own elements at rest, I
 // the nodes of V that are not in B:
 //
@@ -60,6 +60,7 @@ struct ZoneGroup {
   bool has_new_exterior;  // since the tangent was begun
   double* coupled;  // [boundary_stride] force of the other groups' boundaries on this one, when found last
   double* moved_by_others;  // [boundary_stride] b (zone_balance.hpp), when found last
+  double coupled_change;    // of b, when it was found last; 0 with S of a delivery
   double others_moved;      // since then
   double* exterior_force;   // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
@@ -145,7 +146,7 @@ struct ZoneCorrection {
   double* followed_then;  // ZoneSet::followed of the delivery's request
   // By how much the delivery changed the force of each contact, contacts at rest; negative: not known
   double force_change[kMostZoneContacts];
-  double* displacement_then;  // [max_nodes][3] ZoneSet::displacement of the delivery's request
+  double* displacement_then;  // [max_nodes][3] displacements of the boundary at the delivery's iteration
 };
 
 struct ZoneSet {
@@ -283,10 +284,10 @@ struct ZoneState {
   bool strained;  // the set that answers has been solved since it was at rest
   // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
   double* tangents[3];
-  double* exterior;  // [max_exterior] S of the set that answers, of the last delivery (zone_exterior.hpp)
+  double* exterior;  // [max_exterior] S of the set that answers, of the last delivery (zone_mailbox.hpp)
   double* forces;    // [max_nodes][3] of the elements, beyond those at rest
   double* saved;     // [max_nodes][3]
-  // Of the group at hand (zone_balance.hpp); `boundary` and `vector` within a step of making a set ready, too
+  // Of the group at hand (zone_balance.hpp); `boundary`, `vector` and `residual` within a step of making a set ready, too
   double* residual;
   double* boundary;
   double* outside;
@@ -327,8 +328,8 @@ bool has_exterior(const ZoneSet& set);
 // Numbers of S of all groups: for each S of its own boundary, then those with the others' (ZoneGroup).
 size_t exterior_size(const ZoneSet& set);
 
-// Takes S of all groups from there.
-void take_exterior(double* exterior, ZoneSet& set);
+// All groups have S from there.
+void use_exterior(double* exterior, ZoneSet& set);
 
 // Forgets the correction, as where the contacts begin anew at rest.
 void drop_correction(ZoneSet& set);
