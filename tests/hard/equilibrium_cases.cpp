@@ -65,7 +65,10 @@ std::vector<Answer> two_ways(double size, double radius, int cells) {
                                        -0.8 * size * std::min(1.0, 2 * part));
       results = session.contact_frame(std::vector<pal_contact>{push(1, on_the_way)});
     }
-    for (int frame = 0; frame < 60; ++frame) results = session.contact_frame(contacts);
+    for (int frame = 0; frame < 60; ++frame) {
+      if (results.front().model == PAL_MODEL_ZONE) session.refine();
+      results = session.contact_frame(contacts);
+    }
     answers.push_back(organ.compare(by, contacts, results, session.visual_frame(), truth));
   }
   return answers;

@@ -99,6 +99,7 @@ std::vector<Answer> drag(const Organ& organ, std::uint32_t site, const std::vect
     from = to;
   }
   constexpr size_t kCompared = 10;
+  constexpr size_t kLag = 5;  // frames from an iteration of the refining lane to the next
   std::vector<size_t> compared;
   std::vector<Truth> truths;
   for (size_t i = 1; i <= kCompared; ++i) {
@@ -113,6 +114,7 @@ std::vector<Answer> drag(const Organ& organ, std::uint32_t site, const std::vect
     for (size_t frame = 0; frame < frames.size(); ++frame) {
       const std::vector<pal_contact> contacts = {push(site, frames[frame])};
       const auto results = session.contact_frame(contacts);
+      if (results.front().model == PAL_MODEL_ZONE && frame % kLag == 0) session.refine();
       if (frame != compared[next]) continue;
       seen.push_back(
           {organ.compare(asked_of(model), contacts, results, session.visual_frame(), truths[next])});
