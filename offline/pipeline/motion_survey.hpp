@@ -21,8 +21,8 @@ struct MotionErrors {
   int flagged = 0;      // of these, frames with a flag of PAL_FLAGS_UNRELIABLE
   ErrorFigures displacement;
   ErrorFigures force;
-  // Largest second difference of a force in a frame with a new iteration, of |f_FE| floored as in `force`. It is what a
-  // delivery moves the force by, beside the bend of the path of forces.
+  // Largest second difference of a force in a frame with a new iteration, relative to |f_FE| floored as in `force`. The
+  // difference has two parts: the step that the iteration brings, and the curvature of the force along the path.
   double largest_jump = 0;
 };
 

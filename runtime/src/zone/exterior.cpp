@@ -64,7 +64,6 @@ void end_iteration(const Exterior& exterior, ExteriorState& state) {
   std::swap(state.displacement, state.next);
   std::swap(state.forces, state.next_forces);
   state.energy = state.strain.energy;
-
   state.part = std::min(1.0, 2 * state.part);
   state.phase = Phase::ended;
 }
@@ -105,7 +104,6 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state) {
   state.rest_energy = strain.energy;
   state.energy = 0;
   state.part = 1;
-
   state.phase = Phase::ended;
 }
 

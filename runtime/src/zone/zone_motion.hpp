@@ -5,8 +5,7 @@
 //
 //   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2
 //
-// As far as contacts go on as before, so do nodes, whose answer is known
-// better than a tangent tells that is some frames old; the rest of the way follows the tangent (Broyden 1965, Math.
+// As far as contacts go on as before, so do nodes: the last frame tells more than a tangent that is some frames old. The rest of the way follows the tangent (Broyden 1965, Math.
 // Comp. 19, of a single change). At a steady speed v that leaves an error in proportion to v^2, and not to v times how
 // far away the tangent was made: one iteration a frame instead of two where patches are pushed half as deep as an edge
 // is long and 10 edges/s fast.
