@@ -193,8 +193,7 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session, const std::
 inline std::vector<pal_contact_result> settle_unrefined(OwnedSession& session,
                                                         const std::vector<pal_contact>& contacts) {
   std::vector<pal_contact_result> results = move_to(session, contacts, false);
-  // Separate zones converge to each other's forces frame by frame.
-  for (int frame = 0; frame <= 2 * PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
+  for (int frame = 0; frame <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) results = session.touch(contacts);
   return results;
 }
 
