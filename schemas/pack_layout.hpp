@@ -16,7 +16,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 18;
+inline constexpr uint32_t kFormatVersion = 19;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients are adjacent in a field panel
@@ -161,8 +161,8 @@ static_assert(sizeof(ZoneMaterial) == 80);
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // limit for a session with zones
-// Nodes fixed at run time that a zone allows: all these nodes are on every zone's boundary, and a frame costs
-// the square of the boundary.
+// Nodes fixed at run time that a zone allows: all these nodes are on the boundary of a zone, and a frame costs the square of
+// the boundary.
 inline constexpr uint32_t kMostZoneFixed = 32;
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {

@@ -117,8 +117,7 @@ std::vector<SiteResult> some_polynomials(const Block& block, int degree, int ran
 }
 
 ZoneTables zones_of(const Block& block, int rings) {
-  ZoneTables zone = find_zones(block.scene, block.model, block.sites, rings);
-  compute_zone_compliance(block.assembly, block.sites, {}, {}, zone);
+  ZoneTables zone = find_zones(block.model, block.sites, rings);
   return zone;
 }
 

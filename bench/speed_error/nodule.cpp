@@ -92,8 +92,7 @@ class Body {
     plan.survey_samples = 0;
     plan.jobs = 2;
     const std::vector<SiteResult> results = sample_sites(*assembly_, scene_, sites_, linear, plan);
-    ZoneTables zone = find_zones(scene_, model_, sites_, kRings);
-    compute_zone_compliance(*assembly_, sites_, {}, {}, zone);
+    ZoneTables zone = find_zones(model_, sites_, kRings);
     PackContent content{model_, scene_, sites_, &linear, &results, false, {}, {}};
     content.zone = &zone;
     PackContent without = content;

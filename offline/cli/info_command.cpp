@@ -50,8 +50,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   if (model == pack::ResponseModel::nonlinear_zone) {
     const pack::NonlinearZone& zone = *tables.nonlinear_zone();
     return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
-           zone.materials()->bytes() + zone.compliance()->bytes() + zone.field_compliance()->bytes() +
-           zone.field_units()->bytes() + organ_bytes(tables);
+           zone.materials()->bytes() + organ_bytes(tables);
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +
@@ -195,7 +194,6 @@ int run_info(const InfoArguments& arguments) {
     }
     if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
       models["nonlinear_zone"].update({{"rings", zone->rings()},
-                                       {"precision", precision_name(zone->precision())},
                                        {"nodes", zone->num_nodes()},
                                        {"elements", zone->num_elements()},
                                        {"most_nodes", zone->most_nodes()},
@@ -259,10 +257,10 @@ int run_info(const InfoArguments& arguments) {
   print_polynomials(opened);
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
     fmt::print(
-        "  zones          up to {} {}; {}; {} nodes, {} elements; of a site up to {} nodes, {} "
+        "  zones          up to {} {}; {} nodes, {} elements; of a site up to {} nodes, {} "
         "elements\n",
-        zone->rings(), zone->rings() == 1 ? "ring" : "rings", precision_name(zone->precision()),
-        zone->num_nodes(), zone->num_elements(), zone->most_nodes(), zone->most_elements());
+        zone->rings(), zone->rings() == 1 ? "ring" : "rings", zone->num_nodes(), zone->num_elements(),
+        zone->most_nodes(), zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
     fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",

@@ -86,10 +86,12 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
                                            elements * 15 * dofs * (dofs + 1) / 2);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
-    cost.field_operations = rows * boundary;
-    // Contact nodes on the boundary store reals; this count treats all nodes alike.
-    const bool rounded = content.zone->rounded;
-    cost.field_bytes = rows / pack::kPanelRows * (boundary / 3 * pack::field_panel_bytes(3, rounded));
+    // The last delivery's field, and three columns for each node of the patch.
+    std::uint64_t patch = 0;
+    for (const ContactSite& site : content.sites.sites)
+      patch = std::max<std::uint64_t>(patch, site.patch_nodes.size());
+    cost.field_operations = rows * 3 * patch;
+    cost.field_bytes = rows * (1 + 3 * patch) * sizeof(pack::Real);
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {

@@ -33,7 +33,7 @@ struct SurfaceSegments {
   pack::Segment primitives, nodes, primitive_normals, site_normals;
 };
 struct ZoneSegments {
-  pack::Segment nodes, elements, node_elements, materials, compliance, field_compliance, field_units;
+  pack::Segment nodes, elements, node_elements, materials;
 };
 
 struct OrganSegments {

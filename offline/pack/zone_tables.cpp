@@ -1,4 +1,3 @@
-#include <limits>
 #include <variant>
 #include "offline/pack/pack_tables.hpp"
 
@@ -49,51 +48,9 @@ MeshTables zone_mesh(const PackContent& content) {
   return mesh;
 }
 
-// Columns of zones, divided by their units, panel after panel.
-class ZoneColumns {
- public:
-  explicit ZoneColumns(bool rounded) : rounded_(rounded) {}
-
-  template <typename Columns>
-  void append(const Eigen::MatrixBase<Columns>& columns, const Eigen::VectorXd& units, size_t panel) {
-    if (rounded_) {
-      append_rounded_panel(columns, units, panel, integers_);
-    } else {
-      append_panel(columns.template cast<double>() * units.cwiseMax(kLeast).cwiseInverse().asDiagonal(),
-                   panel, reals_);
-    }
-  }
-
-  pack::Segment add_to(SegmentStore& store) const {
-    return rounded_ ? store.add(integers_) : store.add(reals_);
-  }
-
- private:
-  // guards zero columns, whose unit is 0
-  static constexpr double kLeast = std::numeric_limits<double>::min();
-  bool rounded_;
-  std::vector<std::int16_t> integers_;
-  std::vector<pack::Real> reals_;
-};
-
-void add_field_compliance(const PackContent& content, SegmentStore& store, ZoneSegments& segments) {
-  const Eigen::MatrixXd& compliance = content.zone->field_compliance;
-  ZoneColumns field(content.zone->rounded);
-  std::vector<double> units;
-  for (Eigen::Index first = 0; first < compliance.cols(); first += 3) {
-    const auto columns = compliance.middleCols<3>(first);
-    units.push_back(columns.cwiseAbs().maxCoeff());
-    for (size_t panel = 0; panel < num_panels(content.sites); ++panel)
-      field.append(columns, Eigen::VectorXd::Constant(3, units.back()), panel);
-  }
-  segments.field_compliance = field.add_to(store);
-  segments.field_units = store.add(units);
-}
-
 }  // namespace
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
-  const ZoneTables& zone = *content.zone;
   const MeshTables mesh = zone_mesh(content);
   ZoneSegments segments;
   segments.nodes = store.add(mesh.nodes);
@@ -102,18 +59,6 @@ ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
   std::vector<pack::ZoneMaterial> materials;
   for (const Material& material : content.model.materials) materials.push_back(zone_material(material.law));
   segments.materials = store.add(materials);
-  const auto num_contacts = static_cast<Eigen::Index>(content.sites.contact_nodes.size());
-  std::vector<double> blocks;
-  for (Eigen::Index i = num_contacts; i < zone.num_free; ++i) {
-    // C is symmetric: row i of C equals column i.
-    const auto columns = zone.compliance.middleCols<3>(3 * (i - num_contacts));
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      for (Eigen::Index entry = 0; entry < 9; ++entry)
-        blocks.push_back(columns(3 * j + entry % 3, entry / 3));
-    }
-  }
-  segments.compliance = store.add(blocks);
-  add_field_compliance(content, store, segments);
   return segments;
 }
 
@@ -123,18 +68,13 @@ flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content,
   const pack::Segment elements = placed(zone.elements, base);
   const pack::Segment node_elements = placed(zone.node_elements, base);
   const pack::Segment materials = placed(zone.materials, base);
-  const pack::Segment compliance = placed(zone.compliance, base);
-  const pack::Segment field_compliance = placed(zone.field_compliance, base);
-  const pack::Segment field_units = placed(zone.field_units, base);
-  return pack::CreateNonlinearZone(
-      builder, static_cast<uint32_t>(content.zone->rings), static_cast<uint32_t>(content.zone->nodes.size()),
-      static_cast<uint32_t>(content.zone->num_free), &zone_nodes_at,
-      static_cast<uint32_t>(content.zone->elements.size()), &elements, &node_elements,
-      static_cast<uint32_t>(content.model.materials.size()), &materials, &compliance, &field_compliance,
-      static_cast<uint32_t>(content.zone->most_nodes),
-      static_cast<uint32_t>(content.zone->most_boundary_nodes),
-      static_cast<uint32_t>(content.zone->most_elements),
-      content.zone->rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real, &field_units);
+  return pack::CreateNonlinearZone(builder, static_cast<uint32_t>(content.zone->rings),
+                                   static_cast<uint32_t>(content.zone->nodes.size()), &zone_nodes_at,
+                                   static_cast<uint32_t>(content.zone->elements.size()), &elements,
+                                   &node_elements, static_cast<uint32_t>(content.model.materials.size()),
+                                   &materials, static_cast<uint32_t>(content.zone->most_nodes),
+                                   static_cast<uint32_t>(content.zone->most_boundary_nodes),
+                                   static_cast<uint32_t>(content.zone->most_elements));
 }
 
 }  // namespace palpate

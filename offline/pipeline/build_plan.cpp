@@ -25,7 +25,6 @@ double dense_bytes(const ContactSites& sites) {
 }
 
 constexpr size_t kChecksOfSeries = 2;  // check solves at a site without samples
-constexpr double kMostZoneBytes = 192e6;
 // Survey targets from this value down need more samples and higher degrees.
 constexpr double kFineTarget = 1e-3;
 
@@ -94,13 +93,10 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
         ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
         "fewer sites, or remove models.zone = true");
   }
-  if (scene.zone_rings > 0) return find_zones(scene, model, sites, scene.zone_rings);
+  if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
   for (int rings = kMostRings; rings > 0; --rings) {
-    ZoneTables zone = find_zones(scene, model, sites, rings);
-    const bool is_large = zone_bytes(zone, sites) > kMostZoneBytes;
-    const bool is_asked_for = scene.zone.value_or(false);
-    if (is_asked_for ? !is_large || rings == 1
-                     : !is_large && zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
+    ZoneTables zone = find_zones(model, sites, rings);
+    if (scene.zone.value_or(false) || zone_frame_us(zone, scene.max_contacts) <= scene.frame_budget_us)
       return zone;
   }
   return std::nullopt;
@@ -248,7 +244,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double of_zones = zone_bytes(*zone, sites) + organ_bytes(model);
+    const double of_zones = organ_bytes(model);
     bytes += of_zones;
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
@@ -260,10 +256,10 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
             : "");
   } else if (is_zone_wanted(model, scene, sites)) {
     fmt::print(
-        "zones      none: one ring would take more than [budget] frame_us = {:g} or {:.0f} MB; several "
-        "contacts "
-        "are answered by the linear model\n",
-        scene.frame_budget_us, kMostZoneBytes / 1e6);
+        "zones      none: one ring would take more than [budget] frame_us = {:g}; several contacts are "
+        "answered "
+        "by the linear model\n",
+        scene.frame_budget_us);
   }
   // On small meshes assembly, tangents and fits cost more than the factorisation.
   constexpr double kSecondsPerElement = 5e-6;

@@ -202,6 +202,10 @@ std::vector<pal_contact_result> ModelUnitSession::contact_frame(std::span<const 
   }
   std::vector<pal_contact_result> results(contacts.size());
   require_ok(session_.contact_frame(scaled, results), "frame");
+  while (!results.empty() && (results.front().flags & PAL_FLAG_PREPARING) != 0) {
+    require_ok(session_.refine(), "refinement");
+    require_ok(session_.contact_frame(scaled, results), "frame");
+  }
   for (pal_contact_result& result : results) {
     for (double& component : result.force) component /= info.newtons_per_force_unit;
     for (double& component : result.displacement) component /= info.metres_per_length_unit;

@@ -60,7 +60,8 @@ class ModelUnitSession {
   void turn(std::vector<Eigen::Vector3d> rotations) { rotations_ = std::move(rotations); }
   // Torque and force of the last frame's contact: force unit x length unit, force unit.
   pal_contact_torque torque(std::uint32_t contact) const;
-  // Displacements in length units; forces in force unit, stiffness in force unit / length unit.
+  // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first. Displacements in length
+  // units; forces in force unit, stiffness in force unit / length unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
   // Repeats frames from rest until an iterative model converges.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);

@@ -150,13 +150,6 @@ bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
 
 }  // namespace
 
-void compute_zone(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                  ZoneTables& zone) {
-  ProgressBar bar("compliance of zones", 3 * (zone.num_free - static_cast<int>(sites.contact_nodes.size())));
-  compute_zone_compliance(
-      assembly, sites, rest, [&](int done, int) { bar.show(done); }, zone);
-}
-
 std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs, Ranks* ranks) {
   auto build = std::make_unique<PackBuild>();
   const bool is_first = ranks == nullptr || ranks->is_first();
@@ -167,7 +160,6 @@ std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<Input
   if (!solve_all(from, ranks, *build)) return nullptr;
   build->sampling_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   build->zone = plan_zone(from.assembly.model(), from.scene, from.sites);
-  if (build->zone) compute_zone(from.assembly, from.sites, from.rest, *build->zone);
   build->content.emplace(content_of(from.assembly.model(), from.scene, from.sites, from.rest, from.plan,
                                     build->compliance, build->results, build->zone, std::move(inputs)));
   build->bytes.emplace(write_surveyed_pack(from.assembly, from.rest, build->results, build->sets,

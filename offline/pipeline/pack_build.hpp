@@ -17,10 +17,6 @@ struct Compliance {
   std::optional<CompressedCompliance> compressed;
 };
 
-// Computes the compliance of the planned zones.
-void compute_zone(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
-                  ZoneTables& zone);
-
 // A pack with its inputs. Not movable: `content` refers to the other members.
 struct PackBuild {
   Compliance compliance;

@@ -102,7 +102,7 @@ OtherSettings::OtherSettings(const OpenedPack& opened, const Organ& organ, const
         "the material is *ELASTIC at small strain.");
     return;
   }
-  auto zone = make_zone_pack(study, rings_of_zone_pack(study, effort.most_zone_rings));
+  auto zone = make_zone_pack(study, effort.most_zone_rings);
   for (std::uint32_t rings = carried + 1; rings <= zone->opened.info().zone_rings; ++rings) {
     methods_.push_back({{MethodKind::zone, zone_name(rings), false}, &zone->opened, PAL_MODEL_ZONE, rings});
   }

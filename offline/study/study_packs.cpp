@@ -84,23 +84,11 @@ std::vector<std::unique_ptr<StudyPack>> make_polynomial_packs(const Organ& organ
   return packs;
 }
 
-int rings_of_zone_pack(const Organ& organ, int most) {
-  constexpr double kMostBytes = 256e6;
-  const Scene scene = zone_scene(organ);
-  const auto bytes_of = [&](int rings) {
-    return zone_bytes(find_zones(scene, organ.model, organ.sites, rings), organ.sites);
-  };
-  int rings = most;
-  while (rings > 1 && bytes_of(rings) > kMostBytes) --rings;
-  return rings;
-}
-
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int rings) {
   Scene scene = zone_scene(organ);
   scene.zone_rings = rings;
   const LinearDd linear = compute_linear_dd(organ.assembly, organ.sites, {}, organ.rest);
-  ZoneTables zone = find_zones(scene, organ.model, organ.sites, scene.zone_rings);
-  compute_zone(organ.assembly, organ.sites, organ.rest, zone);
+  const ZoneTables zone = find_zones(organ.model, organ.sites, scene.zone_rings);
   PackContent content{organ.model, scene, organ.sites, &linear, nullptr, false, {}, {}};
   content.rest = &organ.rest;
   content.zone = &zone;

@@ -37,9 +37,6 @@ std::vector<std::unique_ptr<StudyPack>> make_transferred_packs(const Organ& orga
                                                                int jobs, const SampleStore* store,
                                                                std::vector<std::string>& notes);
 
-// Returns the largest number of rings, up to `most`, whose nonlinear_zone pack stays below 256 MB.
-int rings_of_zone_pack(const Organ& organ, int most);
-
 // Makes a zone pack with `rings` rings and without a survey. Cost: as in `palpate build`.
 std::unique_ptr<StudyPack> make_zone_pack(const Organ& organ, int rings);
 

@@ -1,7 +1,7 @@
 // A session for timing: the runtime's units, no work besides the runtime's calls.
 #pragma once
 
-#include <chrono>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -9,19 +9,25 @@
 
 namespace palpate {
 
-// Has its own memory and one tool. Zero values mean:
+// Has its own memory. Zero values mean:
 //   `zone_rings`: all rings of the pack,
 //   `zone_iterations`: the runtime's default,
-//   `budget_seconds`: changed contacts are prepared at once.
+//   `max_tools`: one.
 class TimedSession {
  public:
   TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, double budget_seconds = 0)
-      : TimedSession(opened,
-                     config_of(opened, model, max_contacts, zone_rings, zone_iterations, budget_seconds)) {}
+               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, std::uint32_t max_tools = 0)
+      : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, zone_iterations, max_tools)) {
+  }
 
+  // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first.
   void haptic(std::span<const pal_contact> contacts) {
+    while (!ask(contacts)) refine();
+  }
+  // A frame. Returns false where the refining lane has to prepare a zone first.
+  bool ask(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
+    return contacts.empty() || (results_.front().flags & PAL_FLAG_PREPARING) == 0;
   }
   // hold() attaches a tool to a site. tool() then runs a haptic frame for the tool's pose, equal to the contact frame.
   void hold(std::uint32_t site, std::uint32_t tool = 0) {
@@ -47,7 +53,11 @@ class TimedSession {
     for (size_t tool = 0; tool < poses.size(); ++tool) flags |= tool_results_[tool].flags;
     return flags;
   }
-  void refine() { require_ok(session_.refine(), "refine"); }
+  // `operations`: multiply-adds of a slice; 0: to the end.
+  void refine(std::uint64_t operations = 0) {
+    pal_refinement refinement = {};
+    require_ok(session_.refine(operations, refinement), "refine");
+  }
   void visual(pal_real* field) { require_ok(session_.visual_frame(field), "frame"); }
 
  private:
@@ -59,18 +69,13 @@ class TimedSession {
   }
   static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                                       std::uint32_t zone_rings, std::uint32_t zone_iterations,
-                                      double budget_seconds) {
+                                      std::uint32_t max_tools) {
     pal_session_config config = pal_default_session_config(opened.pack().get());
     config.zone_rings = zone_rings;
     config.zone_iterations = zone_iterations;
     config.model = model;
     config.max_contacts = max_contacts;
-    config.max_tools = budget_seconds > 0 ? max_contacts : 1;
-    config.budget_seconds = budget_seconds;
-    config.clock = [](void*) {
-      return static_cast<std::uint64_t>(
-          std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
-    };
+    config.max_tools = std::max(1u, max_tools);
     return config;
   }
   static size_t required_bytes(const OpenedPack& opened, const pal_session_config& config) {

@@ -50,50 +50,6 @@ TEST_F(Contradiction, Zones) {
               for (uint32_t i = 0; i <= most; ++i) e[i].volume_patch = 3;
             }),
             PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(status_with<double>(
-                zone.compliance(), [](double* c) { c[1] = 1e30; }, original),
-            PAL_STATUS_CORRUPT_CONTENT);
-  // Columns may hold any integer; their units must be finite and in range.
-  for (const double wrong : {1e30, -1e30, std::nan("")}) {
-    EXPECT_EQ(status_with<double>(
-                  zone.field_units(), [&](double* of_columns) { of_columns[2] = wrong; }, original),
-              PAL_STATUS_CORRUPT_CONTENT)
-        << wrong;
-  }
-}
-
-// Columns stored as reals are bounded by their units; columns of int16 may hold any integer.
-TEST_F(Contradiction, ColumnsOfZones) {
-  for (const bool rounded : {false, true}) {
-    SCOPED_TRACE(rounded);
-    ZoneTables zone = small_.zone;
-    zone.rounded = rounded;
-    PackContent content = small_.content();
-    content.zone = &zone;
-    const AlignedBytes bytes = write_pack(content);
-    const pack::NonlinearZone& table =
-        *pack::GetPack(bytes.bytes().data() + sizeof(pack::PackHeader))->nonlinear_zone();
-    const pack::Segment* columns = table.field_compliance();
-    const auto with = [&](uint64_t place, pal_real value) {
-      return status_with<pal_real>(
-          columns, [&](pal_real* numbers) { numbers[place] = value; }, bytes);
-    };
-    for (const uint64_t place : {uint64_t{9}, columns->bytes() / sizeof(pal_real) - 1}) {
-      EXPECT_EQ(with(place, pal_real(-0.5)), PAL_STATUS_OK);
-      for (const pal_real wrong :
-           {std::numeric_limits<pal_real>::quiet_NaN(), pal_real(1e38), pal_real(-1.01)})
-        EXPECT_EQ(with(place, wrong), rounded ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_CONTENT) << wrong;
-    }
-    const auto with_precision = [&](uint8_t value) {
-      return status_with_scalar(pack::Pack::VT_NONLINEAR_ZONE, pack::NonlinearZone::VT_PRECISION, value,
-                                bytes);
-    };
-    if (rounded) {
-      EXPECT_EQ(with_precision(1), PAL_STATUS_OK);
-      for (const uint8_t wrong : {uint8_t{0}, uint8_t{2}, uint8_t{255}})
-        EXPECT_EQ(with_precision(wrong), PAL_STATUS_CORRUPT_CONTENT) << int{wrong};
-    }
-  }
 }
 
 }  // namespace contradicting_zones_test

@@ -152,7 +152,7 @@ double stiffness_difference(const pal_contact_result& found, const pal_contact_r
 // Pushes the first contact far in one frame, and counts the frames that return to an earlier state. The
 // contact must then have that state's displacement, force and, to a tolerance, field and stiffness. Other
 // contacts may have moved meanwhile.
-int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts, double field_tolerance) {
+int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts) {
   constexpr double kFarther = 1000;
   struct Frame {
     pal_contact_result first;
@@ -174,7 +174,7 @@ int count_goings_back(const ZoneBlock& organ, std::vector<pal_contact> contacts,
       return is_there(then) && std::equal(now.first.force, now.first.force + 3, then.first.force) &&
              stiffness_difference(now.first, then.first) <= 5e-3 &&  // a tangent of some frames before
              (now.field - then.field).lpNorm<Eigen::Infinity>() <=
-                 field_tolerance * then.field.lpNorm<Eigen::Infinity>();
+                 kFieldTolerance * then.field.lpNorm<Eigen::Infinity>();
     };
     const auto reach = [](const Frame& there) { return Eigen::Vector3d(there.first.displacement).norm(); };
     if (reach(now) < reach(frames.back()) && std::any_of(frames.begin(), frames.end(), is_there)) {
@@ -191,11 +191,8 @@ TEST(NonlinearZone, RejectsAStepAsAWhole) {
   const std::vector<pal_contact> two = {one[0], {8, {0, 0.0004, 0.0003}, 0, {}, {}, {}}};
   constexpr CompressibleNeoHookean kAlmostIncompressible = {1.0, 1e4};
   const ZoneBlock whole = sharing_block(8, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.3);
-  EXPECT_GT(count_goings_back(whole, one, kFieldTolerance), 0) << "else this test shows nothing";
-  EXPECT_GT(count_goings_back(whole, two, kFieldTolerance), 0);
-  // Separate zones, with an exterior.
-  const ZoneBlock part = sharing_block(1, kAlmostIncompressible, false, Eigen::Vector3d::Zero(), 4, 0.1);
-  EXPECT_GT(count_goings_back(part, two, 0.01), 0);
+  EXPECT_GT(count_goings_back(whole, one), 0) << "else this test shows nothing";
+  EXPECT_GT(count_goings_back(whole, two), 0);
 }
 
 // Before the refining lane, more rings bring the zone nearer to the full solve.
@@ -206,8 +203,8 @@ TEST(NonlinearZone, RingsBringItNearer) {
   double before = 1;
   for (const uint32_t rings : {1u, 2u, 3u, 4u}) {
     OwnedSession session(organ.pack->get(), organ.config(1, rings));
-    settle_unrefined(session, contacts);
-    const double error = (as_vector(session.field()) - truth.field).lpNorm<Eigen::Infinity>() / 0.1;
+    const Eigen::Vector3d force(settle_unrefined(session, contacts)[0].force);
+    const double error = (force - truth.forces[0]).norm() / truth.forces[0].norm();
     EXPECT_LT(error, before) << rings << " rings";
     before = 0.8 * error;
   }

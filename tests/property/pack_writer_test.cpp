@@ -165,63 +165,6 @@ TEST(PackWriter, SitesAdjoin) {
   expect_sites(rounded_pack_bytes(), small_pack().rounded_polynomials(), true);
 }
 
-// Columns of zones match their values: to half a unit for int16, and zeros after the last row.
-void expect_columns_of_zones(const SmallPack& small, bool rounded) {
-  ZoneTables zone = small.zone;
-  zone.rounded = rounded;
-  PackContent content = small.content();
-  content.zone = &zone;
-  const AlignedBytes bytes = write_pack(content);
-  const pack::NonlinearZone& table = *tables_of(bytes).nonlinear_zone();
-  EXPECT_EQ(table.precision(), rounded ? pack::FieldPrecision::i16 : pack::FieldPrecision::real);
-  double worst = 0;  // of an entry, in its unit
-  const auto expect_columns = [&](const auto& columns, const unsigned char*& panel, const double* units) {
-    const auto count = static_cast<uint32_t>(columns.cols());
-    for (uint32_t column = 0; column < count; ++column) ASSERT_GT(units[column], 0);
-    for (Eigen::Index first = 0; first < columns.rows(); first += pack::kPanelRows) {
-      for (uint32_t column = 0; column < count; ++column) {
-        for (uint32_t i = 0; i < pack::kPanelRows; ++i) {
-          const double part =
-              rounded ? reinterpret_cast<const std::int16_t*>(panel)[pack::rounded_place(column, i)] /
-                            static_cast<double>(pack::kBasisUnit)
-                      : static_cast<double>(
-                            reinterpret_cast<const pack::Real*>(panel)[column * pack::kPanelRows + i]);
-          const Eigen::Index row = first + i;
-          const double expected = row < columns.rows() ? static_cast<double>(columns(row, column)) : 0;
-          worst = std::max(worst, std::abs(part - expected / units[column]));
-        }
-      }
-      panel += pack::field_panel_bytes(count, rounded);
-    }
-  };
-  const auto begin_of = [&](const pack::Segment* segment) {
-    return static_cast<const unsigned char*>(bytes.bytes().data()) + segment->offset();
-  };
-  const auto numbers_of = [&](const pack::Segment* segment) {
-    return reinterpret_cast<const double*>(begin_of(segment));
-  };
-
-  const unsigned char* panel = begin_of(table.field_compliance());
-  const double* unit = numbers_of(table.field_units());
-  for (Eigen::Index first = 0; first < zone.field_compliance.cols(); first += 3, ++unit) {
-    const double units[3] = {*unit, *unit, *unit};
-    expect_columns(zone.field_compliance.middleCols<3>(first), panel, units);
-  }
-  EXPECT_EQ(panel, begin_of(table.field_compliance()) + table.field_compliance()->bytes());
-
-  // Half a unit. For a float below 1 half a unit is epsilon / 4; this test's own rounding doubles the bound
-  // for a double.
-  const auto epsilon = static_cast<double>(std::numeric_limits<pack::Real>::epsilon());
-  const double most = rounded ? 0.5 / pack::kBasisUnit : 0.25 * epsilon;
-  EXPECT_LE(worst, sizeof(pack::Real) == sizeof(double) && !rounded ? 4 * most : 1.000001 * most);
-  EXPECT_GT(worst, 0.3 * most);  // so the error is rounding and not zero
-}
-
-TEST(PackWriter, ColumnsOfZones) {
-  expect_columns_of_zones(small_pack(), true);
-  expect_columns_of_zones(small_pack(), false);
-}
-
 TEST(PackWriter, EstimateOfTheSizeIsNear) {
   const SmallPack& small = small_pack();
   constexpr PolynomialSize kSize = {3, 8};  // for all sites

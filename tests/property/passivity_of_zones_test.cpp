@@ -99,6 +99,7 @@ TEST_F(PassivityOfZones, FastTapsAreWhole) {
     ToolSession tools(organ().pack->get(), config(1));
     Work work(tools);
     tools.hold(0, pal_default_hold(5));
+    for (int frame = 0; frame < 2; ++frame) work.frame({at({0, 0, 0})});  // the zone is prepared
     for (int tap = 0; tap < 3; ++tap) {
       for (int frame = -frames; frame <= frames; ++frame) {
         work.frame({at(edge() *

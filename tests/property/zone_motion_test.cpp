@@ -7,11 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <random>
 
 #include "runtime/src/session/session_state.hpp"
-#include "runtime/src/zone/zone_making.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
 #include "tests/support/tool_session.hpp"
 #include "tests/support/zone_block.hpp"
@@ -167,116 +165,68 @@ TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
   }
 }
 
-// Tangents are prepared in slices too, so the first frame of a new set assembles none.
+// Slices of the refining lane until the set for which a frame has asked is prepared.
+int prepare_in_slices(OwnedSession& session, uint64_t operations) {
+  pal_refinement refinement = {};
+  refinement.struct_size = sizeof refinement;
+  int slices = 0;
+  for (; refinement.delivered == 0; ++slices)
+    require(pal_session_refine(session.get(), operations, &refinement), "refine");
+  return slices;
+}
+
+// The lane makes the first tangents, so the first frame of a new set assembles none.
 TEST(ZoneMotion, PreparedSetsHaveTheirTangents) {
   const ZoneBlock& organ = tissue_block(2);
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle({4}, 0));
-  ZoneState& zone = session.get()->tissue.zone;
-  const pal_pack& pack = *session.get()->tissue.pack;
   for (const std::vector<uint32_t>& sites : kSets) {
+    if (sites.size() == 1) continue;  // the set that answers
     SCOPED_TRACE(sites.size());
-    constexpr uint64_t kOperations = 20000;
     const std::vector<pal_contact> contacts = on_circle(sites, 0);
-    begin_zone(pack, contacts.data(), static_cast<uint32_t>(contacts.size()), {}, zone);
-    int slices = 1;
-    while (!advance_zone(pack, kOperations, zone)) ++slices;
-    EXPECT_GT(slices, 10);
-    ASSERT_TRUE(zone.active.sound);
-    for (uint32_t g = 0; g < zone.active.num_groups; ++g) {
-      const ZoneGroup& group = zone.active.groups[g];
-      EXPECT_TRUE(group.has_tangent);
-      EXPECT_NE(group.factor, nullptr);
-      EXPECT_NE(group.spare, nullptr);
-      EXPECT_NE(group.factor, group.spare);
+    refine(session);  // the iteration under way
+    session.touch_once(contacts);
+    EXPECT_GT(prepare_in_slices(session, 20000), 10);
+    const ZoneSet& prepared = session.get()->tissue.refinement.preparation.set;
+    ASSERT_TRUE(prepared.sound);
+    for (uint32_t g = 0; g < prepared.num_groups; ++g) EXPECT_TRUE(prepared.groups[g].has_tangent);
+    EXPECT_EQ(session.touch_once(contacts).front().model, PAL_MODEL_ZONE);
+    const ZoneSet& active = session.get()->tissue.zone.active;
+    for (uint32_t g = 0; g < active.num_groups; ++g) {
+      EXPECT_NE(active.groups[g].factor, nullptr);
+      EXPECT_NE(active.groups[g].spare, nullptr);
+      EXPECT_NE(active.groups[g].factor, active.groups[g].spare);
     }
     EXPECT_TRUE(has_ended(settle(session, contacts)));
   }
 }
 
-// However small the budget, each slice does a step, and no step is most of the work.
+// However small the slices, each does a step, no step is most of the work, and the set is the same to the bit.
 TEST(ZoneMotion, SetsArePreparedStepByStep) {
   const ZoneBlock& organ = tissue_block(2);
-  OwnedSession session(organ.pack->get(), organ.config(4));
-  settle(session, on_circle({4}, 0));
-  ZoneState& zone = session.get()->tissue.zone;
-  const pal_pack& pack = *session.get()->tissue.pack;
   for (const std::vector<uint32_t>& sites : kSets) {
     SCOPED_TRACE(sites.size());
-    const std::vector<pal_contact> contacts = on_circle(sites, 0);
-    begin_zone(pack, contacts.data(), static_cast<uint32_t>(contacts.size()), {}, zone);
-    std::map<ZoneState::Phase, int> slices;
-    do {
-      ++slices[zone.phase];
-    } while (!advance_zone(pack, 1, zone));
-    const auto in = [&](ZoneState::Phase phase) { return slices[phase]; };
-    const auto groups = static_cast<int>(zone.active.num_groups);
-    EXPECT_EQ(in(ZoneState::Phase::collect), static_cast<int>(sites.size()) + 1 + groups);
-    for (const auto phase : {ZoneState::Phase::compliance, ZoneState::Phase::inverse, ZoneState::Phase::whole,
-                             ZoneState::Phase::stiffness, ZoneState::Phase::own, ZoneState::Phase::condensed,
-                             ZoneState::Phase::place, ZoneState::Phase::tangent})
-      EXPECT_GT(in(phase), 10) << static_cast<int>(phase);
-    EXPECT_TRUE(has_ended(settle(session, contacts)));
-  }
-}
-
-// Another set interrupts the preparation at every step; a later preparation gives the same set.
-TEST(ZoneMotion, SetsBegunAnewAreTheSame) {
-  const ZoneBlock& organ = tissue_block(2);
-  const std::vector<pal_contact> contacts = on_circle(kSets.back(), 0);
-  const auto made = [&](int slices_before, bool* whole) {
-    OwnedSession session(organ.pack->get(), organ.config(4));
-    settle(session, on_circle({4}, 0));
-    ZoneState& zone = session.get()->tissue.zone;
-    const pal_pack& pack = *session.get()->tissue.pack;
-    const auto begin = [&](const std::vector<pal_contact>& of) {
-      begin_zone(pack, of.data(), static_cast<uint32_t>(of.size()), {}, zone);
+    const auto prepared = [&](uint64_t operations, int& slices) {
+      OwnedSession session(organ.pack->get(), organ.config(4));
+      settle(session, on_circle({1}, 0));
+      refine(session);  // the iteration under way
+      session.touch_once(on_circle(sites, 0));
+      slices = prepare_in_slices(session, operations);
+      const std::vector<pal_contact_result> results = session.touch_once(on_circle(sites, 0));
+      EXPECT_EQ(results.front().model, PAL_MODEL_ZONE);
+      return as_vector(session.field());
     };
-    begin(on_circle({0, 1, 8}, 0));
-    *whole = false;
-    for (int slice = 0; slice < slices_before && !*whole; ++slice) *whole = advance_zone(pack, 50000, zone);
-    if (*whole) return Eigen::VectorXd();
-    begin(contacts);
-    while (!advance_zone(pack, UINT64_MAX, zone)) {
-    }
-    session.touch(contacts);
-    return as_vector(session.field());
-  };
-  bool whole = false;
-  const Eigen::VectorXd expected = made(0, &whole);
-  int interrupted = 0;
-  for (;; ++interrupted) {
-    const Eigen::VectorXd found = made(interrupted, &whole);
-    if (whole) break;
-    EXPECT_EQ(found, expected) << interrupted;
+    int slices = 0;
+    const Eigen::VectorXd whole = prepared(UINT64_MAX, slices);
+    EXPECT_EQ(slices, 1);
+    EXPECT_EQ(prepared(1, slices), whole);
+    EXPECT_GT(slices, 200);
   }
-  EXPECT_GT(interrupted, 20);
 }
 
-// New nodes are placed over several frames while contacts move on. All take their place from the same moment.
-TEST(ZoneMotion, NodesArePlacedAtOneMoment) {
-  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.18);
-  const std::vector<pal_contact> next = on_circle({24}, 0);
-  const auto placed = [&](bool is_moving) {
-    OwnedSession session(organ.pack->get(), organ.config(1));
-    settle(session, on_circle({0}, 0));
-    ZoneState& zone = session.get()->tissue.zone;
-    const pal_pack& pack = *session.get()->tissue.pack;
-    begin_zone(pack, next.data(), 1, {}, zone);
-    for (int slice = 0; zone.phase != ZoneState::Phase::tangent; ++slice) {
-      EXPECT_FALSE(advance_zone(pack, 1, zone));
-      if (is_moving && zone.phase == ZoneState::Phase::place && zone.column > 0)
-        session.touch(on_circle({0}, slice));
-    }
-    const ZoneSet& set = zone.next;
-    return std::vector<double>(set.displacement, set.displacement + size_t{3} * set.num_nodes);
-  };
-  EXPECT_EQ(placed(true), placed(false));
-}
-
-// All contacts change at once in strongly strained tissue, where first tangents may need stiffening. The
-// frame answers its own contacts and converges to a new session's state.
-TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
+// All contacts change at once in strongly strained tissue, where first tangents may need stiffening. The next set converges
+// to a new session's state.
+TEST(ZoneMotion, OtherContactsGoOnFromThere) {
   for (const int rings : {1, 2}) {
     SCOPED_TRACE(rings);
     const ZoneBlock& organ = tissue_block(rings, false, Eigen::Vector3d::Zero(), 4, 0.1);
@@ -311,9 +261,12 @@ TEST(ZoneMotion, OtherContactsAreAnsweredAtOnce) {
         ASSERT_EQ(result.flags & PAL_FLAG_NEAREST_SITE, 0U) << i;
       }
       std::vector<pal_contact_result> found;
-      for (int frame = 0; frame < 40; ++frame) found = session.touch(now);
+      for (int frame = 0; frame < 40; ++frame) {
+        found = session.touch(now);
+        refine(session);
+      }
       OwnedSession another(organ.pack->get(), organ.config(3));
-      EXPECT_TRUE(!has_ended(found) || worst_force_error(found, settle_unrefined(another, now)) <= 1e-3) << i;
+      EXPECT_TRUE(!has_ended(found) || worst_force_error(found, settle(another, now)) <= 1e-3) << i;
     }
   }
 }

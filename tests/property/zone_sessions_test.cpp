@@ -174,41 +174,70 @@ TEST(NonlinearZone, BeginsAtRestAfterAnotherModel) {
   EXPECT_LE((Eigen::Vector3d(result.force) - expected).norm(), 1e-3 * expected.norm());
 }
 
-// A zone prepared in slices equals a zone prepared at once: one contact, and three with double-counting
-// correction. Until then the old set answers.
-TEST(NonlinearZone, IsPreparedWithinABudget) {
-  const ZoneBlock& one = tissue_block(2);
-  const ZoneBlock& three = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
-  for (const auto& [organ, sites] :
-       {std::pair<const ZoneBlock&, std::vector<uint32_t>>{one, {4}}, {three, {0, 4, 22}}}) {
-    SCOPED_TRACE(sites.size());
-    const auto count = static_cast<uint32_t>(sites.size());
-    pal_session_config config = organ.config(count);
-    config.max_tools = count;
-    ToolSession at_once(organ.pack->get(), config);
-    config.budget_seconds = 40e-6;
-    config.seconds_per_operation = 1e-9;
-    ToolSession sliced(organ.pack->get(), config);
-    for (ToolSession* session : {&at_once, &sliced}) {
-      for (uint32_t tool = 0; tool < count; ++tool) session->hold(tool, pal_default_hold(sites[tool]));
-    }
-    int preparing = 0;
-    for (int frame = 0; frame < 400; ++frame) {
-      const double depth = 0.05 * std::min(1.0, frame / 300.0);
-      const std::vector<pal_pose> poses(count, pose({0, 0, -depth}, {0, 0, 0}));
-      const auto first = at_once.frame(poses);
-      const auto second = sliced.frame(poses);
-      preparing += (second[0].flags & PAL_FLAG_PREPARING) != 0 ? 1 : 0;
-      EXPECT_EQ(first[0].flags & PAL_FLAG_PREPARING, 0U);
-      for (uint32_t tool = 0; tool < count && frame == 399; ++tool) {
-        EXPECT_EQ(second[tool].model, PAL_MODEL_ZONE);
-        EXPECT_LE((force_of(first[tool]) - force_of(second[tool])).norm(),
-                  1e-6 * force_of(first[tool]).norm());
-      }
-    }
-    EXPECT_GT(preparing, 2);
-    EXPECT_LT(preparing, 300);
+// A second tool comes down beside a deep one. It feels linear tissue in the next frame, and the zone of the first goes on,
+// until the refining lane has prepared the zone of both, in slices between frames.
+TEST(NonlinearZone, ASecondToolIsFeltInTheNextFrame) {
+  const ZoneBlock& organ = tissue_block(2, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  pal_session_config config = organ.config(2);
+  config.max_tools = 2;
+  ToolSession session(organ.pack->get(), config);
+  session.hold(0, pal_default_hold(4));
+  constexpr double kDepth = 0.06;
+  std::vector<pal_pose> poses = {at({0, 0, 0}), at({0, 0, 0})};
+  for (int frame = 0; frame < 120; ++frame) {
+    poses[0] = at({0, 0, -kDepth * std::min(1.0, frame / 80.0)});
+    session.frame(poses);
+    refine(session);
   }
+  const pal_tool_result alone = session.last()[0];
+  EXPECT_EQ(alone.model, PAL_MODEL_ZONE);
+  session.hold(1, pal_default_hold(22));
+  poses[1] = at({0, 0, -0.01});
+  pal_refinement refinement = {};
+  refinement.struct_size = sizeof refinement;
+  int frames = 0;
+  for (bool is_prepared = false; !is_prepared; ++frames) {
+    const std::vector<pal_tool_result> results = session.frame_once(poses);
+    is_prepared = (results[1].flags & PAL_FLAG_PREPARING) == 0;
+    if (is_prepared) break;
+    EXPECT_EQ(results[0].model, PAL_MODEL_ZONE);
+    EXPECT_LE((force_of(results[0]) - force_of(alone)).norm(), 1e-6 * force_of(alone).norm());
+    EXPECT_EQ(results[1].model, PAL_MODEL_LINEAR);
+    EXPECT_GT(force_of(results[1]).norm(), 0);
+    require(pal_session_refine(session.get(), 100'000, &refinement), "refine");
+    ASSERT_LT(frames, 1000);
+  }
+  EXPECT_GT(frames, 10);
+  // The zone of both goes on where the deep tool is.
+  EXPECT_EQ(session.last()[1].model, PAL_MODEL_ZONE);
+  EXPECT_LE((force_of(session.last()[0]) - force_of(alone)).norm(), 0.02 * force_of(alone).norm());
+  for (int frame = 0; frame < 40; ++frame) {
+    refine(session);
+    session.frame(poses);
+  }
+  const std::vector<pal_contact> contacts = {{4, {0, 0, -kDepth}, 0, {}, {}, {}},
+                                             {22, {0, 0, -0.01}, 0, {}, {}, {}}};
+  const ContactAnswer truth = organ.solve(contacts);
+  for (size_t tool = 0; tool < 2; ++tool)
+    EXPECT_LE((force_of(session.last()[tool]) - truth.forces[tool]).norm(), 1e-5 * truth.forces[0].norm());
+}
+
+// Without the refining lane linear_dd answers, and says so.
+TEST(NonlinearZone, WithoutTheRefiningLaneLinearDdAnswers) {
+  const ZoneBlock& organ = tissue_block(2);
+  OwnedSession session(organ.pack->get(), organ.config(2));
+  OwnedSession linear(organ.pack->get(), session_config(organ.pack->get(), PAL_MODEL_LINEAR, 2, 0));
+  for (int frame = 0; frame < 20; ++frame) {
+    const auto found = session.touch_once(kApart);
+    const auto expected = linear.touch(kApart);
+    for (size_t c = 0; c < found.size(); ++c) {
+      EXPECT_EQ(found[c].model, PAL_MODEL_LINEAR);
+      EXPECT_EQ(found[c].flags & (PAL_FLAG_PREPARING | PAL_FLAG_UNREFINED),
+                uint32_t{PAL_FLAG_PREPARING | PAL_FLAG_UNREFINED});
+      EXPECT_TRUE(std::equal(found[c].force, found[c].force + 3, expected[c].force));
+    }
+  }
+  EXPECT_EQ(session.field(), linear.field());
 }
 
 }  // namespace zone_sessions_test

@@ -153,7 +153,7 @@ TEST(Build, ChoosesRingsFromTheBudget) {
   const std::string narrow = build(20);
   EXPECT_TRUE(has(narrow, "zones      1 ring:")) << narrow;
   const std::string none = build(1);
-  EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1 ")) << none;
+  EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1;")) << none;
 }
 
 // More contacts at once than tools.

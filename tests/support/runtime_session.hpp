@@ -72,7 +72,17 @@ class OwnedSession {
     require(pal_session_set_fixed(session_, nodes.data(), static_cast<uint32_t>(nodes.size())), "set_fixed");
   }
 
+  // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first.
   std::vector<pal_contact_result> touch(const std::vector<pal_contact>& contacts) {
+    std::vector<pal_contact_result> results = touch_once(contacts);
+    while (!results.empty() && (results.front().flags & PAL_FLAG_PREPARING) != 0) {
+      require(pal_session_refine(session_, 0, nullptr), "refine");
+      results = touch_once(contacts);
+    }
+    return results;
+  }
+
+  std::vector<pal_contact_result> touch_once(const std::vector<pal_contact>& contacts) {
     std::vector<pal_contact_result> results(contacts.size());
     require(
         pal_contact_frame(session_, contacts.data(), static_cast<uint32_t>(contacts.size()), results.data()),

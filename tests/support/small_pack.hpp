@@ -40,8 +40,7 @@ class SmallPack {
     sites = find_contact_sites(scene, model);
     const Assembly assembly(model, model.fixed_dofs());
     linear = compute_linear_dd(assembly, sites);
-    zone = find_zones(scene, model, sites, 1);
-    compute_zone_compliance(assembly, sites, {}, {}, zone);
+    zone = find_zones(model, sites, 1);
     SamplingPlan plan;
     plan.least_samples = 8;
     plan.survey_samples = 4;

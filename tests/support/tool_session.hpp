@@ -47,12 +47,22 @@ class ToolSession : public OwnedSession {
 
   void hold(uint32_t tool, const pal_hold& hold) { require(pal_tool_hold(get(), tool, &hold), "hold"); }
 
-  // Runs a tool frame of one millisecond.
+  // Runs a tool frame of one millisecond. The refining lane prepares a zone for which the frame has asked before the next one.
   const std::vector<pal_tool_result>& frame(const std::vector<pal_pose>& poses) {
     return frame_with(poses, 0.001, {});
   }
   const std::vector<pal_tool_result>& frame_with(const std::vector<pal_pose>& poses, double dt,
                                                  const std::vector<double>& ages) {
+    frame_once(poses, dt, ages);
+    const auto is_preparing = [](const pal_tool_result& result) {
+      return (result.flags & PAL_FLAG_PREPARING) != 0;
+    };
+    if (std::any_of(results_.begin(), results_.end(), is_preparing)) refine(*this);
+    return results_;
+  }
+  // Without the refining lane.
+  const std::vector<pal_tool_result>& frame_once(const std::vector<pal_pose>& poses, double dt = 0.001,
+                                                 const std::vector<double>& ages = {}) {
     pal_haptic_input with = input(poses, dt);
     if (!ages.empty()) with.ages = ages.data();
     require(pal_haptic_frame(get(), &with, results_.data()), "haptic_frame");

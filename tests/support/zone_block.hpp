@@ -102,8 +102,7 @@ struct ZoneBlock {
       : ZoneBlock(rings, made_of(law, quadratic, gravity, cells, tip_radius, shares_volumes)) {}
   ZoneBlock(int rings, TouchedBlock touched) : block(std::move(touched)) {
     block.scene.accuracy_target = 1e-5;
-    zone = find_zones(block.scene, block.model, block.sites, rings);
-    compute_zone_compliance(assembly, block.sites, rest, {}, zone);
+    zone = find_zones(block.model, block.sites, rings);
     PackContent content{block.model, block.scene, block.sites, &linear, nullptr, false, {}, {}, &rest};
     content.zone = &zone;
     bytes.emplace(write_pack(content));

@@ -38,8 +38,9 @@ typedef struct pal_session_config {
   double max_torque;
   double max_force_rate;
   double max_torque_rate;
-  /* Time that one haptic frame spends on preparing a model for new contacts or fixed nodes: s. The contacts of before
-   * answer meanwhile. 0: each frame prepares to the end, however long that takes. Default: 0 */
+  /* Time that one haptic frame spends on preparing linear_dd for new contacts or fixed nodes: s. The contacts of before
+   * answer meanwhile, and new contacts as if alone. 0: each frame prepares to the end, however long that takes. Default: 0.
+   * pal_session_refine prepares zones. */
   double budget_seconds;
   double seconds_per_operation; /* time of one multiply-add: s. 0, the default: measured at init by `clock` */
   pal_clock clock;              /* may be NULL where init measures nothing. No frame reads it */

@@ -74,8 +74,8 @@ enum {
   PAL_FLAG_BLENDING = 1 << 8,
   /* Tools: the tool touched, but no further contact can be held or answered. */
   PAL_FLAG_NO_ROOM = 1 << 9,
-  /* Tools: the model for the new contacts or fixed nodes is being prepared (budget_seconds). The contacts of before
-   * answer, and new contacts have no force yet. */
+  /* The model for new contacts or fixed nodes is being prepared, by pal_session_refine or within budget_seconds. Contacts of
+   * before go on with the tools; linear_dd answers the others. */
   PAL_FLAG_PREPARING = 1 << 10,
   /* Tools: the model gave no finite force, as that of a damaged pack may. Comes with PAL_FLAG_HELD. */
   PAL_FLAG_NOT_FINITE = 1 << 11,

@@ -89,7 +89,8 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
     case PAL_FLAG_NO_ROOM:
       return "the tool touches the surface, but no further contact can be held or answered";
     case PAL_FLAG_PREPARING:
-      return "a model for new contacts is in preparation; the last contact set answers";
+      return "a model for new contacts is in preparation; the former contacts go on, and linear_dd answers "
+             "the others";
     case PAL_FLAG_NOT_FINITE:
       return "the model gave no finite force";
     case PAL_FLAG_REDUCED:

@@ -48,12 +48,13 @@ uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, 
       const double* X = pack.site_forces + size_t{9} * entry;
       for (int i = 0; i < 9; ++i) sum[i] += place.corners[corner].weight * X[i];
     });
+    for (int i = 0; i < 9; ++i) answer.stiffness[i] += sum[i];
+    if (held == nullptr) continue;
     held[num_held] = node;
     pal_real* weights = forces + size_t{3} * num_held++;
     for (int i = 0; i < 3; ++i) {
       const double force = sum[3 * i] * d[0] + sum[3 * i + 1] * d[1] + sum[3 * i + 2] * d[2];
       weights[i] = static_cast<pal_real>(force * pack.metres);
-      for (int j = 0; j < 3; ++j) answer.stiffness[3 * i + j] += sum[3 * i + j];
     }
   }
   double* S = answer.stiffness;

@@ -28,7 +28,7 @@ inline uint32_t most_held_at_point(const pal_pack& pack) {
 }
 
 // Evaluates linear_dd for a finite displacement, model units. Writes the held nodes to `held` and f, in the
-// pack's metres, to `forces`. Returns the number of held nodes.
+// pack's metres, to `forces`; both may be null. Returns the number of held nodes.
 uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                                LinearPointAnswer& answer, uint32_t* held, pal_real* forces);
 

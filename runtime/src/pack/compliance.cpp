@@ -28,19 +28,13 @@ void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint
   const uint64_t panels = pack::num_panels(pack.num_nodes);
   BasisCombination columns;
   columns.num_columns = columns.num_weighted = 3;
+  columns.is_rounded = false;
   if (forces.count == 0 && !onto) clear_panels(count, sum);
   for (uint32_t slot = 0; slot < forces.count; ++slot, onto = true) {
     const uint32_t node = forces.nodes[slot];
     memcpy(columns.weights, forces.weights + size_t{3} * slot, 3 * sizeof *columns.weights);
-    const bool is_contact = node < pack.num_contact_nodes;
-    const uint32_t place = is_contact ? node : node - pack.num_contact_nodes;
-    columns.is_rounded = !is_contact && pack.zone_rounded;
-    columns.field = (is_contact ? reinterpret_cast<const unsigned char*>(pack.field_compliance)
-                                : pack.zone_field_compliance) +
-                    place * panels * pack::field_panel_bytes(3, columns.is_rounded);
-    const auto unit = is_contact ? pal_real(1) : static_cast<pal_real>(pack.zone_field_units[place]);
-    for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] *= unit;
-    if (columns.is_rounded) round_weights(columns);
+    columns.field = reinterpret_cast<const unsigned char*>(pack.field_compliance) +
+                    node * panels * pack::field_panel_bytes(3, false);
     fill_columns(columns, first, count, kernel, onto, sum);
   }
 }

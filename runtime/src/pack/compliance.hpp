@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Forces at contact nodes or zone nodes.
+// Forces at contact nodes.
 struct NodalForces {
   uint32_t count;
   const uint32_t* nodes;

@@ -105,7 +105,6 @@ struct pal_pack {
   // NonlinearZone; zone_nodes is null without it
   uint32_t zone_rings;
   uint32_t num_zone_nodes;
-  uint32_t num_zone_free;
   uint32_t num_zone_elements;
   uint32_t most_zone_nodes;
   uint32_t most_zone_boundary;
@@ -117,11 +116,6 @@ struct pal_pack {
   const uint32_t* zone_node_elements;
   uint32_t num_zone_materials;
   const palpate::pack::ZoneMaterial* zone_materials;
-  const double* zone_compliance;  // rows from num_contact_nodes on
-  // Columns are relative to the units below: reals, or int16 times kBasisUnit.
-  bool zone_rounded;
-  const unsigned char* zone_field_compliance;  // [num_zone_free - num_contact_nodes][num_panels] panels of 3
-  const double* zone_field_units;              // [num_zone_free - num_contact_nodes]
 
   palpate::OrganView organ;
 

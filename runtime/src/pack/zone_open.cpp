@@ -13,8 +13,8 @@ bool is_node(const pal_pack& pack, const pack::ZoneNode& node, uint32_t index, u
   const bool is_contact = index < pack.num_contact_nodes;
   return (is_contact ? node.packed_node == pack.contact_nodes[index]
                      : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes) &&
-         node.free_axes <= 7 && (node.free_axes == 0) == (index >= pack.num_zone_free) &&
-         node.num_elements <= num_entries && node.first_element <= num_entries - node.num_elements &&
+         node.free_axes <= 7 && (!is_contact || node.free_axes != 0) && node.num_elements <= num_entries &&
+         node.first_element <= num_entries - node.num_elements &&
          all_within(node.position, 3, kLargestScale) && all_within(node.displacement, 3, kLargestScale);
 }
 
@@ -48,52 +48,21 @@ bool is_material(const pack::ZoneMaterial& material) {
   return sound;
 }
 
-// Whether a_ij^2 <= a_ii a_jj, as in any compliance.
-bool is_compliance(const pal_pack& pack) {
-  constexpr double kRounding = 1e-9;
-  const auto diagonal = [&](uint64_t node, uint64_t axis) {
-    const uint64_t place = pack::lower_block(node, node);
-    const uint64_t contacts = pack::lower_block(pack.num_contact_nodes, 0);
-    const double* block = node < pack.num_contact_nodes ? pack.contact_compliance + 9 * place
-                                                        : pack.zone_compliance + 9 * (place - contacts);
-    return block[4 * axis];
-  };
-  bool is = true;
-  const double* block = pack.zone_compliance;
-  for (uint64_t i = pack.num_contact_nodes; i < pack.num_zone_free && is; ++i) {
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const bool is_free = (pack.zone_nodes[i].free_axes >> axis & 1) != 0;
-      is = is && (is_free ? is_own_compliance(pack, diagonal(i, axis)) : diagonal(i, axis) == 0);
-    }
-    for (uint64_t j = 0; j <= i; ++j, block += 9) {
-      for (uint64_t a = 0; a < 3; ++a) {
-        for (uint64_t b = 0; b < 3; ++b) {
-          const double entry = block[3 * a + b];
-          is = is && entry * entry <= diagonal(i, a) * diagonal(j, b) * (1.0 + kRounding) &&
-               (i != j || entry == block[3 * b + a]);
-        }
-      }
-    }
-  }
-  return is;
-}
-
 }  // namespace
 
-bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trusted, pal_pack& pack) {
+bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack) {
   if (pack.contact_compliance == nullptr) return false;
   pack.zone_rings = zone.rings();
   pack.num_zone_nodes = zone.num_nodes();
-  pack.num_zone_free = zone.num_free();
   pack.num_zone_elements = zone.num_elements();
   pack.most_zone_nodes = zone.most_nodes();
   pack.most_zone_boundary = zone.most_boundary_nodes();
   pack.most_zone_elements = zone.most_elements();
   pack.num_zone_materials = zone.num_materials();
   if (pack.zone_rings < 1 || pack.zone_rings > pack::kMostZoneRings || pack.num_zone_nodes > kMostNodes ||
-      pack.num_zone_elements > kMostNodes || pack.num_zone_free > pack.num_zone_nodes ||
-      pack.num_zone_free < pack.num_contact_nodes || pack.most_zone_nodes > pack.num_zone_nodes ||
-      pack.most_zone_boundary > pack.most_zone_nodes || pack.most_zone_elements > pack.num_zone_elements)
+      pack.num_zone_elements > kMostNodes || pack.num_zone_nodes < pack.num_contact_nodes ||
+      pack.most_zone_nodes > pack.num_zone_nodes || pack.most_zone_boundary > pack.most_zone_nodes ||
+      pack.most_zone_elements > pack.num_zone_elements)
     return false;
   const auto* nodes = array_of<pack::ZoneNode>(pack, zone.nodes(), first_offset, pack.num_zone_nodes);
   pack.zone_elements =
@@ -103,20 +72,7 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
   pack.zone_node_elements = array_of<uint32_t>(pack, zone.node_elements(), first_offset, num_entries);
   pack.zone_materials =
       array_of<pack::ZoneMaterial>(pack, zone.materials(), first_offset, pack.num_zone_materials);
-  const uint64_t others = pack.num_zone_free - pack.num_contact_nodes;
-  const uint64_t blocks =
-      pack::lower_block(pack.num_zone_free, 0) - pack::lower_block(pack.num_contact_nodes, 0);
-  pack.zone_rounded = zone.precision() == pack::FieldPrecision::i16;
-  if (!pack.zone_rounded && zone.precision() != pack::FieldPrecision::real) return false;
-  const uint64_t of_node = pack::num_panels(pack.num_nodes) * pack::field_panel_bytes(3, pack.zone_rounded);
-  pack.zone_compliance = array_of<double>(pack, zone.compliance(), first_offset, 9 * blocks);
-  pack.zone_field_compliance =
-      array_of<unsigned char>(pack, zone.field_compliance(), first_offset, others * of_node);
-  pack.zone_field_units = array_of<double>(pack, zone.field_units(), first_offset, others);
-  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr ||
-      pack.zone_compliance == nullptr || pack.zone_field_compliance == nullptr ||
-      pack.zone_field_units == nullptr)
-    return false;
+  if (pack.zone_node_elements == nullptr || pack.zone_materials == nullptr) return false;
   uint64_t first_element = 0;
   for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
     if (nodes[i].first_element != first_element || !is_node(pack, nodes[i], i, num_entries)) return false;
@@ -138,21 +94,6 @@ bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trus
     if (!is_material(pack.zone_materials[i])) return false;
   }
   pack.zone_nodes = nodes;
-  if (trusted) return true;
-  const auto are_parts = [&](const unsigned char* columns, uint64_t bytes) {
-    constexpr pal_real kLargestPart = pal_real(1.001);  // 1, with rounding
-    return pack.zone_rounded ||
-           all_within(reinterpret_cast<const pal_real*>(columns), bytes / sizeof(pal_real), kLargestPart);
-  };
-  if (!is_compliance(pack) || !are_parts(pack.zone_field_compliance, others * of_node)) return false;
-  for (uint64_t node = 0; node < others; ++node) {
-    const uint64_t at = node + pack.num_contact_nodes;
-    const double* block =
-        pack.zone_compliance + 9 * (pack::lower_block(at, at) - pack::lower_block(pack.num_contact_nodes, 0));
-    double largest = 0;
-    for (uint32_t axis = 0; axis < 3; ++axis) largest = block[4 * axis] > largest ? block[4 * axis] : largest;
-    if (!all_within(pack.zone_field_units + node, 1, kLargestAmplification * largest)) return false;
-  }
   return true;
 }
 

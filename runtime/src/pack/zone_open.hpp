@@ -7,6 +7,6 @@
 namespace palpate {
 
 // Needs linear_dd. `trusted`: PAL_VERIFY_NEVER.
-bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, bool trusted, pal_pack& pack);
+bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

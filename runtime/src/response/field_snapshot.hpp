@@ -36,6 +36,15 @@ inline void reset_snapshots(FieldSnapshots& snapshots) {
   snapshots.front = 2;
 }
 
+// A bit for each field of the refining lane (zone_mailbox.hpp) that a slot uses.
+inline uint32_t used_fields(const FieldSnapshots& snapshots) {
+  uint32_t used = 0;
+  for (const FieldState& slot : snapshots.slots) {
+    if (slot.refined_field != kNoField) used |= 1u << slot.refined_field;
+  }
+  return used;
+}
+
 // The writer calls publish() once slots[back] is filled.
 inline void publish(FieldSnapshots& snapshots) {
   const std::atomic_ref<uint32_t> shared(snapshots.shared);

@@ -16,13 +16,6 @@ constexpr double kLeastPart =
     1e-6;  // relative to a pivot's diagonal entry: a smaller pivot is rounding of the tangent
 constexpr double kLargestForce = 1e60;  // model units: sums of such forces do not overflow
 
-void multiply(const double (*matrix)[kMostZoneAxes], uint32_t count, const double* x, double* product) {
-  for (uint32_t i = 0; i < count; ++i) {
-    product[i] = 0;
-    for (uint32_t j = 0; j < count; ++j) product[i] += matrix[i][j] * x[j];
-  }
-}
-
 double largest_of(const double* numbers, uint32_t count) {
   double largest = 0;
   for (uint32_t i = 0; i < count; ++i) largest = std::max(largest, fabs(numbers[i]));
@@ -61,21 +54,6 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   if (size == 0) return {true, 0};
   uint32_t flags = factor_semidefinite(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
   solve_semidefinite(K, size, step);
-  if (set.num_groups > 1 && set.num_fixed == 0) {
-    const uint32_t count = 3 * set.num_contacts;
-    double moves[kMostAxes] = {};
-    double forces[kMostAxes];
-    for (uint32_t i = 0; i < size; ++i) moves[axes[i]] = step[i];
-    multiply(set.stiffness, count, moves, forces);
-    multiply(set.others, count, forces, moves);
-    multiply(set.stiffness, count, moves, forces);
-    for (uint32_t i = 0; i < size; ++i) forces[i] = forces[axes[i]];
-    solve_semidefinite(K, size, forces);
-    // The correction is first order only while it stays below the step.
-    const double most = std::max(largest_of(step, size), largest_of(forces, size));
-    const double less = most > 0 ? largest_of(step, size) / most : 0;
-    for (uint32_t i = 0; i < size; ++i) step[i] += less * forces[i];
-  }
   const double longest = largest_of(step, size);
   if (longest <= kControlled * push) return {true, flags};
   const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;

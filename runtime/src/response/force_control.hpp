@@ -4,14 +4,7 @@
 //
 //   d_a += K_aa^-1 (g_a - f_a(d))       g the given forces, K = df / dd the stiffness of all contacts
 //
-// The tangent A of the zone's groups holds the forces on other groups constant. From the first delivery of the refining
-// lane on, it holds their boundaries. Let O be the mean displacement of a patch under a unit force on a patch of another
-// group. Then K = (A^-1 + O)^-1 = A - A O A + .., and to first order in O
-//
-//   K_aa^-1 = A_aa^-1 + A_aa^-1 (A O A)_aa A_aa^-1.
-//
-// The formula is exact before the first delivery if all axes have given forces. O does not include nodes fixed at run
-// time, so the correction applies only without such nodes.
+// K holds the boundaries of other groups: with several groups the steps converge linearly.
 #pragma once
 
 #include <palpate/palpate.h>

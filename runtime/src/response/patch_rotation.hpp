@@ -24,9 +24,4 @@ bool take_turns(TissueState& tissue, const pal_contact* contacts, uint32_t count
 // Shortens a turn to a quarter turn. Returns whether it shortened the turn.
 bool shorten_turn(double turn[3]);
 
-// The rotational part of the energy of two contacts held under strain. `row` and `column` index the answered
-// contacts. passivity.cpp has the sum over all pairs.
-double energy_of_turns(const TissueState& tissue, uint32_t row, uint32_t column, const pal_contact& of_row,
-                       const double* row_turn, const pal_contact& of_column, const double* column_turn);
-
 }  // namespace palpate

@@ -12,7 +12,7 @@
 #include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/response/zone_response.hpp"
-#include "runtime/src/zone/zone_making.hpp"
+#include "runtime/src/zone/state_transfer.hpp"
 
 namespace palpate {
 namespace {
@@ -194,8 +194,8 @@ bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uin
 bool zone_answers(const TissueState& tissue, uint32_t num_contacts) {
   return (tissue.config->model == PAL_MODEL_AUTO || tissue.config->model == PAL_MODEL_ZONE) &&
          tissue.pack->zone_nodes != nullptr && !tissue.gravity.is_turned &&
-         tissue.num_fixed <= tissue.zone.max_fixed && num_contacts >= 1 &&
-         num_contacts <= tissue.zone.max_contacts;
+         tissue.num_fixed <= tissue.zone.room.fixed && num_contacts >= 1 &&
+         num_contacts <= tissue.zone.room.contacts;
 }
 
 bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool forces_given) {
@@ -220,31 +220,18 @@ bool has_zone_for(const TissueState& tissue, const pal_contact* contacts, uint32
   return set.ready && is_zone_for(set, contacts, count, fixed_version);
 }
 
-struct Begun {
-  bool blend;
-  bool zone;
-};
-
-// Begins the missing preparations for these contacts: a blend, a zone, or both.
-Begun begin(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
-  const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
-  const bool is_zone = kind == ResponseKind::zone;
-  const Begun begun = {!is_zone || lacks_blend(tissue, contacts, count, fixed.count, fixed.version),
-                       is_zone && !has_zone_for(tissue, contacts, count, fixed.version)};
-  if (begun.blend) begin_linear(contacts, count, fixed.nodes, fixed.count, fixed.version, tissue.linear);
-  if (begun.zone) begin_zone(*tissue.pack, contacts, count, fixed, tissue.zone);
-  return begun;
+void begin_blend(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
+  begin_linear(contacts, count, tissue.fixed, tissue.num_fixed, tissue.fixed_version, tissue.linear);
 }
 
-// Advances the preparation by one frame's share of work. Returns true once the whole preparation has ended.
-bool advance(TissueState& tissue) {
-  const pal_pack& pack = *tissue.pack;
-  if (tissue.linear_begun) {
-    tissue.linear_begun = !advance_linear(pack, tissue.operations, tissue.linear);
-    return !tissue.linear_begun && !tissue.zone_begun;
-  }
-  tissue.zone_begun = !advance_zone(pack, tissue.operations, tissue.zone);
-  return !tissue.zone_begun;
+// Asks the refining lane for a zone of these contacts, unless the lane is busy. Returns whether it was asked.
+bool ask_for_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
+  ZoneMailbox& mailbox = tissue.refinement.mailbox;
+  if (!is_idle(mailbox)) return false;
+  const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
+  name_contacts(*tissue.pack, contacts, count, fixed, tissue.zone.active, tissue.refinement.preparation);
+  request_set(used_fields(tissue.snapshots), tissue.zone, mailbox);
+  return true;
 }
 
 }  // namespace
@@ -263,18 +250,37 @@ ResponseKind select_response(const TissueState& tissue, const pal_contact* conta
     return tissue.gravity.is_turned && tissue.num_fixed > 0 ? ResponseKind::linear : ResponseKind::nothing;
   if (polynomial_answers(tissue, count, forces_given)) return ResponseKind::polynomial;
   if (zone_answers(tissue, count) && !is_zone_refused(tissue, contacts, count)) return ResponseKind::zone;
-  const bool alone = count == 1 && tissue.num_fixed == 0 && !forces_given && !tissue.gravity.is_turned;
-  return alone && !is_at_site(contacts[0]) ? ResponseKind::linear_point : ResponseKind::linear;
+  return select_linear(tissue, contacts, count, forces_given);
 }
 
-void prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
-  if (is_ready(tissue, kind, contacts, count, tissue.fixed_version)) return;
-  const Begun begun = begin(tissue, kind, contacts, count);
-  if (begun.blend) advance_linear(*tissue.pack, UINT64_MAX, tissue.linear);
-  if (begun.zone) advance_zone(*tissue.pack, UINT64_MAX, tissue.zone);
-  // A preparation of the same kind that tools had begun is lost.
-  tissue.linear_begun = tissue.linear_begun && !begun.blend;
-  tissue.zone_begun = tissue.zone_begun && !begun.zone;
+ResponseKind select_linear(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                           bool forces_given) {
+  const bool is_alone = count == 1 && tissue.num_fixed == 0 && !forces_given && !tissue.gravity.is_turned;
+  return is_alone && !is_at_site(contacts[0]) ? ResponseKind::linear_point : ResponseKind::linear;
+}
+
+void take_from_lane(TissueState& tissue) {
+  tissue.has_new_zone = tissue.has_correction = tissue.is_delivered = false;
+  if (tissue.zone.room.contacts == 0) return;
+  Refinement& lane = tissue.refinement;
+  tissue.has_new_zone = take_prepared(lane.mailbox);
+  if (tissue.has_new_zone) exchange_sets(*tissue.pack, lane.mailbox, lane.preparation, tissue.zone);
+  const Taken taken = take_delivery(*tissue.pack, lane.mailbox, tissue.zone);
+  tissue.has_correction = taken == Taken::taken;
+  tissue.is_delivered = tissue.has_new_zone || taken != Taken::none;
+}
+
+bool prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count) {
+  if (is_ready(tissue, kind, contacts, count, tissue.fixed_version)) return true;
+  const bool is_zone = kind == ResponseKind::zone;
+  if (!is_zone || lacks_blend(tissue, contacts, count, tissue.num_fixed, tissue.fixed_version)) {
+    begin_blend(tissue, contacts, count);
+    advance_linear(*tissue.pack, UINT64_MAX, tissue.linear);
+    tissue.linear_begun = false;  // a blend that tools had begun is lost
+  }
+  if (!is_zone || has_zone_for(tissue, contacts, count, tissue.fixed_version)) return true;
+  ask_for_zone(tissue, contacts, count);
+  return false;
 }
 
 bool is_ready(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
@@ -288,21 +294,26 @@ bool is_ready(TissueState& tissue, ResponseKind kind, const pal_contact* contact
 bool prepare_within(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
                     bool& began, bool& finished) {
   began = false;
-  finished = false;
+  finished = tissue.has_new_zone;
   if (is_ready(tissue, kind, contacts, count, tissue.fixed_version)) return true;
-  if (!tissue.zone_begun && !tissue.linear_begun) {
-    const Begun begun = begin(tissue, kind, contacts, count);
-    tissue.linear_begun = begun.blend;
-    tissue.zone_begun = begun.zone;
-    began = true;
+  const bool is_zone = kind == ResponseKind::zone;
+  if (!tissue.linear_begun &&
+      (!is_zone || lacks_blend(tissue, contacts, count, tissue.num_fixed, tissue.fixed_version))) {
+    begin_blend(tissue, contacts, count);
+    tissue.linear_begun = true;
+    began = !is_zone;
   }
-  if (!advance(tissue)) return false;
-  finished = true;
-  return is_ready(tissue, kind, contacts, count, tissue.fixed_version);
+  if (is_zone && !has_zone_for(tissue, contacts, count, tissue.fixed_version))
+    began = ask_for_zone(tissue, contacts, count);
+  if (tissue.linear_begun && advance_linear(*tissue.pack, tissue.operations, tissue.linear)) {
+    tissue.linear_begun = false;
+    finished = true;
+  }
+  return finished && is_ready(tissue, kind, contacts, count, tissue.fixed_version);
 }
 
 void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
-                     const double* turns, pal_contact_result* results) {
+                     const double* turns, pal_contact_result* results, bool awaits_zone) {
   for (uint32_t c = 0; c < count; ++c) {
     double given[3];
     for (uint32_t axis = 0; axis < 3; ++axis)
@@ -310,8 +321,8 @@ void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* 
     tissue.input_flags[c] = take_displacement(*tissue.pack, given, tissue.displacements + size_t{3} * c);
   }
   tissue.energy_brought = 0;
-  tissue.is_delivered = false;
-  if (kind != ResponseKind::zone) rest_zone(*tissue.pack, tissue.zone);
+  tissue.answered = kind;
+  if (kind != ResponseKind::zone && !awaits_zone) rest_zone(*tissue.pack, tissue.zone);
   FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
   field.model = model_of(kind);
   field.refined_field = kNoField;
@@ -336,6 +347,27 @@ void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* 
       break;
   }
   publish(tissue.snapshots);
+}
+
+double answer_alone(const TissueState& tissue, const pal_contact& contact, pal_contact_result& result) {
+  const pal_pack& pack = *tissue.pack;
+  double displacement[3];
+  LinearPointAnswer answer;
+  const uint32_t clamped = take_displacement(pack, contact.displacement, displacement);
+  answer = {};
+  if (pack.site_forces != nullptr)
+    evaluate_linear_point(pack, place_of(contact), displacement, answer, nullptr, nullptr);
+  result = {};
+  result.model = PAL_MODEL_LINEAR;
+  result.flags = PAL_FLAG_PREPARING | PAL_FLAG_UNREFINED | clamped;
+  result.displacement_error = result.force_error = kUnknownError;
+  for (int i = 0; i < 3; ++i) {
+    result.force[i] = answer.force[i] * pack.newtons;
+    result.displacement[i] = displacement[i] * pack.metres;
+    for (int j = 0; j < 3; ++j)
+      result.stiffness[i][j] = answer.stiffness[3 * i + j] * (pack.newtons / pack.metres);
+  }
+  return answer.energy * pack.newtons * pack.metres;
 }
 
 void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_contact_result* results,

@@ -16,13 +16,21 @@ bool can_answer(const TissueState& tissue, uint32_t num_contacts, bool forces_gi
 ResponseKind select_response(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
                              bool forces_given = false);
 
-// Prepares the response for these contacts without a limit of work.
-void prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count);
+// The linear response for these contacts, where no zone is prepared for them.
+ResponseKind select_linear(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
+                           bool forces_given = false);
+
+// Takes the delivery of the refining lane, if there is one. Call it first in each frame.
+void take_from_lane(TissueState& tissue);
+
+// Prepares the response for these contacts without a limit of work. Returns false for a zone that the refining lane has not
+// prepared yet; the lane is asked to.
+bool prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count);
 
 // Prepares the response within the session's budget of multiply-adds a frame: call it in each frame until it
 // returns true. A preparation that has begun for another contact set ends first. Then contacts that change in
 // every frame still get a late answer.
-// - `began`: a preparation began in this call.
+// - `began`: a preparation began in this call: of a zone where the refining lane was asked.
 // - `finished`: a preparation ended, and its contact set can answer.
 bool prepare_within(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
                     bool& began, bool& finished);
@@ -36,8 +44,12 @@ bool is_ready(TissueState& tissue, ResponseKind kind, const pal_contact* contact
 // TissueState::stored_energy and publishes the field to the visual thread.
 // - `turns`: [count][3] rotations (patch_rotation.hpp), for zones whose patches rotate.
 // - `results`: [count], or null.
+// - `awaits_zone`: another model answers until a zone goes on from the last one; else the last one comes to rest.
 void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* contacts, uint32_t count,
-                     const double* turns, pal_contact_result* results);
+                     const double* turns, pal_contact_result* results, bool awaits_zone = false);
+
+// The response of one contact by linear_dd as if it were alone, without a field. Returns its energy: API units.
+double answer_alone(const TissueState& tissue, const pal_contact& contact, pal_contact_result& result);
 
 // Adds d force of contact `row` / d displacement of contact `column`, by the last answer, to sum[9]; API
 // units, organ frame.

@@ -7,6 +7,7 @@
 #include "runtime/src/linear/linear_blend.hpp"
 #include "runtime/src/numerics/field_kernel.hpp"
 #include "runtime/src/response/field_snapshot.hpp"
+#include "runtime/src/response/response_kind.hpp"
 #include "runtime/src/zone/nonlinear_zone.hpp"
 #include "runtime/src/zone/refinement.hpp"
 
@@ -33,17 +34,20 @@ struct TissueState {
   uint32_t* given_axes;   // [max_contacts] pal_contact::force_axes
   double* given_forces;   // [max_contacts][3] model units
   GravityTurn gravity;
-  double stored_energy;  // energy of the last answer: J, or the model's units of energy
+  ResponseKind answered;  // the last answer
+  double stored_energy;   // energy of the last answer: J, or the model's units of energy
   double
       energy_brought;  // part of stored_energy that gravity or an inclusion has brought since the last frame
   LinearState linear;
   bool linear_begun;        // linear.next is being prepared
   bool has_joint_transfer;  // linear.active has transferred the last answer of a zone
   ZoneState zone;
-  bool zone_begun;        // zone.next is being prepared
   Refinement refinement;  // of a session with zones
-  bool is_delivered;      // the last frame read a delivery of the refining lane
-  uint64_t operations;    // multiply-adds that a haptic frame may spend on preparation
+  // The last frame read a delivery of the refining lane: a set of contacts, or a correction that it took
+  bool is_delivered;
+  bool has_new_zone;
+  bool has_correction;
+  uint64_t operations;  // multiply-adds that a haptic frame may spend on preparation
   FieldSnapshots snapshots;
 };
 

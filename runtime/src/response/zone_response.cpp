@@ -70,7 +70,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     const double scale = pack.max_displacement * patch_stiffness_norm(pack, set.sites[c]);
     load = std::max(load, length(set.force + size_t{3} * c) / scale);
   }
-  bool is_surveyed = tissue.zone.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
+  bool is_surveyed = tissue.zone.room.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
                      set.num_fixed == 0 && !is_turned;
   bool are_at_sites = true;
   for (uint32_t c = 0; c < count; ++c) {
@@ -132,11 +132,8 @@ void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer, FieldState& fie
   if (!has_exterior(set)) return;
   if (correction.is_refined) field.refined_field = correction.field;
   if (!correction.is_refined || !isfinite(correction.change)) answer.flags |= PAL_FLAG_UNREFINED;
-  uint32_t used = 0;
-  for (const FieldState& slot : tissue.snapshots.slots) {
-    if (slot.refined_field != kNoField) used |= 1u << slot.refined_field;
-  }
-  if (!answer.went_back) post_request(*tissue.pack, used, tissue.zone, tissue.refinement.mailbox);
+  if (!answer.went_back)
+    request_iteration(*tissue.pack, used_fields(tissue.snapshots), tissue.zone, tissue.refinement.mailbox);
 }
 
 }  // namespace
@@ -169,8 +166,6 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
-  const Taken taken = take_delivery(pack, tissue.refinement.mailbox, tissue.zone);
-  tissue.is_delivered = taken != Taken::none;
   double before[6 * pack::kMostZoneContacts];
   memcpy(before, set.followed, 3 * count * sizeof *before);
   memcpy(before + 3 * count, set.force, 3 * count * sizeof *before);
@@ -184,7 +179,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   for (uint32_t left = tissue.config->zone_iterations;;) {
     answer = solve_zone(pack, tissue.displacements, left, !are_forces_given, tissue.zone);
     left -= answer.iterations;
-    fill_zone_field(pack, tissue.zone, field);
+    if (!fill_zone_field(pack, tissue.zone, field)) answer.flags |= PAL_FLAG_NOT_FINITE;
     for (uint32_t c = 0; c < count; ++c) {
       transfer[c] = {};
       // Contacts in one zone share nodes: a transfer of one contact alone would move the patches of the
@@ -203,7 +198,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
   }
-  if (taken == Taken::taken) find_force_changes(before, before + 3 * count, tissue.zone.active);
+  if (tissue.has_correction) find_force_changes(before, before + 3 * count, tissue.zone.active);
   exchange_with_lane(tissue, answer, field);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;

@@ -17,7 +17,7 @@ static_assert(kFirstRefinementBytes == sizeof(pal_refinement));
 extern "C" pal_status pal_session_refine(pal_session* session, uint64_t operations,
                                          pal_refinement* refinement) noexcept {
   if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  if (session->tissue.zone.max_contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
+  if (session->tissue.zone.room.contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
   pal_refinement result = {};
   if (refinement != nullptr) {
     if (const pal_status status = palpate::read_sized(*refinement, palpate::kFirstRefinementBytes, result);
@@ -32,7 +32,7 @@ extern "C" pal_status pal_session_refine(pal_session* session, uint64_t operatio
   if (refinement == nullptr) return PAL_STATUS_OK;
   result.delivered = refined == palpate::Refined::delivered ? 1 : 0;
   result.failed = refined == palpate::Refined::failed ? 1 : 0;
-  result.waiting = palpate::has_request(lane) ? 1 : 0;
+  result.waiting = refined == palpate::Refined::works || palpate::has_request(lane) ? 1 : 0;
   result.iterations = lane.iterations;
   result.change = result.delivered != 0 ? lane.mailbox.delivery.change * tissue.pack->metres : 0.0;
   return palpate::write_sized(result, palpate::kFirstRefinementBytes, *refinement);

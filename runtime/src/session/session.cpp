@@ -56,24 +56,24 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   LinearState& linear = arrays.tissue.linear;
   if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model)) {
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
-  } else if (has_zone(pack, config) && config.max_contacts + config.max_fixed > 1) {
-    // Zones use the linear state to transfer responses to contacts between sites.
-    carve_linear(pack, std::min(config.max_contacts, kMostBetween), config.max_fixed, arena, linear);
+  } else if (has_zone(pack, config)) {
+    // linear_dd answers until a zone is prepared, and transfers responses to contacts between sites.
+    carve_linear(pack, std::min(config.max_contacts, kMostZoneContacts), config.max_fixed, arena, linear);
   }
   const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
   uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
   uint32_t most_own = 0;
   uint32_t most_in_zones = 0;
   if (has_zone(pack, config)) {
-    carve_zone(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0,
-               arena, arrays.tissue.zone);
-    carve_refinement(pack, arrays.tissue.zone, arena, arrays.tissue.refinement);
-    const uint32_t of_zone = arrays.tissue.zone.max_boundary +
-                             arrays.tissue.zone.max_contacts * kMostCorners * pack.max_patch_nodes +
-                             linear.max_shown;
-    most_held = of_zone > most_held ? of_zone : most_held;
-    most_own = arrays.tissue.zone.max_nodes;
-    most_in_zones = arrays.tissue.zone.max_contacts;
+    const ZoneRoom room =
+        zone_room(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0);
+    carve_zone(pack, room, arena, arrays.tissue.zone);
+    carve_refinement(pack, room, arena, arrays.tissue.refinement);
+    // Loads of this set and of the one before, transfers to places, and linear_dd of all contacts.
+    const uint32_t of_patches = room.contacts * (2 + kMostCorners) * pack.max_patch_nodes;
+    most_held = std::max(most_held, of_patches + 2 * room.fixed + linear.max_shown);
+    most_own = room.nodes;
+    most_in_zones = room.contacts;
   }
   for (FieldState& slot : arrays.tissue.snapshots.slots) {
     slot.corners =
@@ -284,12 +284,17 @@ extern "C" pal_status pal_contact_frame(pal_session* session, const pal_contact*
   session->used = true;
   // A recording needs results even when the caller wants none.
   if (results == nullptr) results = session->tools.results;
-  palpate::ResponseKind kind = palpate::select_response(session->tissue, contacts, count, forces_given);
-  palpate::prepare(session->tissue, kind, contacts, count);
-  // Preparation may have refused the zone.
-  kind = palpate::select_response(session->tissue, contacts, count, forces_given);
-  palpate::prepare(session->tissue, kind, contacts, count);
-  palpate::answer_contacts(session->tissue, kind, contacts, count, session->turns, results);
+  palpate::TissueState& tissue = session->tissue;
+  palpate::take_from_lane(tissue);
+  palpate::ResponseKind kind = palpate::select_response(tissue, contacts, count, forces_given);
+  const bool is_prepared = palpate::prepare(tissue, kind, contacts, count);
+  if (!is_prepared) {
+    kind = palpate::select_linear(tissue, contacts, count, forces_given);
+    palpate::prepare(tissue, kind, contacts, count);
+  }
+  palpate::answer_contacts(tissue, kind, contacts, count, session->turns, results, !is_prepared);
+  for (uint32_t c = 0; c < count && !is_prepared; ++c)
+    results[c].flags |= PAL_FLAG_PREPARING | PAL_FLAG_UNREFINED;
   session->by_contacts = true;
   palpate::record_contact_frame(*session, contacts, count, results);
   return PAL_STATUS_OK;

@@ -68,7 +68,7 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
   // The polynomials do not include nodes that the session fixes later.
   const bool has_linear = session->tissue.pack->field_compliance != nullptr &&
                           !palpate::is_nonlinear_alone(session->config.model);
-  if (count > session->tissue.zone.max_fixed && !has_linear) return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  if (count > session->tissue.zone.room.fixed && !has_linear) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
   palpate::record_fixed(*session, contact_nodes, count);
   // The field of the last frame keeps its weights: the next frame applies the change.
@@ -119,7 +119,7 @@ extern "C" pal_status pal_session_set_inclusion(pal_session* session,
                                                 const pal_inclusion* inclusion) noexcept {
   if (session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   palpate::ZoneState& zone = session->tissue.zone;
-  if (zone.max_contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
+  if (zone.room.contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
   const palpate::FloatingPointMode mode;
   palpate::Inclusion made = {};
   pal_inclusion known = {};
@@ -159,7 +159,8 @@ extern "C" pal_status pal_session_get_torque(const pal_session* session, uint32_
                                              pal_contact_torque* torque) noexcept {
   if (session == nullptr || torque == nullptr) return PAL_STATUS_NULL_ARGUMENT;
   if (!palpate::has_turns(session->tissue)) return PAL_STATUS_NO_SUCH_MODEL;
-  if (!session->by_contacts || !session->tissue.zone.strained) return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  if (!session->by_contacts || session->tissue.answered != palpate::ResponseKind::zone)
+    return PAL_STATUS_MODEL_CANNOT_ANSWER;
   const palpate::ZoneSet& set = session->tissue.zone.active;
   if (contact >= set.num_contacts) return PAL_STATUS_BAD_ARGUMENT;
   const palpate::FloatingPointMode mode;

@@ -33,16 +33,36 @@ bool is_behind(const double displacement[3], const double given[3]) {
   return missing > kAsGood * largest;
 }
 
+// Whether the contacts of the last answer hold one of those held now, and a nonlinear model is ready for them.
+bool serves_any(TissueState& tissue, ToolStates& states) {
+  if (model_of(states.answered) == PAL_MODEL_LINEAR ||
+      !is_ready(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_fixed))
+    return false;
+  match_answered(states);
+  return std::any_of(states.answered_of, states.answered_of + states.num_contacts,
+                     [](uint32_t answered) { return answered != kNotAnswered; });
+}
+
+// Whether linear_dd is ready for the held contacts, after this frame's share of work.
+bool is_linear_ready(TissueState& tissue, ResponseKind linear, const ToolStates& states) {
+  bool began = false;
+  bool finished = false;
+  return is_ready(tissue, linear, states.inputs, states.num_contacts, tissue.fixed_version) ||
+         (!tissue.linear_begun &&
+          prepare_within(tissue, linear, states.inputs, states.num_contacts, began, finished));
+}
+
 // Records the answered contact set: the held contacts, or the set whose preparation began earlier.
 void set_answered(ResponseKind kind, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
                   const double* turns, uint32_t fixed_version, TissueState& tissue, ToolStates& states) {
-  states.changed = states.changed || kind != states.answered || count != states.num_answered ||
-                   fixed_version != states.answered_fixed;
+  states.changed =
+      states.changed || kind != states.answered || count != states.num_answered ||
+      fixed_version != states.answered_fixed ||
+      (kind == ResponseKind::zone && states.answered_zone != tissue.zone.active.correction.number);
+  states.answered_zone = tissue.zone.active.correction.number;
   for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t site = kind == ResponseKind::zone ? tissue.zone.active.sites[i] : 0;
-    states.changed = states.changed || states.answered_ids[i] != ids[i] || states.answered_sites[i] != site;
+    states.changed = states.changed || states.answered_ids[i] != ids[i];
     states.answered_ids[i] = ids[i];
-    states.answered_sites[i] = site;
     states.answered_inputs[i] = inputs[i];
   }
   if (has_turns(tissue) && count > 0) memcpy(states.answered_turns, turns, size_t{3} * count * sizeof *turns);
@@ -59,6 +79,11 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   uint64_t ids[pack::kMostContacts];
   for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
   const ResponseKind kind = select_response(tissue, states.inputs, states.num_contacts);
+  const bool is_any_served =
+      kind != ResponseKind::zone ||
+      is_ready(tissue, kind, states.inputs, states.num_contacts, tissue.fixed_version) ||
+      serves_any(tissue, states);
+  if (!is_any_served) rest_zone(*tissue.pack, tissue.zone);  // before the lane is asked where it is
   bool began = false;
   bool finished = false;
   const bool ready = prepare_within(tissue, kind, states.inputs, states.num_contacts, began, finished);
@@ -80,6 +105,11 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
     // Not ready: a pal_contact_frame has replaced the part that was ready when the preparation began.
     set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_turns,
                  states.begun_fixed, tissue, states);
+  } else if (!is_any_served) {
+    const ResponseKind linear = select_linear(tissue, states.inputs, states.num_contacts);
+    const bool has_linear = is_linear_ready(tissue, linear, states);
+    set_answered(has_linear ? linear : ResponseKind::nothing, has_linear ? states.num_contacts : 0, ids,
+                 states.inputs, states.turns, tissue.fixed_version, tissue, states);
   } else if (!is_ready(tissue, states.answered, states.answered_inputs, states.num_answered,
                        states.answered_fixed)) {
     // A pal_contact_frame has prepared the model for another contact set.
@@ -96,8 +126,14 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   }
   answer_contacts(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_turns,
                   states.answered_results);
+  for (uint32_t c = 0; c < states.num_contacts; ++c) {
+    if (states.answered_of[c] != kNotAnswered) continue;
+    const double energy = answer_alone(tissue, states.inputs[c], states.results[c]);
+    // The account takes the energy of a contact held under strain once a set answers it.
+    if (states.contacts[c].strain != Strain::brought) tissue.stored_energy += energy;
+  }
   // The output must treat an answer as changed in four cases, because the force may jump:
-  // - A new zone starts from the linear response and catches up with the tools. Before equilibrium its force may
+  // - A new zone starts where the organ is and catches up with the tools. Before equilibrium its force may
   //   be several times the final force.
   // - A zone rejected a step in this frame, or in a contact frame since the last haptic frame.
   // - A zone has just caught up.

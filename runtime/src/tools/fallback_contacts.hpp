@@ -1,8 +1,9 @@
-// The fallback contact set answers while linear_dd or a zone is prepared for the held contacts. Preparation
-// takes as many frames as the budget needs. The fallback set is the contact set that answered last:
+// A fallback contact set answers while linear_dd is prepared within the budget, or a zone by the refining lane. It is the contact
+// set that answered last, as long as it serves a contact that a tool still holds:
 // - Contacts that tools still hold move with their tools.
 // - Released contacts keep their last displacement.
-// - New contacts feel no force yet.
+// - linear_dd answers new contacts as if each were alone.
+// Otherwise linear_dd answers the held contacts.
 //
 // A preparation that has begun ends, and its contact set answers, before another preparation begins.
 #pragma once

@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "runtime/src/numerics/pose.hpp"
-#include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response.hpp"
 #include "runtime/src/tools/tools.hpp"
 
@@ -58,43 +57,17 @@ bool is_unsettled(const ToolStates& states) {
   return false;
 }
 
-// The energy that contacts held under strain add to the account, once: the energy released when these
-// contacts alone return to rest. For linear forces the energy is
-//
-//    sum f . d - sum d . K d / 2
-//
-// and torques with rotations add the same terms.
-double take_strain_brought(const TissueState& tissue, ToolStates& states) {
-  const auto brings = [&](uint32_t c) {
-    return states.contacts[c].strain == Strain::brought && states.answered_of[c] != kNotAnswered;
-  };
-  double brought = 0;
-  uint32_t num_bringing = 0;
+// Whether a set answers contacts that were held under strain, until it has caught up with them.
+bool takes_strained(ToolStates& states) {
+  bool is_any_taken = false;
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    if (!brings(c)) continue;
-    ++num_bringing;
+    HeldContact& contact = states.contacts[c];
     const uint32_t row = states.answered_of[c];
-    const double* d = states.inputs[c].displacement;
-    for (int i = 0; i < 3; ++i) brought += states.answered_results[row].force[i] * d[i];
-    for (uint32_t other = 0; other < states.num_contacts; ++other) {
-      if (!brings(other)) continue;
-      double stiffness[9] = {};
-      add_coupling(tissue, states.answered, states.answered_results, row, states.answered_of[other],
-                   stiffness);
-      const double* e = states.inputs[other].displacement;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) brought -= 0.5 * d[i] * stiffness[3 * i + j] * e[j];
-      }
-      if (has_turns(tissue) && states.answered == ResponseKind::zone)
-        brought += energy_of_turns(tissue, row, states.answered_of[other], states.inputs[c],
-                                   states.turns + size_t{3} * c, states.inputs[other],
-                                   states.turns + size_t{3} * other);
-    }
+    if (contact.strain != Strain::brought || row == kNotAnswered) continue;
+    is_any_taken = true;
+    if ((states.answered_results[row].flags & PAL_FLAG_UNCONVERGED) == 0) contact.strain = Strain::none;
   }
-  for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    if (brings(c)) states.contacts[c].strain = Strain::none;
-  }
-  return num_bringing > 0 && num_bringing == states.num_answered ? tissue.stored_energy : brought;
+  return is_any_taken;
 }
 
 // Moves `part` towards covered / W. `work` is the work of the tools in this frame; `larger` is the larger W
@@ -138,7 +111,10 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   if (!states.changed) passivity.account += tissue.energy_brought;
   if (passivity.one_set) passivity.stored += tissue.energy_brought + states.energy_corrected;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
-  const double brought = passivity.one_set ? 0.0 : take_strain_brought(tissue, states);
+  // Contacts held under strain bring what the stored energy grows by beyond the work of the tools.
+  const double elsewhere = states.energy_corrected + (states.changed ? 0 : tissue.energy_brought);
+  const double brought =
+      takes_strained(states) && !passivity.one_set ? stored - passivity.stored - elsewhere - gained : 0.0;
   double of_models = 0;
   for (uint32_t t = 0; is_or_was_unsettled && t < states.num_used; ++t)
     of_models += work_of(states.tools[t], models[t]);

@@ -88,18 +88,15 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   const uint32_t answered = states.answered_of[index];
   if (result.num_contacts++ == 0) result.site = contact.place.site;
   if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
-  if (answered == kNotAnswered) {
-    result.displacement_error = result.force_error = 1.0;
-    return;
-  }
-  const pal_contact_result& answer = states.answered_results[answered];
+  const bool is_alone = answered == kNotAnswered;
+  const pal_contact_result& answer = is_alone ? states.results[index] : states.answered_results[answered];
   double force[3];
   double arm[3];
   rotate(states.organ, answer.force, force);
   rotate(own, contact.arm, arm);
   for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
   add_cross(arm, force, wrench.v + 3);
-  if (has_turns(tissue) && states.answered == ResponseKind::zone) {
+  if (!is_alone && has_turns(tissue) && states.answered == ResponseKind::zone) {
     const ZoneSet& set = tissue.zone.active;
     double torque[3];
     rotate(states.organ, set.force + size_t{3} * (set.num_contacts + answered), torque);
@@ -108,7 +105,7 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
 
   double stiffness[9];
   memcpy(stiffness, answer.stiffness, sizeof stiffness);
-  for (uint32_t other = 0; other < states.num_contacts; ++other) {
+  for (uint32_t other = 0; other < states.num_contacts && !is_alone; ++other) {
     if (other == index || states.contacts[other].tool != contact.tool) continue;
     const uint32_t column = states.answered_of[other];
     if (column != kNotAnswered)
@@ -175,7 +172,6 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.begun_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_ids = arena.take<uint64_t>(config.max_contacts);
   states.answered_inputs = arena.take<pal_contact>(config.max_contacts);
-  states.answered_sites = arena.take<uint32_t>(config.max_contacts);
   states.answered_results = arena.take<pal_contact_result>(config.max_contacts);
   states.organ = rotation_of(config.organ.orientation);
 }
@@ -202,6 +198,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     if (!try_to_touch(tissue, tool, states)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
   }
   fill_inputs(tissue, states, last);
+  take_from_lane(tissue);
   answer_or_fall_back(tissue, states);
   tissue.energy_brought += tissue.zone.inclusion_energy * tissue.pack->newtons * tissue.pack->metres;
   tissue.zone.inclusion_energy = 0;

@@ -61,22 +61,24 @@ struct ToolStates {
   uint32_t num_used;      // tools seen so far: tools at and beyond this index cost a frame nothing
   pal_contact* inputs;    // [max_contacts] contacts of this frame
   double* turns;          // [max_contacts][3] rotations of `inputs`, if patches rotate (patch_rotation.hpp)
-  pal_contact_result* results;  // [max_contacts] results of pal_contact_frame when the caller wants none
+  // [max_contacts] results of contacts that no set answers yet, each as if alone; of pal_contact_frame when the caller wants
+  // none
+  pal_contact_result* results;
   uint64_t next_id;
   double
       energy_corrected;  // by which deliveries of the refining lane changed the stored energy since the last frame: J
   // The contacts that the last frame answered, their model, and their match with the held contacts:
   ResponseKind answered;
   uint32_t num_answered;
-  uint64_t* answered_ids;        // [max_contacts]
-  pal_contact* answered_inputs;  // [max_contacts]
-  double* answered_turns;        // [max_contacts][3]
-  uint32_t* answered_sites;      // [max_contacts] sites of the zone: a change of site makes the answer jump
+  uint64_t* answered_ids;                // [max_contacts]
+  pal_contact* answered_inputs;          // [max_contacts]
+  double* answered_turns;                // [max_contacts][3]
+  uint64_t answered_zone;                // number of the zone's set: the answer jumps where the set changes
   pal_contact_result* answered_results;  // [max_contacts]
   uint32_t answered_fixed;               // TissueState::fixed_version at that time
   uint32_t*
       answered_of;  // [max_contacts] index of each held contact among the answered contacts, or kNotAnswered
-  // The contacts for which linear_dd or a zone is in preparation:
+  // The contacts for which linear_dd or, in a session with zones, a zone is in preparation:
   ResponseKind begun;
   uint32_t num_begun;
   uint64_t* begun_ids;        // [max_contacts]

@@ -16,7 +16,7 @@ struct FieldState {
   uint32_t
       num_corners;  // polynomial_dd, and where nonlinear_zone is moved by it: sites whose fields are added
   PolynomialFieldState* corners;  // [num_corners]
-  uint32_t num_held;              // linear_dd, nonlinear_zone: contact or zone nodes with a force,
+  uint32_t num_held;              // linear_dd, nonlinear_zone: contact nodes with a force,
   uint32_t num_moved;             // and behind them nodes whose forces move nonlinear_zone itself too
   uint32_t* held;                 // [num_held + num_moved]
   pal_real* weights;              // and their forces [num_held + num_moved][3]

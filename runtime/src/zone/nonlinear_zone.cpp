@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "runtime/src/linear/linear_point.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
@@ -19,8 +20,6 @@ constexpr double kConverged = 1e-4;
 // kConverged, for moves of other groups since find_coupling(). A group feels a part of them, because groups share no node.
 constexpr double kMostUncoupled = 5e-4;
 constexpr double kOfOthers = 0.1;
-// What a round of all groups changes, the next round changes by a part. Only before the first delivery.
-constexpr double kOfChange = 0.3;
 // A frame whose contacts stand still in a refined zone iterates until kConverged and kMostUncoupled times this are reached,
 // if its iterations suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
@@ -44,7 +43,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     add_to_unknowns(frame, group, step, -part);
     if (evaluate_group(frame, group)) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
-      follow_pressures(group.batches, frame.state.saved, frame.set.displacement, part);
+      follow_pressures(group.batches, frame.work.saved, frame.set.displacement, part);
       count_move(frame, group, part * longest);
       return longest;
     }
@@ -55,9 +54,10 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
 }
 
 // One iteration, after find_residual(). The length of its step; negative where there was no way on.
-double iterate(ZoneFrame& frame, ZoneGroup& group, bool& is_renewed) {
+// `is_bounded`: ZoneState's.
+double iterate(ZoneFrame& frame, bool is_bounded, ZoneGroup& group, bool& is_renewed) {
   const auto renew = [&] {
-    if (is_renewed && frame.state.is_bounded) return false;
+    if (is_renewed && is_bounded) return false;
     is_renewed = true;
     return make_tangent(frame, group);
   };
@@ -76,7 +76,7 @@ double iterate(ZoneFrame& frame, ZoneGroup& group, bool& is_renewed) {
 // Of the unknowns, squared.
 double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   double sum = 0;
-  for (uint32_t i = 0; i < group.unknowns; ++i) sum += frame.state.residual[i] * frame.state.residual[i];
+  for (uint32_t i = 0; i < group.unknowns; ++i) sum += frame.work.residual[i] * frame.work.residual[i];
   return sum;
 }
 
@@ -85,9 +85,9 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
+  find_loads(frame, group);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
-  if (frame.set.num_groups > 1 && group.couplings == nullptr) find_traction(frame, group, false);
 }
 
 // On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
@@ -138,6 +138,7 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
       conclude(frame, 0, group);
     } else {
       find_residual(frame, group);
+      find_loads(frame, group);
     }
   }
 }
@@ -148,7 +149,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
                       ZoneState& state) {
   ZoneSet& set = state.active;
   take_inclusion(pack, state);
-  ZoneFrame frame = {pack, state, set, set.flags};
+  ZoneFrame frame = frame_of(pack, state);
+  frame.flags = set.flags;
   state.strained = true;
   double farthest = 0;
   double size = 1e-6 * pack.max_displacement;
@@ -179,13 +181,10 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     }
     group.is_back = false;
     move_contacts(frame, group, displacements);
-    if (set.num_groups > 1 && group.couplings == nullptr) find_traction(frame, group, false);
   }
   bool failed[kMostZoneContacts] = {};
   double left[kMostZoneContacts] = {};
-  const auto left_uncoupled = [](const ZoneGroup& group) {
-    return std::max(kOfOthers * group.others_moved, kOfChange * group.coupled_change);
-  };
+  const auto left_uncoupled = [](const ZoneGroup& group) { return kOfOthers * group.others_moved; };
   const auto is_settled = [&](const ZoneGroup& group, double part) {
     return left_uncoupled(group) <= part * kMostUncoupled * size;
   };
@@ -206,7 +205,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
       find_coupling(frame, group);
       find_residual(frame, group);
       const double before = size_of_residual(frame, group);
-      const double step = iterate(frame, group, is_renewed[g]);
+      const double step = iterate(frame, state.is_bounded, group, is_renewed[g]);
       failed[g] = step < 0;
       conclude(frame, step > kConverged * size ? before : 0, group);
       left[g] = step * contraction(frame, group);
@@ -247,7 +246,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     ZoneGroup& group = set.groups[g];
     answer.energy += group.stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
-    find_traction(frame, group, set.correction.is_refined);
     advance_tangent(frame, group);
   }
   state.went_back = state.went_back || goes_any_back;
@@ -266,30 +264,34 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
   }
 }
 
-void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
+bool fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
+  constexpr double kMostMoved = 1e4;  // in units of what moves the patch by the scene's largest displacement
   const ZoneSet& set = state.active;
-  field.num_held = 0;
-  field.num_moved = 0;
-  field.num_corners = 0;
-  field.num_own = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    for (uint32_t b = 0; b < group.num_boundary; ++b) {
-      const uint32_t place = first_boundary(group) + b;
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        field.weights[3 * field.num_held + axis] =
-            static_cast<pal_real>(set.traction[3 * place + axis] * pack.metres);
-      field.held[field.num_held++] = set.nodes[place];
+  field.num_held = field.num_moved = field.num_corners = field.num_own = 0;
+  double most = 0;
+  for (uint32_t c = 0; c < set.num_contacts; ++c)
+    most = std::max(most, kMostMoved * pack.max_displacement * patch_stiffness_norm(pack, set.sites[c]));
+  bool sound = true;
+  for (uint32_t i = 0; i < set.num_nodes; ++i) {
+    const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
+    for (uint32_t axis = 0; axis < 3 && packed != pack::kNoNode; ++axis)
+      field.own[3 * field.num_own + axis] =
+          static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
+    if (packed != pack::kNoNode) field.own_nodes[field.num_own++] = packed;
+    double change[3];
+    bool has_changed = false;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      change[axis] = set.load[3 * i + axis] - set.correction.load_then[3 * i + axis];
+      has_changed = has_changed || change[axis] != 0;
+      sound = sound && fabs(change[axis]) <= most;
     }
-    for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
-      const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
-      if (packed == pack::kNoNode) continue;
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        field.own[3 * field.num_own + axis] =
-            static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
-      field.own_nodes[field.num_own++] = packed;
-    }
+    if (!has_changed) continue;
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      field.weights[3 * field.num_held + axis] = static_cast<pal_real>(change[axis] * pack.metres);
+    field.held[field.num_held++] = set.nodes[i];
   }
+  if (!sound) field.num_held = 0;
+  return sound;
 }
 
 }  // namespace palpate

@@ -2,14 +2,15 @@
 // exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
 //
 // With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, S as in
-// zone_set.hpp, t the forces on the linear organ at B that move B from where it was at u_e:
+// zone_set.hpp, f the forces that hold contacted nodes:
 //
-//   P(w) - P(0) + [S w_B + c]_B = f_c      f_c zero but at contacted nodes
-//   outside of V: u = u_e + C_OB t
+//   P(w) - P(0) + [S w_B + c]_B = f
+//   outside of V: u = u_e + C (f - f_e)
 //
-// B is the boundary of all groups. c: the correction of the refining lane, and u_e the field of its last iteration
-// (refinement.hpp); zero before its first. Under gravity the elements' weight and P(0) cancel. The answer is exact for
-// small displacements, where the zone is the whole organ, and where the lane's iterations have converged.
+// B is the boundary of all groups, C the compliance of linear_dd. c: the correction of the refining lane, and u_e, f_e the
+// field and the forces of its last delivery (refinement.hpp); all zero at rest. Under gravity the elements' weight and P(0)
+// cancel. The answer is exact for small displacements, where the zone is the whole organ, and where the lane's iterations have
+// converged.
 //
 // It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
 #pragma once
@@ -47,7 +48,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
 // Something else answers: the set that did is at rest when it next does.
 void rest_zone(const pal_pack& pack, ZoneState& state);
 
-// Leaves the field of the frame just solved.
-void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
+// Leaves the field of the frame just solved. Returns false where loads exceed those of any tissue, as in a damaged pack: the
+// field outside is then that of the last delivery.
+bool fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
 
 }  // namespace palpate

@@ -7,7 +7,10 @@
 #include <atomic>
 
 #include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/delivery.hpp"
+#include "runtime/src/zone/state_transfer.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
+#include "runtime/src/zone/zone_members.hpp"
 
 namespace palpate {
 namespace {
@@ -16,43 +19,75 @@ using Phase = Refinement::Phase;
 
 // `of.phase` says which elements, and where the tangent is.
 Exterior exterior_of(const pal_pack& pack, const EliminationKernel& kernel, const Refinement& of) {
-  const uint8_t* left_out = of.phase == Phase::whole ? nullptr : of.left_out;
+  const uint8_t* left_out = of.phase == Phase::whole ? nullptr : of.outline.left_out;
   const double* displacement = of.phase == Phase::renew ? of.exterior.displacement : of.rest;
   return {pack, kernel, of.front_of, of.elements, left_out, displacement};
+}
+
+bool is_preparing(const Refinement& of) {
+  return of.mailbox.request.kind == ZoneRequest::Kind::prepare;
 }
 
 // Condenses the exterior with the tangent at rest, which has the pressures at rest.
 bool begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.phase = Phase::condense;
-  of.set = 0;
+  of.has_own = false;
   const ZoneBatches& all = of.elements.all;
   for (uint32_t p = all.first_patch; p < all.first_patch + all.num_patches; ++p)
     all.patches[p].followed = all.patches[p].at_rest;
   return begin_condensation(exterior_of(pack, kernel, of), &of.whole, of.scratch, of.own);
 }
 
-// Lists the exterior of the request's zone, at rest. Nodes of the zone that move at its boundary are kept; the others of
-// the zone, and fixed ones, are absent.
-bool begin_own(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
-  const ZoneRequest& request = of.mailbox.request;
-  std::fill_n(of.own.roles, pack.organ.num_nodes, NodeRole::eliminated);
-  for (uint32_t i = 0; i < request.num_nodes; ++i) of.own.roles[request.nodes[i]] = NodeRole::absent;
-  of.own.num_kept = request.num_boundary;
-  if (request.num_boundary > of.own.room.kept) return false;
-  for (uint32_t b = 0; b < request.num_boundary; ++b) {
-    of.own.kept[b] = request.nodes[request.boundary[b]];
-    of.own.roles[of.own.kept[b]] = NodeRole::kept;
-  }
-  memset(of.is_zone_element, 0, pack.organ.num_elements * sizeof *of.is_zone_element);
-  for (uint32_t e = 0; e < request.num_elements; ++e) of.is_zone_element[request.elements[e]] = 1;
-  leave_out(pack.organ, of.elements, of.is_zone_element, of.left_out);
+// Puts the exterior to rest and condenses it there.
+bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.phase = Phase::condense;
   of.failures = 0;
   of.largest_energy = of.unbalanced = of.change = 0;
-  // Also the pressures of shared volumes, which the factor reads.
   rest_exterior(exterior_of(pack, kernel, of), of.exterior);
   restart_acceleration(of.acceleration);
   return begin_condensation_at_rest(pack, kernel, of);
+}
+
+// The outline of the prepared set. Boundary nodes are kept; the other nodes of the zone are absent.
+bool list_outline(const pal_pack& pack, Refinement& of) {
+  const ZoneSet& set = of.preparation.set;
+  const OrganView& organ = pack.organ;
+  ZoneOutline& outline = of.outline;
+  std::fill_n(of.own.roles, organ.num_nodes, NodeRole::eliminated);
+  outline.set = of.mailbox.request.next_set;
+  outline.num_nodes = set.num_nodes;
+  for (uint32_t i = 0; i < set.num_nodes; ++i) {
+    outline.nodes[i] = organ.of_zone_node[set.nodes[i]];
+    of.own.roles[outline.nodes[i]] = NodeRole::absent;
+  }
+  outline.num_groups = set.num_groups;
+  outline.exterior_size = exterior_size(set);
+  of.own.num_kept = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    outline.groups[g] = {group.num_boundary, group.boundary_stride};
+    if (of.own.num_kept + group.num_boundary > of.own.room.kept) return false;
+    for (uint32_t b = first_boundary(group); b < first_boundary(group) + group.num_boundary; ++b) {
+      of.own.kept[of.own.num_kept++] = outline.nodes[b];
+      of.own.roles[outline.nodes[b]] = NodeRole::kept;
+    }
+  }
+  memset(of.is_zone_element, 0, organ.num_elements * sizeof *of.is_zone_element);
+  for (uint32_t e = 0; e < set.num_elements; ++e)
+    of.is_zone_element[organ.of_zone_element[set.elements[e]]] = 1;
+  leave_out(organ, of.elements, of.is_zone_element, outline.left_out);
+  return true;
+}
+
+// Places the prepared set where the organ is, and condenses the exterior at rest. The exterior stays where it is, unless the
+// organ was at rest.
+bool begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  const size_t bytes = size_t{3} * pack.organ.num_nodes * sizeof *of.zone;
+  memcpy(of.zone, of.has_followed ? of.exterior.displacement : of.rest, bytes);
+  if (!place_set(pack, of.zone, of.preparation)) of.has_followed = false;
+  if (!list_outline(pack, of) || !begin_at_rest(pack, kernel, of)) return false;
+  if (of.has_followed) memcpy(of.exterior.displacement, of.zone, bytes);
+  return true;
 }
 
 bool stands_still(const Refinement& of) {
@@ -76,112 +111,10 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
   if (!stands_still(of)) restart_acceleration(of.acceleration);
   memcpy(of.followed, request.followed, request.num_axes * sizeof *request.followed);
   memcpy(of.zone, of.rest, size_t{3} * pack.organ.num_nodes * sizeof *of.zone);
-  for (uint32_t i = 0; i < request.num_nodes; ++i)
-    memcpy(of.zone + size_t{3} * request.nodes[i], request.displacement + size_t{3} * i, 3 * sizeof *of.zone);
+  for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
+    memcpy(of.zone + size_t{3} * of.outline.nodes[i], request.displacement + size_t{3} * i,
+           3 * sizeof *of.zone);
   begin_iteration(exterior_of(pack, kernel, of), of.own, of.zone, of.exterior);
-}
-
-// c and C of the delivery: with g, E and w_e of the iteration, and the exterior in equilibrium to second order,
-//
-//   c = g - S w_e,   C = E - D - w_e . (c + S w_e / 2),   D = r_O . K_OO^-1 r_O / 2
-//
-// D is the energy that the exterior still gives up on its way to equilibrium. Returns false in two cases:
-//   - D is more than kMostUnbalanced of the stored energy, as where a stiff part of the organ turns. Such an answer is
-//     worse than one to first order.
-//   - Numbers are not finite, as in a damaged pack.
-// The field stays that of the iteration.
-bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite) {
-  constexpr double kMostUnbalanced = 0.1;
-  constexpr double kRounding = 1e-6;  // near rest all that is stored may be unbalanced
-  const ZoneRequest& request = of.mailbox.request;
-  ZoneDelivery& delivery = of.mailbox.delivery;
-  const uint32_t stride = of.own.schur_stride;
-  memset(of.moved, 0, stride * sizeof *of.moved);
-  memset(of.forces, 0, stride * sizeof *of.forces);
-  for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
-    const size_t at = size_t{3} * of.own.kept[i / 3] + i % 3;
-    of.moved[i] = of.exterior.displacement[at] - of.rest[at];  // w_e
-  }
-  kernel.add_symmetric_product(of.own.schur, stride, of.moved, of.forces);
-  double unbalanced = 0;
-  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
-    if (of.own.roles[node] != NodeRole::eliminated) continue;
-    const double* below = of.exterior.forces + size_t{3} * node;  // L^-1 r
-    for (int axis = 0; axis < 3; ++axis) unbalanced += 0.5 * below[axis] * below[axis];
-  }
-  delivery.energy = of.exterior.energy - unbalanced;
-  const bool has_fallen = unbalanced < 0.5 * of.unbalanced;
-  of.unbalanced = unbalanced;
-  if (has_fallen) of.failures = 0;
-  double sum = 0;
-  memcpy(delivery.moved, of.moved, 3 * request.num_boundary * sizeof *of.moved);
-  for (uint32_t i = 0; i < 3 * request.num_boundary; ++i) {
-    delivery.force[i] = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3] - of.forces[i];
-    delivery.energy -= of.moved[i] * (delivery.force[i] + 0.5 * of.forces[i]);
-    sum += delivery.force[i];
-  }
-  is_finite = isfinite(sum) && isfinite(delivery.energy);
-  const double rounding = kRounding * (fabs(of.exterior.rest_energy) + of.largest_energy);
-  return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy + rounding;
-}
-
-// The rows of a group and the column of a node in S as frames have it (exterior_size()); `kept`: of the boundary's nodes.
-double* columns_of(const ZoneRequest& request, uint32_t kept, uint32_t g, double* of_group) {
-  const size_t stride = request.groups[g].boundary_stride;
-  const uint32_t place = request.boundary[kept];
-  size_t column = 3 * size_t{place - request.groups[g].first_boundary};
-  for (uint32_t h = 0, before = 0; h < request.num_groups; ++h) {
-    const ZoneRequest::Group& other = request.groups[h];
-    if (h != g && place - other.first_boundary < other.num_boundary)
-      column = stride + 3 * size_t{before + place - other.first_boundary};
-    if (h != g) before += other.num_boundary;
-  }
-  return of_group + column * stride;
-}
-
-// S of all groups, if the request has another one.
-void write_tangent(Refinement& of) {
-  const ZoneRequest& request = of.mailbox.request;
-  ZoneDelivery& delivery = of.mailbox.delivery;
-  delivery.tangent = of.tangent;
-  if (request.tangent == of.tangent) return;
-  memset(delivery.exterior, 0, request.exterior_size * sizeof *delivery.exterior);
-  double* of_group = delivery.exterior;
-  uint32_t num_boundary = 0;
-  for (uint32_t g = 0; g < request.num_groups; ++g) num_boundary += request.groups[g].num_boundary;
-  for (uint32_t g = 0; g < request.num_groups; ++g) {
-    const ZoneRequest::Group& group = request.groups[g];
-    const size_t stride = group.boundary_stride;
-    for (uint32_t kept = 0; kept < request.num_boundary; ++kept) {
-      double* columns = columns_of(request, kept, g, of_group);
-      for (uint32_t row = 0; row < request.num_boundary; ++row) {
-        const uint32_t place = request.boundary[row] - group.first_boundary;
-        if (place >= group.num_boundary) continue;
-        for (size_t entry = 0; entry < 9; ++entry)
-          columns[entry / 3 * stride + 3 * place + entry % 3] =
-              of.own.schur[(3 * size_t{kept} + entry / 3) * of.own.schur_stride + 3 * row + entry % 3];
-      }
-    }
-    of_group += stride * (stride + 3 * size_t{num_boundary - group.num_boundary});
-  }
-}
-
-void write_field(const pal_pack& pack, const Refinement& of) {
-  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
-    const size_t packed = pack.organ.nodes[node].packed_node;
-    if (packed == pack::kNoNode) continue;
-    for (size_t axis = 0; axis < 3; ++axis)
-      of.mailbox.request.field[3 * packed + axis] =
-          static_cast<pal_real>(of.exterior.displacement[3 * size_t{node} + axis] * pack.metres);
-  }
-}
-
-// The largest component by which the last iteration moved the exterior.
-double find_change(const pal_pack& pack, const Refinement& of) {
-  double largest = 0;
-  for (size_t i = 0; i < size_t{3} * pack.organ.num_nodes; ++i)
-    largest = std::max(largest, fabs(of.exterior.displacement[i] - of.exterior.next[i]));
-  return largest;
 }
 
 void deliver(bool is_good, Refinement& of) {
@@ -191,22 +124,33 @@ void deliver(bool is_good, Refinement& of) {
       .store(static_cast<uint32_t>(MailboxState::delivered), std::memory_order_release);
 }
 
+bool begin_whole(const pal_pack& pack, const EliminationKernel& kernel, const Inclusion& inclusion,
+                 uint32_t version, Refinement& of) {
+  set_organ_stiffness(pack, inclusion, of.elements);
+  of.inclusion = version;
+  of.has_whole = of.has_own = false;
+  std::fill_n(of.whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
+  of.phase = Phase::whole;
+  const Exterior organ = exterior_of(pack, kernel, of);
+  rest_exterior(organ, of.exterior);
+  return begin_condensation(organ, nullptr, of.scratch, of.whole);
+}
+
 // Begins what the request needs first. Returns false where that cannot be had.
 bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
   if (of.is_broken) return false;
-  if (!of.has_whole || of.inclusion != request.inclusion_version) {
-    set_organ_stiffness(pack, request.inclusion, of.elements);
-    of.inclusion = request.inclusion_version;
-    of.set = 0;
-    std::fill_n(of.whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
-    of.phase = Phase::whole;
-    const Exterior organ = exterior_of(pack, kernel, of);
-    rest_exterior(organ, of.exterior);
-    return begin_condensation(organ, nullptr, of.scratch, of.whole);
+  if (!of.has_whole || of.inclusion != request.inclusion_version)
+    return begin_whole(pack, kernel, request.inclusion, request.inclusion_version, of);
+  const bool is_of_outline = of.outline.set == request.set;
+  if (is_preparing(of) && !(request.is_strained && of.has_own && is_of_outline && !of.has_followed)) {
+    begin_members(of.preparation);
+    of.phase = Phase::members;
+    return true;
   }
-  if (of.set != request.set) return begin_own(pack, kernel, of);
-  if (is_tangent_old(pack, of)) {
+  if (!is_of_outline) return false;
+  if (!of.has_own) return begin_at_rest(pack, kernel, of);
+  if (!is_preparing(of) && is_tangent_old(pack, of)) {
     of.phase = Phase::renew;
     return begin_condensation(exterior_of(pack, kernel, of), nullptr, of.scratch, of.own);
   }
@@ -215,9 +159,9 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
   return true;
 }
 
-// The new condensation is that of the request's zone.
+// The new condensation is that of the outline.
 void take_condensation(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
-  of.set = of.mailbox.request.set;
+  of.has_own = true;
   ++of.tangent;
   of.iterations_of_tangent = 0;
   restart_acceleration(of.acceleration);
@@ -225,62 +169,121 @@ void take_condensation(const pal_pack& pack, const EliminationKernel& kernel, Re
   begin_evaluation(exterior_of(pack, kernel, of), of.exterior);
 }
 
-// Advances the phase. Returns Progress::ended once an iteration has ended.
+// The work of the phase.
+Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+                      Refinement& of, uint64_t& spent) {
+  const auto progress_of = [](bool has_ended) { return has_ended ? Progress::ended : Progress::goes_on; };
+  ZonePreparation& preparation = of.preparation;
+  const Exterior exterior = exterior_of(pack, kernel, of);
+  switch (of.phase) {
+    case Phase::begin:
+      return begin_phase(pack, kernel, of) ? Progress::goes_on : Progress::failed;
+    case Phase::members:
+      return progress_of(collect_members(pack, operations, preparation, spent));
+    case Phase::rest:
+      return progress_of(advance_rest(pack, operations, preparation, spent));
+    case Phase::tangents:
+      return progress_of(advance_tangents(pack, kernel, operations, preparation, spent));
+    case Phase::evaluate:
+    case Phase::iterate:
+      return advance_iteration(exterior, of.own, operations, of.scratch, &of.acceleration, of.exterior,
+                               spent);
+    default:
+      return advance_condensation(exterior, operations, of.scratch,
+                                  of.phase == Phase::whole ? of.whole : of.own, spent);
+  }
+}
+
+// What follows a phase of the preparation that has ended. Returns Progress::ended once the set is prepared.
+Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kernel, Progress progress,
+                             Refinement& of) {
+  ZoneSet& set = of.preparation.set;
+  switch (of.phase) {
+    case Phase::iterate:
+      of.has_followed = true;
+      of.phase = Phase::begin;
+      return Progress::goes_on;
+    case Phase::members:
+      if (!begin_rest(of.preparation)) return Progress::failed;
+      of.phase = Phase::rest;
+      return Progress::goes_on;
+    case Phase::rest:
+      return begin_exterior(pack, kernel, of) ? Progress::goes_on : Progress::failed;
+    case Phase::evaluate: {
+      bool is_finite = true;
+      of.mailbox.delivery.is_good =
+          progress == Progress::ended && find_correction(pack, kernel, of, is_finite) && of.has_followed;
+      if (!of.mailbox.delivery.is_good) {
+        of.unbalanced = 0;
+        rest_exterior(exterior_of(pack, kernel, of), of.exterior);
+      }
+      write_tangent(of, set.exterior_at_rest);
+      use_exterior(set.exterior_at_rest, set);
+      of.phase = Phase::tangents;
+      return Progress::goes_on;
+    }
+    default:
+      return Progress::ended;
+  }
+}
+
+// Advances the phase. Returns Progress::ended once the iteration or the preparation has ended.
 Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
                        Refinement& of, uint64_t& spent) {
-  if (of.phase == Phase::begin) return begin_phase(pack, kernel, of) ? Progress::goes_on : Progress::failed;
-  const Exterior exterior = exterior_of(pack, kernel, of);
-  Condensation& factor = of.phase == Phase::whole ? of.whole : of.own;
-  const bool is_iteration = of.phase == Phase::evaluate || of.phase == Phase::iterate;
-  const Progress progress =
-      is_iteration
-          ? advance_iteration(exterior, factor, operations, of.scratch, &of.acceleration, of.exterior, spent)
-          : advance_condensation(exterior, operations, of.scratch, factor, spent);
-  if (progress == Progress::goes_on || (progress == Progress::failed && of.phase != Phase::renew))
-    return progress;
+  const Progress progress = advance_work(pack, kernel, operations, of, spent);
+  if (progress == Progress::goes_on) return progress;
+  const bool has_failed = progress == Progress::failed;
   switch (of.phase) {
     case Phase::whole:
-      of.has_whole = true;
+      of.has_whole = !has_failed;
       of.phase = Phase::begin;
-      break;
+      return has_failed ? progress : Progress::goes_on;
+    case Phase::condense:
+      if (has_failed) return progress;
+      take_condensation(pack, kernel, of);
+      return Progress::goes_on;
     case Phase::renew:
       // Where the tangent is not positive definite, that at rest has to do.
-      if (progress == Progress::failed)
+      if (has_failed)
         return begin_condensation_at_rest(pack, kernel, of) ? Progress::goes_on : Progress::failed;
       take_condensation(pack, kernel, of);
-      break;
-    case Phase::condense:
-      take_condensation(pack, kernel, of);
-      break;
-    case Phase::iterate:
-      ++of.iterations_of_tangent;
-      return Progress::ended;
+      return Progress::goes_on;
+    case Phase::begin:
+      return progress;
     default:
-      of.phase = Phase::begin;
+      break;
   }
+  if (is_preparing(of)) return advance_preparation(pack, kernel, progress, of);
+  if (has_failed || of.phase == Phase::iterate) {
+    of.iterations_of_tangent += has_failed ? 0 : 1;
+    return progress;
+  }
+  of.phase = Phase::begin;
   return Progress::goes_on;
 }
 
 }  // namespace
 
-void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement) {
+void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& refinement) {
   refinement = {};
-  carve_mailbox(pack, zone, arena, refinement.mailbox);
+  carve_mailbox(pack, room, arena, refinement.mailbox);
+  carve_preparation(pack, room, arena, refinement.preparation);
   carve_organ_elements(pack, arena, refinement.elements);
   refinement.front_of = carve_front_of(pack, arena);
-  const uint32_t kept = std::min(zone.max_boundary, pack.organ.num_free);
+  const uint32_t kept = std::min(room.boundary, pack.organ.num_free);
   carve_condensation(pack, condensation_room(pack, 0), arena, refinement.whole);
   carve_condensation(pack, condensation_room(pack, kept), arena, refinement.own);
   carve_scratch(pack, kept, arena, refinement.scratch);
   carve_exterior(pack, arena, refinement.exterior);
   const size_t numbers = size_t{3} * pack.organ.num_nodes;
   carve_acceleration(numbers, arena, refinement.acceleration);
+  refinement.outline.nodes = arena.take<uint32_t>(room.nodes);
+  refinement.outline.left_out = arena.take<uint8_t>(most_lanes(pack));
   refinement.rest = arena.take<double>(numbers);
   refinement.zone = arena.take<double>(numbers);
   refinement.is_zone_element = arena.take<uint8_t>(pack.organ.num_elements);
-  refinement.left_out = arena.take<uint8_t>(most_lanes(pack));
-  refinement.moved = arena.take<double>(elimination_stride(3 * kept));
-  refinement.forces = arena.take<double>(elimination_stride(3 * kept));
+  for (double** vector : {&refinement.moved, &refinement.forces})
+    *vector = arena.take<double>(elimination_stride(3 * kept));
 }
 
 void fill_refinement(const pal_pack& pack, Refinement& refinement) {
@@ -297,28 +300,62 @@ bool has_request(const Refinement& refinement) {
   return state.load(std::memory_order_acquire) == static_cast<uint32_t>(MailboxState::requested);
 }
 
+namespace {
+
+Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Progress progress,
+                      Refinement& of) {
+  ZoneDelivery& delivery = of.mailbox.delivery;
+  bool is_finite = true;
+  const bool is_good = progress == Progress::ended && find_correction(pack, kernel, of, is_finite);
+  of.failures = is_good ? 0 : of.failures + 1;
+  // Begins anew at rest, also as such numbers stay in no state.
+  if (!is_finite || of.failures >= kMostFailures) of.has_own = false;
+  if (is_good) {
+    write_field(pack, of);
+    delivery.tangent = of.tangent;
+    if (of.mailbox.request.tangent != of.tangent) write_tangent(of, delivery.exterior);
+    of.largest_energy = std::max(of.largest_energy, of.exterior.energy);
+    delivery.change = of.change = find_change(pack, of);
+    ++of.iterations;
+  }
+  deliver(is_good, of);
+  return is_good ? Refined::delivered : Refined::failed;
+}
+
+Refined end_preparation(const pal_pack& pack, Progress progress, Refinement& of) {
+  const bool is_prepared = progress == Progress::ended;
+  if (is_prepared) {
+    write_field(pack, of);
+  } else {
+    refuse_set(of.preparation);
+    of.outline.set = 0;
+  }
+  of.mailbox.delivery.tangent = of.tangent;
+  of.mailbox.delivery.change = 0;
+  of.has_followed = false;
+  deliver(is_prepared && of.mailbox.delivery.is_good, of);
+  return Refined::delivered;
+}
+
+}  // namespace
+
 Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
                Refinement& refinement) {
-  if (!has_request(refinement)) return Refined::nothing;
   uint64_t spent = 0;
   Progress progress = Progress::goes_on;
+  if (!has_request(refinement)) {
+    if (refinement.has_whole || refinement.is_broken) return Refined::nothing;
+    if (refinement.phase == Phase::begin) begin_whole(pack, kernel, {}, 0, refinement);
+    while (refinement.phase == Phase::whole && progress == Progress::goes_on && spent < operations)
+      progress = advance_phase(pack, kernel, operations, refinement, spent);
+    refinement.is_broken = progress == Progress::failed;
+    return Refined::works;
+  }
   while (progress == Progress::goes_on && spent < operations)
     progress = advance_phase(pack, kernel, operations, refinement, spent);
   if (progress == Progress::goes_on) return Refined::works;
-  bool is_finite = true;
-  const bool is_good = progress == Progress::ended && find_correction(pack, kernel, refinement, is_finite);
-  refinement.failures = is_good ? 0 : refinement.failures + 1;
-  // Begins anew at rest, also as such numbers stay in no state.
-  if (!is_finite || refinement.failures >= kMostFailures) refinement.set = refinement.failures = 0;
-  if (is_good) {
-    write_field(pack, refinement);
-    write_tangent(refinement);
-    refinement.largest_energy = std::max(refinement.largest_energy, refinement.exterior.energy);
-    refinement.mailbox.delivery.change = refinement.change = find_change(pack, refinement);
-    ++refinement.iterations;
-  }
-  deliver(is_good, refinement);
-  return is_good ? Refined::delivered : Refined::failed;
+  return is_preparing(refinement) ? end_preparation(pack, progress, refinement)
+                                  : end_iteration(pack, kernel, progress, refinement);
 }
 
 }  // namespace palpate

@@ -1,10 +1,14 @@
-// The refining lane: brings the exterior of the zone that frames solve to equilibrium, an iteration for each request.
+// The refining lane: prepares zones, and brings the organ outside of the zone that frames solve to equilibrium, an iteration
+// for each request.
 //
 //   whole       the factor of the whole organ at rest, once, and anew where an inclusion changes its elements
-//   condense    the exterior condensed onto the zone of a new contact set           (condensation.hpp)
-//   iterate     one iteration from where the request's zone is; its result is delivered        (exterior.hpp)
+//   prepare     a set of other contacts                                                    (preparation.hpp)
+//   condense    the exterior condensed onto the boundary of the set, at rest               (condensation.hpp)
+//   iterate     one iteration from where the request's zone is; its result is delivered    (exterior.hpp)
 //   renew       the same condensed anew with the tangent where the iterations have got to
 //   evaluate    the exterior's forces there
+//
+// A set is prepared where the organ has got to: one iteration from where the zone of the set before is comes first.
 //
 // The tangent is renewed after two iterations or more, in two cases:
 //   - The contacts stand still, the exterior is near equilibrium and has not converged. The iterations then converge as
@@ -16,12 +20,28 @@
 
 #include "runtime/src/zone/acceleration.hpp"
 #include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/zone/preparation.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 
 namespace palpate {
 
+// The set that the lane has prepared last, by the nodes of the organ.
+struct ZoneOutline {
+  uint64_t set;  // ZoneCorrection::number; 0: none
+  uint32_t num_nodes;
+  uint32_t* nodes;  // [ZoneRoom::nodes]
+  uint32_t num_groups;
+  struct Group {
+    uint32_t num_boundary;  // one after the other in Condensation::kept
+    uint32_t boundary_stride;
+  } groups[kMostZoneContacts];
+  size_t exterior_size;
+  uint8_t* left_out;  // [lanes] elements of the zone (organ_elements.hpp)
+};
+
 struct Refinement {
   ZoneMailbox mailbox;
+  ZonePreparation preparation;
   // The refining lane's
   OrganElements elements;
   uint32_t* front_of;
@@ -30,18 +50,29 @@ struct Refinement {
   CondensationScratch scratch;
   ExteriorState exterior;
   Acceleration acceleration;
+  ZoneOutline outline;
   double* rest;              // [num_nodes][3] from the mesh
   double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
-  uint8_t* is_zone_element;  // [num_elements]
-  uint8_t* left_out;         // [lanes]
+  uint8_t* is_zone_element;  // [num_elements] scratch
   double* moved;             // [stride of the boundary] scratch
   double* forces;            // [stride of the boundary] scratch
-  enum class Phase : uint32_t { begin, whole, condense, renew, evaluate, iterate } phase;
+  enum class Phase : uint32_t {
+    begin,
+    whole,
+    members,
+    rest,
+    condense,
+    renew,
+    evaluate,
+    tangents,
+    iterate
+  } phase;
   bool is_broken;  // the organ contradicts itself: nothing good is delivered
   bool has_whole;
-  uint32_t inclusion;              // version that `elements` have
-  uint64_t set;                    // that `own` is of; 0: none
-  uint64_t tangent;                // number of S of `own`; no two are alike
+  bool has_own;        // the exterior of `outline` is condensed
+  bool has_followed;   // an iteration has followed the set before, and the set to be prepared is placed there
+  uint32_t inclusion;  // version that `elements` have
+  uint64_t tangent;    // number of S of `own`; no two are alike
   uint32_t iterations_of_tangent;  // since `own` was condensed
   double change;                   // ZoneDelivery::change of the last iteration
   double unbalanced;               // D of the last iteration
@@ -51,7 +82,7 @@ struct Refinement {
   uint64_t iterations;
 };
 
-void carve_refinement(const pal_pack& pack, const ZoneState& zone, Arena& arena, Refinement& refinement);
+void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& refinement);
 
 // Computes the shapes of the organ's elements.
 void fill_refinement(const pal_pack& pack, Refinement& refinement);
@@ -59,7 +90,7 @@ void fill_refinement(const pal_pack& pack, Refinement& refinement);
 enum class Refined { nothing, works, failed, delivered };
 
 // Works on the request for about so many multiply-adds, in steps of a front or of one pass over the elements; the same bits
-// for any slices. `kernel`: the session's.
+// for any slices. `kernel`: the session's. Without a request it factors the whole organ, once.
 Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
                Refinement& refinement);
 

@@ -77,9 +77,9 @@ void find_rest_force(const pal_pack& pack, ZoneState& state, const ZoneGroup& gr
   const size_t first = size_t{3} * group.first_node;
   memset(set.rest_force + first, 0, size_t{3} * group.num_nodes * sizeof(double));
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place)
-    memcpy(state.saved + size_t{3} * place, pack.zone_nodes[set.nodes[place]].displacement,
+    memcpy(state.work.saved + size_t{3} * place, pack.zone_nodes[set.nodes[place]].displacement,
            3 * sizeof(double));
-  add_zone_forces(group.batches, state.saved, set.rest_force);
+  add_zone_forces(group.batches, state.work.saved, set.rest_force);
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
     ZoneBatches& batches = group.batches;
     const double change = change_of(pack, state.inclusion, node_of, batches);
     if (change == 0) continue;
-    const double before = is_new ? 0 : element_energy(set, group, pack, state.forces);
+    const double before = is_new ? 0 : element_energy(set, group, pack, state.work.forces);
     set_stiffness(pack, state.inclusion, node_of, batches);
     find_rest_force(pack, state, group);
     for (uint32_t p = 0; p < batches.num_patches; ++p)
@@ -111,7 +111,7 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
     // A tangent of other tissue is as far off as one of tissue that has been strained as much.
     group.moved += 0.5 * change * pack.mean_surface_edge;
     group.moved_since += 0.5 * change * pack.mean_surface_edge;
-    if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.forces) - before;
+    if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.work.forces) - before;
   }
 }
 

@@ -10,8 +10,7 @@
 // of volumes that elements share are their sums. Where it rests tissue stays at rest, whatever its weight: what the
 // elements of the changed tissue pull with there is taken out, as that of the others is.
 //
-// The refining lane gives the elements outside of the zone the same stiffness. Until its first delivery the part of the
-// inclusion outside is not felt.
+// The refining lane gives the elements outside of the zone the same stiffness, in its next delivery.
 #pragma once
 
 #include "runtime/src/zone/organ_elements.hpp"

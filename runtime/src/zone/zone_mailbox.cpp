@@ -23,17 +23,6 @@ void pass_on(ZoneMailbox& mailbox, MailboxState next) {
   std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
 }
 
-// Calls visit(place) for the boundary's nodes that move, group by group.
-template <typename Visit>
-void for_each_boundary(const ZoneSet& set, Visit&& visit) {
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const uint32_t first = first_boundary(set.groups[g]);
-    for (uint32_t place = first; place < first + set.groups[g].num_boundary; ++place) {
-      if (set.unknown_of[place] != kNoUnknown) visit(place);
-    }
-  }
-}
-
 // The largest length by which an axis differs; `then`: null for rest.
 double farthest(const ZoneFrame& frame, const double* now, const double* then) {
   double largest = 0;
@@ -60,7 +49,7 @@ void find_energies(ZoneFrame& frame, bool has_new_tangent, double* energies) {
 template <typename Change>
 void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) {
   ZoneSet& set = state.active;
-  ZoneFrame frame = {pack, state, set, 0};
+  ZoneFrame frame = frame_of(pack, state);
   double before[kMostZoneContacts] = {};
   double after[kMostZoneContacts] = {};
   find_energies(frame, false, before);
@@ -75,26 +64,6 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   }
 }
 
-void take_correction(const pal_pack& pack, ZoneDelivery& delivery, ZoneState& state) {
-  ZoneSet& set = state.active;
-  ZoneCorrection& correction = set.correction;
-  if (delivery.tangent != correction.tangent) {
-    std::swap(state.exterior, delivery.exterior);
-    use_exterior(state.exterior, set);
-    correction.tangent = delivery.tangent;
-  }
-  correction.energy = delivery.energy;
-  uint32_t b = 0;
-  for_each_boundary(set, [&](uint32_t place) {
-    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      correction.force[3 * place + axis] = delivery.force[3 * b + axis];
-      correction.displacement_then[3 * place + axis] = rest[axis] + delivery.moved[3 * b + axis];
-    }
-    ++b;
-  });
-}
-
 // Whether the contacts of the set are nearer to rest, where c = 0 is right, than to these places.
 bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
   return farthest(frame, frame.set.followed, places) > farthest(frame, frame.set.followed, nullptr);
@@ -104,44 +73,33 @@ bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
 void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
-  const ZoneFrame frame = {pack, state, set, 0};
+  const ZoneFrame frame = frame_of(pack, state);
   if (!correction.is_refined ||
       (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
     return;
-  change_correction(pack, state, [&] {
-    drop_correction(set);
-    ZoneFrame of_set = {pack, state, set, 0};
-    find_tractions_from_rest(of_set);
-  });
+  change_correction(pack, state, [&] { drop_correction(set); });
   state.has_jumped = true;
 }
 
-// Lists what the request names for as long as the set is the same.
-void list_members(const pal_pack& pack, const ZoneSet& set, ZoneRequest& request) {
-  request.num_nodes = set.num_nodes;
-  for (uint32_t i = 0; i < set.num_nodes; ++i) request.nodes[i] = pack.organ.of_zone_node[set.nodes[i]];
-  request.num_elements = set.num_elements;
-  for (uint32_t e = 0; e < set.num_elements; ++e)
-    request.elements[e] = pack.organ.of_zone_element[set.elements[e]];
-  request.num_boundary = 0;
-  for_each_boundary(set, [&](uint32_t place) { request.boundary[request.num_boundary++] = place; });
-  request.num_groups = set.num_groups;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    request.groups[g] = {first_boundary(group), group.num_boundary, group.boundary_stride};
-  }
-  request.exterior_size = exterior_size(set);
+// Takes S of the delivery, if it has another one.
+void take_tangent(ZoneDelivery& delivery, ZoneState& state) {
+  ZoneCorrection& correction = state.active.correction;
+  if (delivery.tangent == correction.tangent) return;
+  std::swap(state.exterior, delivery.exterior);
+  use_exterior(state.exterior, state.active);
+  correction.tangent = delivery.tangent;
 }
 
 Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
   ZoneSet& set = state.active;
-  if (!is_in(mailbox, MailboxState::delivered)) return Taken::none;
+  if (!is_in(mailbox, MailboxState::delivered) || mailbox.request.kind != ZoneRequest::Kind::iterate)
+    return Taken::none;
   pass_on(mailbox, MailboxState::idle);
   const ZoneRequest& request = mailbox.request;
   ZoneDelivery& delivery = mailbox.delivery;
   ZoneCorrection& correction = set.correction;
   if (request.set != correction.number || request.restarts != correction.restarts) return Taken::rejected;
-  const ZoneFrame frame = {pack, state, set, 0};
+  const ZoneFrame frame = frame_of(pack, state);
   const bool is_far = is_nearer_to_rest(frame, request.followed);
   for (double& change : correction.force_change) change = -1;
   if (!delivery.is_good) {
@@ -149,31 +107,78 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
     ++correction.failures;
   }
   if (!delivery.is_good || is_far) return Taken::rejected;
-  change_correction(pack, state, [&] { take_correction(pack, delivery, state); });
+  const bool begins = !correction.is_refined || !isfinite(correction.change);
+  state.has_jumped = state.has_jumped || begins;
+  change_correction(pack, state, [&] {
+    take_tangent(delivery, state);
+    take_correction(mailbox, request.followed, request.load, set);
+  });
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
-  state.has_jumped = state.has_jumped || !correction.is_refined || !isfinite(correction.change);
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
-  correction.is_refined = true;
-  correction.failures = 0;
-  correction.field = mailbox.field;
-  memcpy(correction.followed_then, request.followed, set.num_axes * sizeof *set.followed);
   return Taken::taken;
+}
+
+// Leaves where the active set has got to.
+void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
+  const ZoneSet& set = state.active;
+  const ZoneCorrection& correction = set.correction;
+  ZoneRequest& request = mailbox.request;
+  request.set = correction.number;
+  request.restarts = correction.restarts;
+  request.tangent = correction.tangent;
+  request.is_strained = set.ready && state.strained;
+  request.num_axes = set.num_axes;
+  memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
+  memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
+  memcpy(request.load, set.load, size_t{3} * set.num_nodes * sizeof *set.load);
+  request.inclusion = state.inclusion;
+  request.inclusion_version = state.inclusion_version;
+  if (correction.is_refined) used |= 1u << correction.field;
+  mailbox.field = 0;
+  while ((used >> mailbox.field & 1) != 0) ++mailbox.field;
+  request.field = mailbox.fields[mailbox.field];
 }
 
 }  // namespace
 
-void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, ZoneMailbox& mailbox) {
+void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox) {
   mailbox = {};
-  ZoneRequest& request = mailbox.request;
-  request.nodes = arena.take<uint32_t>(state.max_nodes);
-  request.displacement = arena.take<double>(size_t{3} * state.max_nodes);
-  request.elements = arena.take<uint32_t>(state.max_elements);
-  request.boundary = arena.take<uint32_t>(state.max_boundary);
-  mailbox.delivery.force = arena.take<double>(size_t{3} * state.max_boundary);
-  mailbox.delivery.moved = arena.take<double>(size_t{3} * state.max_boundary);
-  mailbox.delivery.exterior = arena.take<double>(state.max_exterior);
+  mailbox.request.displacement = arena.take<double>(size_t{3} * room.nodes);
+  mailbox.request.load = arena.take<double>(size_t{3} * room.nodes);
+  mailbox.delivery.force = arena.take<double>(elimination_stride(3 * room.boundary));
+  mailbox.delivery.exterior = arena.take<double>(room.exterior);
   for (pal_real*& field : mailbox.fields)
     field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
+}
+
+bool is_idle(const ZoneMailbox& mailbox) {
+  return is_in(mailbox, MailboxState::idle);
+}
+
+bool take_prepared(ZoneMailbox& mailbox) {
+  if (!is_in(mailbox, MailboxState::delivered) || mailbox.request.kind != ZoneRequest::Kind::prepare)
+    return false;
+  pass_on(mailbox, MailboxState::idle);
+  return true;
+}
+
+void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* load, ZoneSet& set) {
+  ZoneCorrection& correction = set.correction;
+  const ZoneDelivery& delivery = mailbox.delivery;
+  size_t taken = 0;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    const size_t first = size_t{3} * first_boundary(group);
+    const size_t count = size_t{3} * group.num_boundary;
+    memcpy(correction.force + first, delivery.force + taken, count * sizeof *delivery.force);
+    taken += count;
+  }
+  memcpy(correction.load_then, load, size_t{3} * set.num_nodes * sizeof *load);
+  correction.energy = delivery.energy;
+  correction.is_refined = true;
+  correction.failures = 0;
+  correction.field = mailbox.field;
+  memcpy(correction.followed_then, followed, set.num_axes * sizeof *followed);
 }
 
 Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {
@@ -182,30 +187,25 @@ Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   return taken;
 }
 
-void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {
+void request_iteration(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {
   constexpr double kConverged = 1e-12;
-  ZoneSet& set = state.active;
-  ZoneCorrection& correction = set.correction;
-  if (!is_in(mailbox, MailboxState::idle) || !set.sound) return;
-  const ZoneFrame frame = {pack, state, set, 0};
+  const ZoneSet& set = state.active;
+  const ZoneCorrection& correction = set.correction;
+  if (!is_idle(mailbox) || !set.sound) return;
+  const ZoneFrame frame = frame_of(pack, state);
   const double size = farthest(frame, set.followed, nullptr);
   if (correction.is_refined && correction.change <= kConverged * size &&
       farthest(frame, set.followed, correction.followed_then) == 0)
     return;
-  ZoneRequest& request = mailbox.request;
-  if (request.set != correction.number) list_members(pack, set, request);
-  request.set = correction.number;
-  request.restarts = correction.restarts;
-  request.tangent = correction.tangent;
-  request.num_axes = set.num_axes;
-  memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
-  memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
-  request.inclusion = state.inclusion;
-  request.inclusion_version = state.inclusion_version;
-  if (correction.is_refined) used |= 1u << correction.field;
-  mailbox.field = 0;
-  while ((used >> mailbox.field & 1) != 0) ++mailbox.field;
-  request.field = mailbox.fields[mailbox.field];
+  mailbox.request.kind = ZoneRequest::Kind::iterate;
+  fill_request(used, state, mailbox);
+  pass_on(mailbox, MailboxState::requested);
+}
+
+void request_set(uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {
+  mailbox.request.kind = ZoneRequest::Kind::prepare;
+  fill_request(used, state, mailbox);
+  mailbox.request.next_set = ++mailbox.num_sets;
   pass_on(mailbox, MailboxState::requested);
 }
 

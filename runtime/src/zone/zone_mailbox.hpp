@@ -1,11 +1,13 @@
-// How the haptic lane, whose frames solve zones, and the refining lane, which iterates the exterior, pass work to and fro.
+// How the haptic lane, whose frames solve zones, and the refining lane, which prepares zones and iterates the exterior, pass
+// work to and fro.
 //
 //   idle        nothing is under way
-//   requested   a frame has left where its zone has got to             post_request()
-//   delivered   the refining lane has made one iteration from there    refinement.hpp
-//   idle        the next frame has read the delivery                   take_delivery()
+//   requested   a frame asks for an iteration from where its zone has got to, or for a set of other contacts
+//   delivered   the refining lane has done so                                                  (refinement.hpp)
+//   idle        the next frame has read the delivery
 //
-// The refining lane owns request and delivery while the state is `requested`, the haptic lane otherwise. Neither lane waits.
+// The refining lane owns request, delivery and the set to prepare while the state is `requested`, the haptic lane otherwise.
+// Neither lane waits.
 //
 // An iteration ends with the exterior's force g and tangent S, condensed onto the boundary at w_e. To frames the exterior
 // is linear from there, S (w - w_e) + g = S w + c (ZoneCorrection); a delivery has S and c. Where the iterations have converged,
@@ -23,40 +25,30 @@ inline constexpr uint32_t kMostFailures = 8;
 
 enum class MailboxState : uint32_t { idle, requested, delivered };
 
-// Where a zone has got to. Nodes and elements are those of the organ (OrganView).
+// Where the zone of the active set has got to, and what is to be done from there.
 struct ZoneRequest {
-  uint64_t set;  // ZoneCorrection::number
+  enum class Kind : uint32_t { iterate, prepare } kind;
+  uint64_t set;       // ZoneCorrection::number
+  uint64_t next_set;  // prepare: the number of the set to come
   uint32_t restarts;
+  bool is_strained;  // else the set is at rest
   uint32_t num_axes;
   double followed[kMostZoneAxes];  // displacements of the contacts, and turns
-  uint32_t num_nodes;
-  uint32_t* nodes;       // [max_nodes] all of the zone, and those fixed while running
-  double* displacement;  // [max_nodes][3] from the mesh
-  uint32_t num_elements;
-  uint32_t* elements;  // [max_elements]
-  uint32_t num_boundary;
-  uint32_t* boundary;  // [max_boundary] places in `nodes`: the boundary's nodes that move, group by group
-  uint32_t num_groups;
-  struct Group {
-    uint32_t first_boundary;  // place in `nodes`
-    uint32_t num_boundary;
-    uint32_t boundary_stride;
-  } groups[kMostZoneContacts];
-  size_t exterior_size;
-  uint64_t tangent;  // ZoneCorrection::tangent
+  double* displacement;            // [max_nodes][3] from the mesh
+  double* load;                    // [max_nodes][3] ZoneSet::load
+  uint64_t tangent;                // ZoneCorrection::tangent
   uint32_t inclusion_version;
   Inclusion inclusion;
   pal_real* field;  // the delivery writes the displacements of the packed nodes here
 };
 
-// The result of an iteration.
+// The result of an iteration, or the exterior of a prepared set where its nodes have been placed.
 struct ZoneDelivery {
   bool is_good;      // false: an element outside would be inverted, or the exterior is not positive definite
-  double* force;     // [max_boundary][3] c of the boundary's nodes that move
-  double* moved;     // [max_boundary][3] w_e, their displacements from rest at the iteration
+  double* force;     // [max_boundary][3], rounded to a stride: c of the boundary, group by group
   double energy;     // C
   uint64_t tangent;  // number of S
-  double* exterior;  // [ZoneState::max_exterior] S of all groups, if the request has another one
+  double* exterior;  // [ZoneRoom::exterior] S of all groups, if the active set has another one
   double change;     // of displacements by the iteration, the largest component
 };
 
@@ -70,18 +62,31 @@ struct ZoneMailbox {
   // The haptic lane's
   pal_real* fields[kRefinedFields];  // [row panels of the packed nodes] displacements of all packed nodes: m
   uint32_t field;                    // of the request
+  uint64_t num_sets;                 // requested so far
 };
 
-void carve_mailbox(const pal_pack& pack, const ZoneState& state, Arena& arena, ZoneMailbox& mailbox);
+void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox);
+
+bool is_idle(const ZoneMailbox& mailbox);
 
 enum class Taken { none, rejected, taken };
 
-// Reads the delivery, if there is one, before a frame is solved. A delivery for other contacts is rejected, as is one from a
-// place that is farther from the contacts than rest is. A correction from so far away is dropped.
+// Reads the delivery of an iteration, if there is one, before a frame is solved. A delivery for other contacts is rejected,
+// as is one from a place that is farther from the contacts than rest is. A correction from so far away is dropped.
 Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state);
 
-// After a frame without rejected steps: posts a request, but not where contacts at rest have converged. `used`: a bit for
-// each field that snapshots use.
-void post_request(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox);
+// Whether a prepared set is delivered. The mailbox is idle then.
+bool take_prepared(ZoneMailbox& mailbox);
+
+// c, C and the field of the delivery become those of the set, whose S the delivery belongs to. `followed`, `load`: those of
+// ZoneSet that belong to the field.
+void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* load, ZoneSet& set);
+
+// After a frame without rejected steps: requests an iteration, but not where contacts at rest have converged, nor while the
+// mailbox is not idle. `used`: a bit for each field that snapshots use.
+void request_iteration(const pal_pack& pack, uint32_t used, ZoneState& state, ZoneMailbox& mailbox);
+
+// Requests the set that the preparation names. Call it while the mailbox is idle.
+void request_set(uint32_t used, ZoneState& state, ZoneMailbox& mailbox);
 
 }  // namespace palpate

@@ -22,30 +22,30 @@ bool holds(const pal_pack& pack, uint32_t site, uint32_t node) {
 }
 
 // Marks what the zone of a contact holds, ring by ring. False where it is more than a pack may hold.
-bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState& state) {
+bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePreparation& preparation) {
   const uint64_t bit = uint64_t{1} << contact;
   uint32_t num_queued = 0;
   const auto add_node = [&](uint32_t node) {
-    uint64_t& contacts = state.node_contacts[node];
+    uint64_t& contacts = preparation.node_contacts[node];
     if ((contacts & bit) != 0) return true;
-    if (num_queued == state.max_nodes) return false;
+    if (num_queued == preparation.room.nodes) return false;
     if (contacts == 0) {
-      if (state.num_found_nodes == state.max_nodes) return false;
-      state.found_nodes[state.num_found_nodes++] = node;
+      if (preparation.num_found_nodes == preparation.room.nodes) return false;
+      preparation.found_nodes[preparation.num_found_nodes++] = node;
     }
     contacts |= bit;
-    state.queue[num_queued++] = node;
+    preparation.queue[num_queued++] = node;
     return true;
   };
   for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
     if (!add_node(pack.patch_nodes[p])) return false;
   }
   const auto add_element = [&](uint32_t index) {
-    uint64_t& contacts = state.element_contacts[index];
+    uint64_t& contacts = preparation.element_contacts[index];
     if ((contacts & bit) != 0) return true;
     if (contacts == 0) {
-      if (state.num_found_elements == state.max_elements) return false;
-      state.found_elements[state.num_found_elements++] = index;
+      if (preparation.num_found_elements == preparation.room.elements) return false;
+      preparation.found_elements[preparation.num_found_elements++] = index;
     }
     contacts |= bit;
     const pack::ZoneElement& element = pack.zone_elements[index];
@@ -55,10 +55,10 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
     return true;
   };
   uint32_t ring_begin = 0;
-  for (uint32_t ring = 0; ring < state.rings; ++ring) {
+  for (uint32_t ring = 0; ring < preparation.room.rings; ++ring) {
     const uint32_t ring_end = num_queued;
     for (uint32_t q = ring_begin; q < ring_end; ++q) {
-      const pack::ZoneNode& node = pack.zone_nodes[state.queue[q]];
+      const pack::ZoneNode& node = pack.zone_nodes[preparation.queue[q]];
       for (uint32_t e = 0; e < node.num_elements; ++e) {
         if (!add_element(pack.zone_node_elements[node.first_element + e])) return false;
       }
@@ -66,10 +66,10 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
     ring_begin = ring_end;
   }
   // The rest of their volume patches, which follow one another.
-  for (uint32_t i = 0; i < state.num_found_elements; ++i) {
-    const uint32_t index = state.found_elements[i];
+  for (uint32_t i = 0; i < preparation.num_found_elements; ++i) {
+    const uint32_t index = preparation.found_elements[i];
     const uint32_t patch = pack.zone_elements[index].volume_patch;
-    if (patch == pack::kNoPatch || (state.element_contacts[index] & bit) == 0) continue;
+    if (patch == pack::kNoPatch || (preparation.element_contacts[index] & bit) == 0) continue;
     const auto is_of_patch = [&](uint32_t other) { return pack.zone_elements[other].volume_patch == patch; };
     for (uint32_t other = index; other > 0 && is_of_patch(other - 1); --other) {
       if (!add_element(other - 1)) return false;
@@ -81,35 +81,37 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZoneState&
   return true;
 }
 
-// Marks the nodes that are fixed while running as every contact's. False where that is more than fit.
-bool mark_fixed(ZoneState& state) {
-  const ZoneSet& set = state.next;
+// Marks the nodes that are fixed while running. Those in no zone are listed with that of the first contact. False where that
+// is more than fit.
+bool mark_fixed(ZonePreparation& preparation) {
+  const ZoneSet& set = preparation.set;
   for (uint32_t i = 0; i < set.num_fixed; ++i) {
-    uint64_t& contacts = state.node_contacts[set.fixed[i]];
-    if (contacts == 0) {
-      if (state.num_found_nodes == state.max_nodes) return false;
-      state.found_nodes[state.num_found_nodes++] = set.fixed[i];
-    }
-    contacts = UINT64_MAX;
+    uint64_t& contacts = preparation.node_contacts[set.fixed[i]];
+    if (contacts != 0) continue;
+    if (preparation.num_found_nodes == preparation.room.nodes) return false;
+    preparation.found_nodes[preparation.num_found_nodes++] = set.fixed[i];
+    contacts = 1;
   }
   return true;
 }
 
-void forget_marks(ZoneState& state) {
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) state.node_contacts[state.found_nodes[i]] = 0;
-  for (uint32_t i = 0; i < state.num_found_elements; ++i) state.element_contacts[state.found_elements[i]] = 0;
-  state.num_found_nodes = 0;
-  state.num_found_elements = 0;
+void forget_marks(ZonePreparation& preparation) {
+  for (uint32_t i = 0; i < preparation.num_found_nodes; ++i)
+    preparation.node_contacts[preparation.found_nodes[i]] = 0;
+  for (uint32_t i = 0; i < preparation.num_found_elements; ++i)
+    preparation.element_contacts[preparation.found_elements[i]] = 0;
+  preparation.num_found_nodes = 0;
+  preparation.num_found_elements = 0;
 }
 
 // Contacts that share nodes, directly or through others, are a group: all that it names is whose they are.
-void find_groups(ZoneState& state) {
-  ZoneSet& set = state.next;
+void find_groups(ZonePreparation& preparation) {
+  ZoneSet& set = preparation.set;
   const uint32_t count = set.num_contacts;
   uint64_t groups[kMostZoneContacts];
   for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-    const uint64_t contacts = state.node_contacts[state.found_nodes[i]];
+  for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
+    const uint64_t contacts = preparation.node_contacts[preparation.found_nodes[i]];
     uint64_t joined = 0;
     for (uint32_t c = 0; c < count; ++c) {
       if ((contacts >> c & 1) != 0) joined |= groups[c];
@@ -129,12 +131,12 @@ void find_groups(ZoneState& state) {
 }
 
 // Of the elements at a node, those in the zone.
-uint32_t num_inside(const pal_pack& pack, const ZoneState& state, uint32_t node, uint64_t group) {
+uint32_t num_inside(const pal_pack& pack, const ZonePreparation& preparation, uint32_t node, uint64_t group) {
   const pack::ZoneNode& entry = pack.zone_nodes[node];
   uint32_t count = 0;
   for (uint32_t e = 0; e < entry.num_elements; ++e) {
     const uint32_t index = pack.zone_node_elements[entry.first_element + e];
-    count += (state.element_contacts[index] & group) != 0 ? 1 : 0;
+    count += (preparation.element_contacts[index] & group) != 0 ? 1 : 0;
   }
   return count;
 }
@@ -169,31 +171,32 @@ enum Role : uint32_t {
 };  // kFixed: in the model, while kBoundary may be fixed too
 constexpr uint32_t kRoles = 4;
 
-Role role_of(const pal_pack& pack, const ZoneState& state, const ZoneGroup& group, uint64_t mask,
+Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const ZoneGroup& group, uint64_t mask,
              uint32_t node) {
   const pack::ZoneNode& entry = pack.zone_nodes[node];
   if (entry.free_axes == 0) return kFixed;
-  if (is_fixed(state.next, node)) return kBoundary;
+  if (is_fixed(preparation.set, node)) return kBoundary;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (holds(pack, state.next.sites[group.contacts[slot]], node)) return kHeld;
+    if (holds(pack, preparation.set.sites[group.contacts[slot]], node)) return kHeld;
   }
-  return entry.num_outside > 0 || num_inside(pack, state, node, mask) < entry.num_elements ? kBoundary
-                                                                                           : kInterior;
+  return entry.num_outside > 0 || num_inside(pack, preparation, node, mask) < entry.num_elements ? kBoundary
+                                                                                                 : kInterior;
 }
 
-// The group's nodes, role by role. False where that is more than fit: fixed ones are in every group.
-bool list_nodes(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup& group) {
-  ZoneSet& set = state.next;
+// The group's nodes, role by role. False where that is more than fit.
+bool list_nodes(const pal_pack& pack, uint64_t mask, ZonePreparation& preparation, ZoneGroup& group) {
+  ZoneSet& set = preparation.set;
   const auto is_in_group = [&](uint32_t i) {
-    return (state.node_contacts[state.found_nodes[i]] & mask) != 0;
+    return (preparation.node_contacts[preparation.found_nodes[i]] & mask) != 0;
   };
-  uint32_t* roles = state.queue;
+  uint32_t* roles = preparation.queue;
   uint32_t counts[kRoles] = {};
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
-    if (is_in_group(i)) ++counts[roles[i] = role_of(pack, state, group, mask, state.found_nodes[i])];
+  for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
+    if (is_in_group(i))
+      ++counts[roles[i] = role_of(pack, preparation, group, mask, preparation.found_nodes[i])];
   }
   if (set.num_nodes + counts[kInterior] + counts[kBoundary] + counts[kHeld] + counts[kFixed] >
-      state.max_nodes)
+      preparation.room.nodes)
     return false;
   group.first_node = set.num_nodes;
   group.num_interior = counts[kInterior];
@@ -206,21 +209,22 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup
   }
   group.num_nodes = set.num_nodes - group.first_node;
   group.unknowns = round_to_columns(3 * (group.num_interior + group.num_boundary));
-  group.num_axes = state.axes_per_contact * group.num_contacts;
+  group.num_axes = preparation.room.axes_per_contact * group.num_contacts;
   group.size = group.unknowns + group.num_axes;
   group.stride = elimination_stride(group.size);
   group.boundary_stride = elimination_stride(3 * group.num_boundary);
-  for (uint32_t i = 0; i < state.num_found_nodes; ++i) {
+  for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
     if (!is_in_group(i)) continue;
-    const uint32_t node = state.found_nodes[i];
+    const uint32_t node = preparation.found_nodes[i];
     const uint32_t place = places[roles[i]]++;
     set.nodes[place] = node;
     switch (roles[i]) {
       case kHeld:
         set.unknown_of[place] = kHeldUnknown;
-        set.first_master[place] = state.masters_used;
-        if (list_masters(pack, set, group, node, state.masters_used) > 1) set.flags |= PAL_FLAG_OVERLAPPING;
-        set.first_master[place + 1] = state.masters_used;
+        set.first_master[place] = preparation.used.masters;
+        if (list_masters(pack, set, group, node, preparation.used.masters) > 1)
+          set.flags |= PAL_FLAG_OVERLAPPING;
+        set.first_master[place + 1] = preparation.used.masters;
         break;
       case kFixed:
         set.unknown_of[place] = kNoUnknown;
@@ -266,84 +270,85 @@ bool append_element(const pal_pack& pack, const pack::ZoneElement& element, cons
 }
 
 // The group's elements, in lanes.
-bool list_elements(const pal_pack& pack, uint64_t mask, ZoneState& state, ZoneGroup& group) {
-  ZoneSet& set = state.next;
+bool list_elements(const pal_pack& pack, uint64_t mask, ZonePreparation& preparation, ZoneGroup& group) {
+  ZoneSet& set = preparation.set;
   for (uint32_t i = 0; i < group.num_nodes; ++i)
-    state.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
-  group.batches.linear = set.linear + state.linear_used;
-  group.batches.quadratic = set.quadratic + state.quadratic_used;
-  group.batches.patches = set.patches + state.patches_used;
+    preparation.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
+  group.batches.linear = set.linear + preparation.used.linear;
+  group.batches.quadratic = set.quadratic + preparation.used.quadratic;
+  group.batches.patches = set.patches + preparation.used.patches;
   uint32_t num_linear = 0;
   uint32_t num_quadratic = 0;
   bool sound = true;
-  for (uint32_t i = 0; i < state.num_found_elements && sound; ++i) {
-    const uint32_t index = state.found_elements[i];
-    if ((state.element_contacts[index] & mask) == 0) continue;
-    if (set.num_elements == state.max_elements) return false;
+  for (uint32_t i = 0; i < preparation.num_found_elements && sound; ++i) {
+    const uint32_t index = preparation.found_elements[i];
+    if ((preparation.element_contacts[index] & mask) == 0) continue;
+    if (set.num_elements == preparation.room.elements) return false;
     set.elements[set.num_elements++] = index;
     const pack::ZoneElement& element = pack.zone_elements[index];
     if (element.num_nodes == 4) {
-      sound =
-          append_element(pack, element, state.place_of, num_linear++, group.batches, group.batches.linear);
-    } else if (num_quadratic < state.max_quadratic) {
-      sound = append_element(pack, element, state.place_of, num_quadratic++, group.batches,
+      sound = append_element(pack, element, preparation.place_of, num_linear++, group.batches,
+                             group.batches.linear);
+    } else if (num_quadratic < preparation.room.quadratic) {
+      sound = append_element(pack, element, preparation.place_of, num_quadratic++, group.batches,
                              group.batches.quadratic);
     } else {
       sound = false;
     }
   }
-  for (uint32_t i = 0; i < group.num_nodes; ++i) state.place_of[set.nodes[group.first_node + i]] = 0;
+  for (uint32_t i = 0; i < group.num_nodes; ++i) preparation.place_of[set.nodes[group.first_node + i]] = 0;
   group.batches.num_linear = (num_linear + kLanes - 1) / kLanes;
   group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
-  state.linear_used += group.batches.num_linear;
-  state.quadratic_used += group.batches.num_quadratic;
-  state.patches_used += group.batches.num_patches;
+  preparation.used.linear += group.batches.num_linear;
+  preparation.used.quadratic += group.batches.num_quadratic;
+  preparation.used.patches += group.batches.num_patches;
   return sound;
 }
 
-bool list_group(const pal_pack& pack, ZoneState& state, ZoneGroup& group) {
+bool list_group(const pal_pack& pack, ZonePreparation& preparation, ZoneGroup& group) {
   uint64_t mask = 0;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= uint64_t{1} << group.contacts[slot];
-  const bool fits = list_nodes(pack, mask, state, group);
-  state.boundary_used += group.num_boundary;
-  return fits && state.boundary_used <= state.max_boundary && list_elements(pack, mask, state, group);
+  const bool fits = list_nodes(pack, mask, preparation, group);
+  preparation.used.boundary += group.num_boundary;
+  return fits && preparation.used.boundary <= preparation.room.boundary &&
+         list_elements(pack, mask, preparation, group);
 }
 
 // False where it is more than fits.
-bool list_some(const pal_pack& pack, ZoneState& state) {
-  ZoneSet& set = state.next;
-  const uint32_t step = state.column;
-  if (step < set.num_contacts) return mark_zone(pack, step, set.sites[step], state);
+bool list_some(const pal_pack& pack, ZonePreparation& preparation) {
+  ZoneSet& set = preparation.set;
+  const uint32_t step = preparation.column;
+  if (step < set.num_contacts) return mark_zone(pack, step, set.sites[step], preparation);
   if (step == set.num_contacts) {
-    find_groups(state);
-    return mark_fixed(state);
+    find_groups(preparation);
+    return mark_fixed(preparation);
   }
-  return list_group(pack, state, set.groups[step - set.num_contacts - 1]);
+  return list_group(pack, preparation, set.groups[step - set.num_contacts - 1]);
 }
 
 }  // namespace
 
-void begin_members(ZoneState& state) {
-  forget_marks(state);
-  state.column = 0;
-  state.next.num_groups = state.next.num_nodes = state.next.num_elements = 0;
-  state.masters_used = state.linear_used = state.quadratic_used = state.patches_used = state.boundary_used =
-      0;
+void begin_members(ZonePreparation& preparation) {
+  forget_marks(preparation);
+  preparation.column = 0;
+  preparation.set.num_groups = preparation.set.num_nodes = preparation.set.num_elements = 0;
+  preparation.used = {};
 }
 
-bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent) {
+bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
+                     uint64_t& spent) {
   constexpr uint64_t kOfMember = 18000;
-  ZoneSet& set = state.next;
-  while (state.column < set.num_contacts + 1 + set.num_groups) {
+  ZoneSet& set = preparation.set;
+  while (preparation.column < set.num_contacts + 1 + set.num_groups) {
     if (spent >= operations) return false;
-    if (!list_some(pack, state)) {
+    if (!list_some(pack, preparation)) {
       set.sound = false;
       break;
     }
-    spent += kOfMember * (state.num_found_nodes / set.num_contacts + 1);
-    ++state.column;
+    spent += kOfMember * (preparation.num_found_nodes / set.num_contacts + 1);
+    ++preparation.column;
   }
-  forget_marks(state);
+  forget_marks(preparation);
   return true;
 }
 

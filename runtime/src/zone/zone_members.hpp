@@ -3,16 +3,17 @@
 
 #include <palpate/palpate.h>
 
-#include "runtime/src/zone/zone_set.hpp"
+#include "runtime/src/zone/preparation.hpp"
 
 namespace palpate {
 
-// Begins to list the groups of the next set, for the contacts that it names; what was begun before is forgotten.
-void begin_members(ZoneState& state);
+// Begins to list the groups of the set, for the contacts that it names; what was begun before is forgotten.
+void begin_members(ZonePreparation& preparation);
 
 // Goes on with its groups, their nodes, masters and elements, for about so many multiply-adds in all, from
-// ZoneState::column on: the zone of each contact, who shares one, the members of each group. True when it has ended; the
+// ZonePreparation::column on: the zone of each contact, who shares one, the members of each group. True when it has ended; the
 // set is not sound then where that is more than the pack has declared.
-bool collect_members(const pal_pack& pack, uint64_t operations, ZoneState& state, uint64_t& spent);
+bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
+                     uint64_t& spent);
 
 }  // namespace palpate

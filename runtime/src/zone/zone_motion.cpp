@@ -111,13 +111,13 @@ void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const doubl
 
 void save_group(const ZoneFrame& frame, const ZoneGroup& group) {
   const size_t first = size_t{3} * group.first_node;
-  memcpy(frame.state.saved + first, frame.set.displacement + first,
+  memcpy(frame.work.saved + first, frame.set.displacement + first,
          size_t{3} * group.num_nodes * sizeof(double));
 }
 
 void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
   const size_t first = size_t{3} * group.first_node;
-  memcpy(frame.set.displacement + first, frame.state.saved + first,
+  memcpy(frame.set.displacement + first, frame.work.saved + first,
          size_t{3} * group.num_nodes * sizeof(double));
 }
 
@@ -179,7 +179,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     place_held(frame, group);
     is_upright = evaluate_group(frame, group);
     if (is_upright) {
-      follow_pressures(group.batches, frame.state.saved, set.displacement, 0);
+      follow_pressures(group.batches, frame.work.saved, set.displacement, 0);
       count_move(frame, group, part * longest);
       if (within_limit * part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
       break;
@@ -201,7 +201,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     frame.flags |= PAL_FLAG_UNCONVERGED;
   }
   for (uint32_t i = 0; i < group.num_axes; ++i) group.axes_began[i] = before[contact_axis(set, group, i)];
-  memcpy(group.began, frame.state.saved + size_t{3} * group.first_node,
+  memcpy(group.began, frame.work.saved + size_t{3} * group.first_node,
          num_moving(group) * sizeof *group.began);
 }
 

@@ -33,88 +33,78 @@ void copy_place(const ZoneSet& set, const ZoneGroup& group, const ZonePlace& fro
 
 }  // namespace
 
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, bool turns,
-                Arena& arena, ZoneState& state) {
-  state = {};
-  state.axes_per_contact = turns ? 6 : 3;
-  state.max_contacts = max_contacts < kMostZoneContacts ? max_contacts : kMostZoneContacts;
-  state.max_fixed = max_fixed < kMostZoneFixed ? max_fixed : kMostZoneFixed;
-  state.rings = rings;
+ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings,
+                   bool turns) {
+  ZoneRoom room = {};
+  room.axes_per_contact = turns ? 6 : 3;
+  room.contacts = std::min(max_contacts, kMostZoneContacts);
+  room.fixed = std::min(max_fixed, kMostZoneFixed);
+  room.rings = rings;
   const auto times = [&](uint32_t of_site, uint32_t all) {
-    const uint64_t most = uint64_t{of_site} * state.max_contacts;
-    return static_cast<uint32_t>(most < all ? most : all);
+    return static_cast<uint32_t>(std::min<uint64_t>(uint64_t{of_site} * room.contacts, all));
   };
-  const uint32_t fixed = state.max_contacts * state.max_fixed;
-  state.max_nodes = times(pack.most_zone_nodes, pack.num_zone_nodes) + fixed;
-  state.max_elements = times(pack.most_zone_elements, pack.num_zone_elements);
-  state.max_quadratic = state.max_elements < pack.num_quadratic ? state.max_elements : pack.num_quadratic;
-  const uint32_t boundary = state.max_boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + fixed;
-  state.max_masters = state.max_contacts * pack.max_patch_nodes;
-  const uint32_t axes = state.axes_per_contact * state.max_contacts;
-  const size_t squares = elimination_stride(3 * boundary + kEliminationRows * state.max_contacts);
-  state.max_exterior = squares * squares;
-  state.max_matrices = squares * (2 * squares + 3);
-  const uint32_t unknowns = 3 * state.max_nodes + kEliminationColumns;
-  state.max_rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * state.max_contacts);
-  const uint32_t size = unknowns + axes + kEliminationRows * state.max_contacts;
-  state.max_tangents = size_t{round_to_columns(size)} * elimination_stride(size);
-  const uint32_t own = unknowns + kEliminationColumns;
-  const uint32_t twice = 2 * (3 * boundary + kEliminationColumns);
-  const uint32_t largest = own > twice ? own : twice;
-  state.max_preparation =
-      size_t{largest + 2 * kEliminationColumns} * elimination_stride(largest + kEliminationColumns);
-  for (ZoneSet* set : {&state.active, &state.next}) {
-    set->sites = arena.take<uint32_t>(state.max_contacts);
-    set->fixed = arena.take<uint32_t>(state.max_fixed);
-    set->groups = arena.take<ZoneGroup>(state.max_contacts);
-    set->followed = arena.take<double>(axes);
-    set->wanted = arena.take<double>(axes);
-    set->force = arena.take<double>(axes);
-    set->stiffness = arena.take<double[kMostZoneAxes]>(axes);
-    set->points = arena.take<double[3]>(state.max_contacts);
-    set->places = arena.take<double[3]>(state.max_contacts);
-    set->turning = arena.take<double[9]>(state.max_contacts);
-    set->nodes = arena.take<uint32_t>(state.max_nodes);
-    set->elements = arena.take<uint32_t>(state.max_elements);
-    set->unknown_of = arena.take<uint32_t>(state.max_nodes);
-    set->first_master = arena.take<uint32_t>(size_t{state.max_nodes} + 1);
-    set->masters = arena.take<ZoneMaster>(state.max_masters);
-    set->displacement = arena.take<double>(size_t{3} * state.max_nodes);
-    set->rest_force = arena.take<double>(size_t{3} * state.max_nodes);
-    set->traction = arena.take<double>(size_t{3} * state.max_nodes);
-    ZoneCorrection& correction = set->correction;
-    correction.followed_then = arena.take<double>(axes);
-    for (double** values : {&correction.force, &correction.displacement_then})
-      *values = arena.take<double>(size_t{3} * state.max_nodes);
-    set->balanced = {arena.take<double>(size_t{3} * state.max_nodes), arena.take<double>(axes),
-                     arena.take<double>(axes), arena.take<double[3]>(state.max_contacts),
-                     arena.take<double[kMostZoneAxes]>(axes)};
-    const auto batches = [&](uint32_t elements) { return elements / kLanes + state.max_contacts; };
-    set->linear = arena.take<ZoneBatch<4>>(batches(state.max_elements));
-    if (state.max_quadratic > 0) set->quadratic = arena.take<ZoneBatch<10>>(batches(state.max_quadratic));
-    if (pack.num_sharing > 0)
-      set->patches = arena.take<ZonePatch>(state.max_elements < pack.num_sharing ? state.max_elements
-                                                                                 : pack.num_sharing);
-    set->matrices = arena.take<double>(state.max_matrices);
-    set->rows = arena.take<double>(state.max_rows);
-    set->others = arena.take<double[kMostZoneAxes]>(3 * state.max_contacts);
-  }
-  state.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
-  state.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
-  state.found_nodes = arena.take<uint32_t>(state.max_nodes);
-  state.found_elements = arena.take<uint32_t>(state.max_elements);
-  state.queue = arena.take<uint32_t>(state.max_nodes);
-  state.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
-  state.base = arena.take<uint32_t>(state.max_nodes);
-  state.preparation = arena.take<double>(state.max_preparation);
-  state.tractions_before = arena.take<double>(size_t{3} * state.max_nodes);
-  state.exterior = arena.take<double>(state.max_exterior);
-  for (double*& tangents : state.tangents) tangents = arena.take<double>(state.max_tangents);
-  state.forces = arena.take<double>(size_t{3} * state.max_nodes);
-  state.saved = arena.take<double>(size_t{3} * state.max_nodes);
-  const size_t vector = size_t{3} * state.max_nodes + kMostZoneAxes + 2 * kEliminationRows;
-  for (double** of_group : {&state.residual, &state.boundary, &state.outside, &state.vector})
-    *of_group = arena.take<double>(vector);
+  room.nodes = times(pack.most_zone_nodes, pack.num_zone_nodes) + room.fixed;
+  room.elements = times(pack.most_zone_elements, pack.num_zone_elements);
+  room.quadratic = std::min(room.elements, pack.num_quadratic);
+  room.boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
+  room.masters = room.contacts * pack.max_patch_nodes;
+  const size_t stride = elimination_stride(3 * room.boundary + kEliminationRows * room.contacts);
+  room.exterior = stride * stride;
+  const uint32_t axes = room.axes_per_contact * room.contacts;
+  const uint32_t unknowns = 3 * room.nodes + kEliminationColumns;
+  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + 2 * stride;
+  const uint32_t size = unknowns + axes + kEliminationRows * room.contacts;
+  room.tangents = size_t{round_to_columns(size)} * elimination_stride(size);
+  return room;
+}
+
+void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet& set) {
+  const uint32_t axes = room.axes_per_contact * room.contacts;
+  const size_t values = size_t{3} * room.nodes;
+  set.sites = arena.take<uint32_t>(room.contacts);
+  set.fixed = arena.take<uint32_t>(room.fixed);
+  set.groups = arena.take<ZoneGroup>(room.contacts);
+  set.followed = arena.take<double>(axes);
+  set.wanted = arena.take<double>(axes);
+  set.force = arena.take<double>(axes);
+  set.stiffness = arena.take<double[kMostZoneAxes]>(axes);
+  set.points = arena.take<double[3]>(room.contacts);
+  set.places = arena.take<double[3]>(room.contacts);
+  set.turning = arena.take<double[9]>(room.contacts);
+  set.nodes = arena.take<uint32_t>(room.nodes);
+  set.elements = arena.take<uint32_t>(room.elements);
+  set.unknown_of = arena.take<uint32_t>(room.nodes);
+  set.first_master = arena.take<uint32_t>(size_t{room.nodes} + 1);
+  set.masters = arena.take<ZoneMaster>(room.masters);
+  for (double** of_nodes :
+       {&set.displacement, &set.rest_force, &set.load, &set.correction.force, &set.correction.load_then})
+    *of_nodes = arena.take<double>(values);
+  set.correction.followed_then = arena.take<double>(axes);
+  set.balanced = {arena.take<double>(values), arena.take<double>(axes), arena.take<double>(axes),
+                  arena.take<double[3]>(room.contacts), arena.take<double[kMostZoneAxes]>(axes)};
+  const auto batches = [&](uint32_t elements) { return elements / kLanes + room.contacts; };
+  set.linear = arena.take<ZoneBatch<4>>(batches(room.elements));
+  if (room.quadratic > 0) set.quadratic = arena.take<ZoneBatch<10>>(batches(room.quadratic));
+  if (pack.num_sharing > 0) set.patches = arena.take<ZonePatch>(std::min(room.elements, pack.num_sharing));
+  set.exterior_at_rest = arena.take<double>(room.exterior);
+  set.rows = arena.take<double>(room.rows);
+}
+
+void carve_work(const ZoneRoom& room, Arena& arena, ZoneWork& work) {
+  const size_t values = size_t{3} * room.nodes;
+  work.forces = arena.take<double>(values);
+  work.saved = arena.take<double>(values);
+  for (double** of_group : {&work.residual, &work.boundary, &work.outside, &work.vector})
+    *of_group = arena.take<double>(values + kMostZoneAxes + 2 * kEliminationRows);
+}
+
+void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneState& state) {
+  state = {};
+  state.room = room;
+  carve_set(pack, room, arena, state.active);
+  for (double*& tangents : state.tangents) tangents = arena.take<double>(room.tangents);
+  state.exterior = arena.take<double>(room.exterior);
+  carve_work(room, arena, state.work);
 }
 
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version) {
@@ -193,16 +183,11 @@ void use_exterior(double* exterior, ZoneSet& set) {
 
 void drop_correction(ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
-  memset(correction.force, 0, size_t{3} * set.num_nodes * sizeof *correction.force);
+  for (double* of_nodes : {correction.force, correction.load_then})
+    memset(of_nodes, 0, size_t{3} * set.num_nodes * sizeof *of_nodes);
   correction.energy = 0;
-  correction.tangent = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    if (group.exterior == group.exterior_at_rest) continue;
-    group.exterior = group.exterior_at_rest;
-    group.couplings = nullptr;
-    group.has_new_exterior = true;
-  }
+  if (correction.tangent != correction.rest_tangent) use_exterior(set.exterior_at_rest, set);
+  correction.tangent = correction.rest_tangent;
   correction.is_refined = false;
   correction.failures = 0;
   ++correction.restarts;
@@ -230,7 +215,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
-    memset(set.traction + size_t{3} * i, 0, 3 * sizeof(double));
+    memset(set.load + size_t{3} * i, 0, 3 * sizeof(double));
   }
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
@@ -250,19 +235,6 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   group.failures = group.astray = group.late = group.jammed = 0;
   group.longest_step = kLongestStep;
   keep_balance(set, group);
-}
-
-void zone_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]) {
-  const uint32_t high = i > j ? i : j;
-  const uint32_t low = i > j ? j : i;
-  const double* lower = high < pack.num_contact_nodes
-                            ? pack.contact_compliance + 9 * pack::lower_block(high, low)
-                            : pack.zone_compliance + 9 * (pack::lower_block(high, low) -
-                                                          pack::lower_block(pack.num_contact_nodes, 0));
-  for (uint32_t row = 0; row < 3; ++row) {
-    for (uint32_t column = 0; column < 3; ++column)
-      block[3 * row + column] = i >= j ? lower[3 * row + column] : lower[3 * column + row];
-  }
 }
 
 }  // namespace palpate

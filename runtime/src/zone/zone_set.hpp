@@ -1,22 +1,11 @@
-// What a nonlinear zone is made of, for a set of contacts.
+// A set of contacts and its nonlinear zones.
 //
-// A zone V is the elements in rings about the patches of contacts, and their nodes. Outside of it the organ is taken
-// to be linear, at first about rest, so all that the zone sees of it is a stiffness on the nodes B that also belong to elements
-// outside. With C the compliance of the whole linear organ, K_V the stiffness of the zone's own elements at rest, I
-// the nodes of V that are not in B:
+// A zone V is the elements in rings about the patches of contacts, and their nodes. Its boundary B is the nodes that also
+// belong to elements outside, and the nodes that are fixed while running. The refining lane condenses the organ outside
+// onto B as a stiffness S (condensation.hpp).
 //
-//   T = C_BB^-1                                   the whole organ, condensed onto B
-//   S_int = K_BB - K_BI K_II^-1 K_IB              the zone's own part of that (elimination.hpp)
-//   S = T - S_int                                 the rest of the organ, to first order
-//
-// which is where C_VV^-1 - K_V differs from zero. In float64: what is left of two stiffnesses that nearly cancel.
-//
-// Nodes that are fixed while running belong to B, wherever they are, and do not move: t there is what fixes them, and
-// T that of an organ that they hold. Eq. (20) of Zhong et al. 2005, for the organ outside.
-//
-// S is exact to first order; the refining lane corrects it, and hands over another S, the tangent where the organ has got
-// to (refinement.hpp). Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the
-// blocks of that S between them; before the first delivery, through C (zone_balance.hpp).
+// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the blocks of S between them.
+// The lane prepares a set with S at rest (preparation.hpp) and hands over the tangent S later (refinement.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -49,20 +38,12 @@ struct ZoneGroup {
   uint32_t size;
   uint32_t stride;
   uint32_t boundary_stride;
-  double*
-      exterior;  // S: [boundary_stride][boundary_stride], symmetric; that at rest, or of the last delivery
-  // S of this boundary x those of the other groups, one behind the other: [boundary_stride] a column; null: that at rest,
-  // which is known by C between the boundaries, as `compliances`
-  double* couplings;
-  double* compliances;
-  double* exterior_at_rest;
-  double* own;            // S_int, as `exterior`
+  double* exterior;   // S of this boundary: [boundary_stride][boundary_stride], symmetric
+  double* couplings;  // S of this boundary x the others', one behind the other: [boundary_stride] a column
   bool has_new_exterior;  // since the tangent was begun
   double* coupled;  // [boundary_stride] force of the other groups' boundaries on this one, when found last
-  double* moved_by_others;  // [boundary_stride] b (zone_balance.hpp), when found last
-  double coupled_change;    // of b, when it was found last; 0 with S of a delivery
-  double others_moved;      // since then
-  double* exterior_force;   // [boundary_stride] S w_B, of evaluate_group()
+  double others_moved;     // since then
+  double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
   double* factor;         // [size rounded to columns][stride], eliminated
   double* sensitivities;  // [num_axes][unknowns] d unknown / d axis, negative
@@ -132,26 +113,27 @@ struct ZonePlace {
 };
 
 // What the refining lane has found of the exterior (zone_mailbox.hpp): with w the boundary's displacement, the force on the
-// boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest, and before the first delivery, c and C are zero.
+// boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest c and C are zero.
 struct ZoneCorrection {
   uint64_t number;        // no other set of the session has it
   uint32_t restarts;      // how often the correction was dropped
-  bool is_refined;        // a delivery was taken
+  bool is_refined;        // c and C are those of a delivery
   uint32_t failures;      // iterations in a row that were not good
   uint32_t field;         // its field among those of ZoneMailbox
   double* force;          // [max_nodes][3] c, by the places of the set's nodes
   double energy;          // C
-  uint64_t tangent;       // number of S among the lane's; 0: that at rest
+  uint64_t tangent;       // number of S among the lane's
+  uint64_t rest_tangent;  // and of ZoneSet::exterior_at_rest
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
   double* followed_then;  // ZoneSet::followed of the delivery's request
   // By how much the delivery changed the force of each contact, contacts at rest; negative: not known
   double force_change[kMostZoneContacts];
-  double* displacement_then;  // [max_nodes][3] displacements of the boundary at the delivery's iteration
+  double* load_then;  // [max_nodes][3] ZoneSet::load of the delivery's request; zero at rest
 };
 
 struct ZoneSet {
   bool ready;
-  bool sound;  // else it cannot answer: more than the pack said, or C_BB or K_II not positive definite
+  bool sound;  // else it cannot answer: it is more than the pack said, or the organ is not positive definite
   uint32_t num_contacts;
   uint32_t* sites;  // [max_contacts]
   uint32_t num_fixed;
@@ -171,15 +153,14 @@ struct ZoneSet {
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  // [max_nodes][3] t of boundary nodes: forces on the linear organ that move B as it has moved since the last delivery
-  double* traction;
+  double*
+      load;  // [max_nodes][3] forces that hold nodes of patches and nodes fixed while running; zero elsewhere
   // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_rotation.hpp)
   uint32_t num_axes;
   double* followed;  // of the contacts' patches, from rest
   double* wanted;    // where they were to be in the last frame: from there given forces go on
   double* force;     // and torques
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
-  double (*others)[kMostZoneAxes];     // [3 num_contacts] O (force_control.hpp)
   // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
   double (*points)[3];
   double (*places)[3];
@@ -189,8 +170,8 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  double* matrices;  // [max_matrices] S at rest, S_int and C between groups
-  double* rows;      // [max_rows] their sensitivities, those in use and the next, steps and trends
+  double* exterior_at_rest;  // [max_exterior] S of all groups (exterior_size())
+  double* rows;  // [max_rows] sensitivities of tangents, those in use and the next; other vectors of groups
 };
 
 // Of an axis of a group's contacts: which of those of the set.
@@ -212,23 +193,35 @@ inline constexpr double kStill = 1e-9;
 // rest is for what Newton passes on its way.
 inline constexpr double kLeastJacobian = 1e-4;
 
-// One set answers while another is made ready, if need be over several frames.
-struct ZoneState {
-  // Capacities
-  uint32_t max_contacts;
+// Capacities of a set.
+struct ZoneRoom {
+  uint32_t contacts;
   uint32_t axes_per_contact;  // 6: patches turn with their contacts; else 3
-  uint32_t max_fixed;
+  uint32_t fixed;
   uint32_t rings;
-  uint32_t max_nodes;
-  uint32_t max_boundary;
-  uint32_t max_elements;
-  uint32_t max_quadratic;
-  uint32_t max_masters;
-  size_t max_matrices;
-  size_t max_exterior;  // numbers of S of all groups
-  size_t max_rows;
-  size_t max_tangents;     // numbers of the matrices of a tangent of each group
-  size_t max_preparation;  // of the matrices of making ready
+  uint32_t nodes;
+  uint32_t boundary;
+  uint32_t elements;
+  uint32_t quadratic;  // elements of ten nodes
+  uint32_t masters;
+  size_t exterior;  // numbers of S of all groups
+  size_t rows;
+  size_t tangents;  // numbers of the matrices of a tangent of each group
+};
+
+// Vectors of a lane that evaluates groups: of the group at hand (zone_balance.hpp), but for the first two.
+struct ZoneWork {
+  double* forces;  // [nodes][3] of the elements, beyond those at rest
+  double* saved;   // [nodes][3]
+  double* residual;
+  double* boundary;
+  double* outside;
+  double* vector;
+};
+
+// The haptic lane's. The refining lane prepares the next set (preparation.hpp).
+struct ZoneState {
+  ZoneRoom room;
   EliminationKernel kernel;
   // Frames have a budget: they make one tangent of a group anew, and no more, as it is most of what they then take
   bool is_bounded;
@@ -241,57 +234,11 @@ struct ZoneState {
       corrected_energy;  // the energy that corrections have brought where tools stand, since somebody took it
   bool has_jumped;       // a correction began, or was dropped, since somebody took it
   bool went_back;
+  bool strained;  // the set has been solved since it was at rest
   ZoneSet active;
-  ZoneSet next;
-  // Making the next one ready
-  enum class Phase : uint32_t {
-    collect,
-    compliance,
-    inverse,
-    whole,
-    stiffness,
-    own,
-    condensed,
-    couple,
-    place,
-    tangent,
-    done
-  } phase;
-  uint32_t group;
-  uint32_t column;  // or step of the phase
-  uint32_t masters_used;
-  uint32_t linear_used;
-  uint32_t quadratic_used;
-  uint32_t patches_used;
-  uint32_t boundary_used;
-  // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it
-  uint64_t* node_contacts;
-  uint64_t* element_contacts;
-  uint32_t* found_nodes;     // [max_nodes]
-  uint32_t* found_elements;  // [max_elements]
-  uint32_t num_found_nodes;
-  uint32_t num_found_elements;
-  uint32_t* queue;     // [max_nodes]
-  uint32_t* place_of;  // [num_zone_nodes] place in a set's list + 1; 0: not in it
-  uint32_t* base;      // [max_nodes] unknowns of the stiffness at rest
-  double* preparation;
-  bool is_before_strained;   // the set that answers was, as placing began, and its tractions then
-  double* tractions_before;  // [max_nodes][3]
-  size_t matrices_used;
-  size_t rows_used;
-  size_t tangents_used;
-  // A frame
-  bool strained;  // the set that answers has been solved since it was at rest
-  // [max_tangents] each: two of the set that answers, that in use and the next, and the first one of the next set
-  double* tangents[3];
-  double* exterior;  // [max_exterior] S of the set that answers, of the last delivery (zone_mailbox.hpp)
-  double* forces;    // [max_nodes][3] of the elements, beyond those at rest
-  double* saved;     // [max_nodes][3]
-  // Of the group at hand (zone_balance.hpp); `boundary`, `vector` and `residual` within a step of making a set ready, too
-  double* residual;
-  double* boundary;
-  double* outside;
-  double* vector;
+  double* tangents[2];  // [ZoneRoom::tangents] each: those in use and the next ones
+  double* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
+  ZoneWork work;
 };
 
 // Axes along which the node at a place of a set can move: bits 0 to 2.
@@ -306,9 +253,13 @@ struct FixedNodes {
   uint32_t version;  // how often they have changed
 };
 
-// Takes the arrays of a state for so many contacts and fixed nodes, at most kMostZoneContacts and kMostZoneFixed.
-void carve_zone(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings, bool turns,
-                Arena& arena, ZoneState& state);
+// Room for so many contacts and fixed nodes, at most kMostZoneContacts and kMostZoneFixed.
+ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, uint32_t rings,
+                   bool turns);
+
+void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet& set);
+void carve_work(const ZoneRoom& room, Arena& arena, ZoneWork& work);
+void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneState& state);
 
 // Whether a set is, or will be, for these contacts and fixed nodes.
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
@@ -348,11 +299,5 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
 // Puts a group of a set at rest, wherever it was.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
-
-// C_ij, 3 x 3 by rows, of zone nodes free along some axis.
-void zone_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
-
-// Multiply-adds that take as long: it comes from far away.
-inline constexpr uint64_t kOfBlock = 1300;
 
 }  // namespace palpate

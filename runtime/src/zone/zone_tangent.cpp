@@ -103,8 +103,7 @@ uint64_t substitute_rows(const ZoneFrame& frame, ZoneGroup& group) {
     const double* from = group.spare + size_t{column} * group.stride + group.unknowns + first;
     for (uint32_t t = 0; t < kRowsAtOnce; ++t) rows[size_t{t} * group.unknowns + column] = from[t];
   }
-  frame.state.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns,
-                                     kRowsAtOnce);
+  frame.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns, kRowsAtOnce);
   group.substituted += kRowsAtOnce;
   return uint64_t{group.unknowns} * group.unknowns;
 }
@@ -177,8 +176,8 @@ bool continue_assembly(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, 
     for (; is_positive && spent < operations && group.column < group.size;
          group.column += kEliminationColumns) {
       spent += elimination_operations(group.size, group.unknowns, group.column);
-      is_positive = frame.state.kernel.eliminate_columns(group.spare, group.stride, group.size,
-                                                         group.unknowns, group.column);
+      is_positive =
+          frame.kernel.eliminate_columns(group.spare, group.stride, group.size, group.unknowns, group.column);
     }
     if (is_positive) {
       if (group.assembled < num_parts(group) || group.column < group.size) return false;
@@ -221,9 +220,7 @@ void advance_tangent(ZoneFrame& frame, ZoneGroup& group) {
   take_tangent(frame, group);
 }
 
-bool advance_first_tangent(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group,
-                           uint64_t& spent) {
-  ZoneFrame frame = {pack, state, state.next, 0};
+bool advance_first_tangent(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint64_t& spent) {
   if (!group.is_assembling) {
     if (spent >= operations) return false;
     place_held(frame, group);
@@ -249,9 +246,9 @@ double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {
   double* step = group.step;
-  memcpy(step, frame.state.residual, group.unknowns * sizeof *step);
-  frame.state.kernel.forward_substitute(group.factor, group.stride, group.unknowns, step);
-  frame.state.kernel.back_substitute(group.factor, group.stride, group.unknowns, step, group.unknowns, 1);
+  memcpy(step, frame.work.residual, group.unknowns * sizeof *step);
+  frame.kernel.forward_substitute(group.factor, group.stride, group.unknowns, step);
+  frame.kernel.back_substitute(group.factor, group.stride, group.unknowns, step, group.unknowns, 1);
   return step;
 }
 
@@ -261,7 +258,7 @@ const double* sensitivity(const ZoneGroup& group, uint32_t index) {
 
 void find_forces(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
-  const double* residual = frame.state.residual;
+  const double* residual = frame.work.residual;
   double forces[kMostZoneAxes];
   bool sound = true;
   for (uint32_t i = 0; i < group.num_axes; ++i) {

@@ -32,10 +32,9 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
 // Goes on with the next one, if anything has moved since this one was begun.
 void advance_tangent(ZoneFrame& frame, ZoneGroup& group);
 
-// Goes on with the first tangent of a group of the next set, where that is placed, for about so many multiply-adds in
-// all. True once it is there, or none is to be had there.
-bool advance_first_tangent(const pal_pack& pack, uint64_t operations, ZoneState& state, ZoneGroup& group,
-                           uint64_t& spent);
+// Goes on with the first tangent of a group, where its nodes are placed, for about so many multiply-adds in all. True once
+// it is there, or none is to be had there.
+bool advance_first_tangent(ZoneFrame& frame, uint64_t operations, ZoneGroup& group, uint64_t& spent);
 
 // Of an error, the part that a step leaves: what is expected of how far the tangent's place is, or what the last step
 // has left of the residual, if that is more. 0 .. 1.

@@ -1,0 +1,100 @@
+#include "runtime/src/zone/preparation.hpp"
+
+#include <string.h>
+
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_tangent.hpp"
+
+namespace palpate {
+namespace {
+
+// Room for vectors of the boundary, for tangents and their sensitivities.
+bool take_rows(ZonePreparation& preparation, ZoneGroup& group) {
+  ZonePreparation::Used& used = preparation.used;
+  const size_t boundary = group.boundary_stride;
+  const size_t sensitivities = size_t{group.num_axes} * group.unknowns;
+  const size_t rows = 2 * sensitivities + size_t{3} * group.unknowns + 2 * boundary;
+  const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
+  if (used.rows + rows > preparation.room.rows || used.tangents + tangent > preparation.room.tangents)
+    return false;
+  group.coupled = preparation.set.rows + used.rows;
+  group.exterior_force = group.coupled + boundary;
+  group.sensitivities = group.exterior_force + boundary;
+  group.spare_sensitivities = group.sensitivities + sensitivities;
+  group.step = group.spare_sensitivities + sensitivities;
+  group.trend = group.step + group.unknowns;
+  group.began = group.trend + group.unknowns;
+  memset(group.coupled, 0, 2 * boundary * sizeof *group.coupled);
+  group.tangent_place = used.tangents;
+  group.factor = nullptr;
+  group.spare = preparation.tangents + group.tangent_place;
+  used.tangents += tangent;
+  used.rows += rows;
+  return true;
+}
+
+}  // namespace
+
+void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
+                       ZonePreparation& preparation) {
+  preparation = {};
+  preparation.room = room;
+  carve_set(pack, room, arena, preparation.set);
+  carve_work(room, arena, preparation.work);
+  preparation.tangents = arena.take<double>(room.tangents);
+  preparation.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
+  preparation.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
+  preparation.found_nodes = arena.take<uint32_t>(room.nodes);
+  preparation.found_elements = arena.take<uint32_t>(room.elements);
+  preparation.queue = arena.take<uint32_t>(room.nodes);
+  preparation.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
+}
+
+void refuse_set(ZonePreparation& preparation) {
+  preparation.set.sound = false;
+  preparation.set.num_nodes = preparation.set.num_groups = 0;
+}
+
+bool begin_rest(ZonePreparation& preparation) {
+  ZoneSet& set = preparation.set;
+  bool fits = set.sound && exterior_size(set) <= preparation.room.exterior;
+  for (uint32_t g = 0; g < set.num_groups && fits; ++g) fits = take_rows(preparation, set.groups[g]);
+  preparation.group = preparation.column = 0;
+  if (!fits) refuse_set(preparation);
+  return fits;
+}
+
+bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation, uint64_t& spent) {
+  ZoneSet& set = preparation.set;
+  if (preparation.group == 0 && preparation.column == 0) {
+    for (uint32_t i = 0; i < set.num_nodes; ++i)
+      memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement,
+             3 * sizeof(double));
+    memset(set.rest_force, 0, size_t{3} * set.num_nodes * sizeof *set.rest_force);
+  }
+  for (; preparation.group < set.num_groups; ++preparation.group, preparation.column = 0) {
+    const ZoneBatches& batches = set.groups[preparation.group].batches;
+    for (; preparation.column < num_parts(batches); ++preparation.column) {
+      if (spent >= operations) return false;
+      const ZoneBatches some = part_of(batches, preparation.column);
+      add_zone_forces(some, set.displacement, set.rest_force);
+      for (ZonePatch* patch = some.patches; patch < some.patches + some.num_patches; ++patch)
+        patch->followed = patch->at_rest = patch->pressure;
+      spent += force_operations(some);
+    }
+  }
+  preparation.group = 0;
+  return true;
+}
+
+bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+                      ZonePreparation& preparation, uint64_t& spent) {
+  ZoneSet& set = preparation.set;
+  ZoneFrame frame = {pack, kernel, preparation.work, set, 0};
+  for (; preparation.group < set.num_groups; ++preparation.group) {
+    if (!advance_first_tangent(frame, operations, set.groups[preparation.group], spent)) return false;
+  }
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,196 @@
+#include "runtime/src/zone/state_transfer.hpp"
+
+#include <math.h>
+#include <string.h>
+
+#include <utility>
+
+#include "runtime/src/pack/contact_place.hpp"
+#include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
+
+namespace palpate {
+namespace {
+
+// Whether a contact may have come from one place to another by sliding, from a site to the next.
+bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
+  constexpr double kFarthest = 1;  // mean edges of the surface
+  double square = 0;
+  for (int i = 0; i < 3; ++i) square += (to[i] - from[i]) * (to[i] - from[i]);
+  return square <= kFarthest * kFarthest * pack.mean_surface_edge * pack.mean_surface_edge;
+}
+
+// Forces and rotations of contacts that stay, and rotations of contacts that slide. The others have none.
+void carry_contacts(const pal_pack& pack, const ZoneSet& before, ZoneSet& set) {
+  memset(set.force, 0, set.num_axes * sizeof *set.force);
+  memset(set.followed, 0, set.num_axes * sizeof *set.followed);
+  for (uint32_t c = 0; c < set.num_contacts && before.ready; ++c) {
+    uint32_t old = 0;
+    while (old < before.num_contacts && before.sites[old] != set.sites[c]) ++old;
+    if (old < before.num_contacts) {
+      memcpy(set.force + size_t{3} * c, before.force + size_t{3} * old, 3 * sizeof *set.force);
+    } else if (set.num_contacts == before.num_contacts && has_slid(pack, before.points[c], set.points[c])) {
+      old = c;
+    }
+    if (old == before.num_contacts || set.num_axes == 3 * set.num_contacts) continue;
+    memcpy(set.followed + size_t{3} * (set.num_contacts + c),
+           before.followed + size_t{3} * (before.num_contacts + old), 3 * sizeof *set.followed);
+  }
+}
+
+// Calls visit(contact, node, place, master) for each node that a contact holds.
+template <typename Visit>
+void for_each_held(const ZoneSet& set, Visit&& visit) {
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    const uint32_t first = first_boundary(group) + group.num_boundary;
+    for (uint32_t place = first; place < first + group.num_held; ++place) {
+      for (uint32_t m = set.first_master[place]; m < set.first_master[place + 1]; ++m) {
+        const ZoneMaster& master = set.masters[m];
+        visit(group.contacts[(master.unknown - group.unknowns) / 3], place, master.turn != kNoUnknown);
+      }
+    }
+  }
+}
+
+// A patch moves as one: as the mean of its nodes, but for its rotation.
+void follow_patches(const pal_pack& pack, ZoneSet& set) {
+  double held[kMostZoneContacts] = {};
+  memset(set.followed, 0, size_t{3} * set.num_contacts * sizeof *set.followed);
+  for_each_held(set, [&](uint32_t contact, uint32_t place, bool turns) {
+    held[contact] += 1;
+    double turn[3] = {};
+    if (turns) {
+      double arm[3];
+      rest_arm(pack, set, contact, set.nodes[place], arm);
+      rotate(patch_rotation(set, contact), arm, turn);
+      for (int axis = 0; axis < 3; ++axis) turn[axis] -= arm[axis];
+    }
+    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
+    for (uint32_t axis = 0; axis < 3; ++axis)
+      set.followed[3 * contact + axis] += set.displacement[3 * place + axis] - rest[axis] - turn[axis];
+  });
+  for (uint32_t c = 0; c < set.num_contacts; ++c) {
+    for (uint32_t axis = 0; axis < 3 && held[c] > 0; ++axis) set.followed[3 * c + axis] /= held[c];
+  }
+  memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
+}
+
+// Groups begin where their nodes are. Returns false where an element is inverted: its group is at rest then.
+bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
+  bool are_upright = true;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    const ZoneStrain strain = add_zone_forces(group.batches, set.displacement, work.forces);
+    group.longest_step = kLongestStep;
+    keep_balance(set, group);
+    group.has_balance = false;
+    if (strain.smallest_jacobian > kLeastJacobian) continue;
+    rest_group(pack, set, group);
+    are_upright = false;
+  }
+  return are_upright;
+}
+
+// Displacements of the nodes that both sets have, and their loads of the request.
+void take_places(const pal_pack& pack, const ZoneSet& before, const double* load, uint32_t* place_of,
+                 ZoneSet& set) {
+  for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = i + 1;
+  for (uint32_t i = 0; i < set.num_nodes; ++i) {
+    if (place_of[set.nodes[i]] == 0 || moving_axes(pack, set, i) == 0) continue;
+    const size_t from = size_t{3} * (place_of[set.nodes[i]] - 1);
+    memcpy(set.displacement + size_t{3} * i, before.displacement + from, 3 * sizeof *set.displacement);
+    memcpy(set.load + size_t{3} * i, load + from, 3 * sizeof *load);
+  }
+  for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = 0;
+}
+
+// The active set becomes the one to be prepared next.
+void swap_sets(ZonePreparation& preparation, ZoneState& state) {
+  std::swap(state.active, preparation.set);
+  double* const free = state.tangents[1];
+  state.tangents[1] = state.tangents[0];
+  state.tangents[0] = preparation.tangents;
+  preparation.tangents = free;
+  for (uint32_t g = 0; g < state.active.num_groups; ++g) {
+    ZoneGroup& group = state.active.groups[g];
+    (group.factor == nullptr ? group.factor : group.spare) = state.tangents[1] + group.tangent_place;
+  }
+}
+
+}  // namespace
+
+void name_contacts(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
+                   const ZoneSet& before, ZonePreparation& preparation) {
+  ZoneSet& set = preparation.set;
+  set.ready = false;
+  set.sound = true;
+  set.num_contacts = count;
+  set.num_axes = preparation.room.axes_per_contact * count;
+  for (uint32_t c = 0; c < count; ++c) set.sites[c] = nearest_site(contacts[c]);
+  find_places(pack, contacts, set);
+  memcpy(set.points, set.places, count * sizeof *set.points);
+  set.num_fixed = fixed.count;
+  memcpy(set.fixed, fixed.nodes, fixed.count * sizeof *set.fixed);
+  set.fixed_version = fixed.version;
+  set.flags = 0;
+  set.inclusion_version = kNoInclusion;
+  memset(set.stiffness, 0, set.num_axes * sizeof *set.stiffness);
+  memset(set.turning, 0, count * sizeof *set.turning);
+  carry_contacts(pack, before, set);
+}
+
+bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation& preparation) {
+  ZoneSet& set = preparation.set;
+  for (uint32_t i = 0; i < set.num_nodes; ++i) {
+    const uint32_t node = set.nodes[i];
+    const double* from = moving_axes(pack, set, i) != 0
+                             ? displacement + size_t{3} * pack.organ.of_zone_node[node]
+                             : pack.zone_nodes[node].displacement;
+    memcpy(set.displacement + size_t{3} * i, from, 3 * sizeof *from);
+  }
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneBatches& batches = set.groups[g].batches;
+    add_zone_forces(batches, set.displacement, preparation.work.forces);
+    for (ZonePatch* patch = batches.patches; patch < batches.patches + batches.num_patches; ++patch)
+      patch->followed = patch->pressure;
+  }
+  follow_patches(pack, set);
+  set.correction.tangent = set.correction.rest_tangent;  // begin_groups() may drop the correction
+  return begin_groups(pack, preparation.work, set);
+}
+
+void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePreparation& preparation,
+                   ZoneState& state) {
+  ZoneSet& set = preparation.set;
+  const ZoneRequest& request = mailbox.request;
+  double placed[kMostZoneAxes];
+  memcpy(placed, set.followed, set.num_axes * sizeof *placed);
+  const bool goes_on = state.active.ready && state.strained;
+  memset(set.load, 0, size_t{3} * set.num_nodes * sizeof *set.load);
+  if (goes_on) take_places(pack, state.active, request.load, preparation.place_of, set);
+  carry_contacts(pack, state.active, set);
+  follow_patches(pack, set);
+  ZoneCorrection& correction = set.correction;
+  correction.number = request.next_set;
+  correction.tangent = correction.rest_tangent = mailbox.delivery.tangent;
+  drop_correction(set);
+  correction.change = static_cast<double>(INFINITY);
+  for (double& change : correction.force_change) change = -1;
+  if (goes_on && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
+    take_correction(mailbox, set.followed, set.load, set);
+  begin_groups(pack, state.work, set);
+  const ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (request.is_strained && !goes_on) rest_group(pack, set, group);
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      const uint32_t at = contact_axis(set, group, i);
+      group.moved += length_of(frame, at, set.followed[at] - placed[at]);
+    }
+  }
+  set.ready = true;
+  swap_sets(preparation, state);
+}
+
+}  // namespace palpate
