@@ -12,6 +12,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -129,8 +130,8 @@ struct FrameTimes {
 // Contacts at the first `count` sites.
 FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contacts, int rings,
                           double seconds) {
-  std::vector<std::uint32_t> sites;
-  for (int i = 0; i < contacts; ++i) sites.push_back(static_cast<std::uint32_t>(i));
+  std::vector<std::uint32_t> sites(static_cast<size_t>(contacts));
+  std::iota(sites.begin(), sites.end(), 0u);
   MethodTimer timer(opened, model, static_cast<std::uint32_t>(rings), 0, {sites}, 1);
   timer.time_round(seconds, 100000);
   MethodRow row;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "offline/cli/allow_outside_option.hpp"
 #include "offline/cli/build_report.hpp"
@@ -27,6 +28,7 @@ struct BuildArguments {
   std::filesystem::path scene;
   std::filesystem::path pack;
   std::filesystem::path samples;
+  std::string survey = "full";
   int jobs = 1;
   bool jobs_given = false;
   bool json = false;
@@ -75,7 +77,8 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   }
   const int jobs =
       arguments.jobs_given ? arguments.jobs : std::max(1, arguments.jobs / ranks.on_this_machine());
-  const SamplingPlan plan = plan_sampling(scene, sites, jobs);
+  const SamplingPlan plan = arguments.survey == "none" ? plan_without_survey(scene, sites, jobs)
+                                                       : plan_sampling(scene, sites, jobs);
   const std::filesystem::path samples = sample_folder(arguments);
   std::optional<SampleStore> store;
   if (samples.empty() && ranks.count() > 1) {
@@ -146,6 +149,13 @@ void add_build_command(CLI::App& app, int& exit_code) {
                    "Folder for what was solved, which another build takes up: one that goes on after it was "
                    "killed, or one with another target or precision; default: PACK.samples")
       ->type_name("DIR");
+  command
+      ->add_option(
+          "--survey", arguments->survey,
+          "full: measure the errors of every model against full solves; none: skip that for a quick try, "
+          "and let the runtime estimate no errors")
+      ->check(CLI::IsMember({"full", "none"}))
+      ->capture_default_str();
   const CLI::Option* jobs = add_jobs_option(*command, arguments->jobs, ". The pack does not depend on it");
   add_allow_outside_option(*command, arguments->include_root);
   command->add_flag("--json", arguments->json, "Print the result as JSON");

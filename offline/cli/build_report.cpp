@@ -62,6 +62,7 @@ std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
 
 // Whether each bin has measured errors of at least one model. Few sites may leave a model's bin empty.
 bool is_measured(const BuildResult& result) {
+  if (result.content.surveys.empty()) return false;
   const auto surveys = best_surveys(result);
   for (size_t bin = 0; bin < surveys.front()->bins.size(); ++bin) {
     if (std::none_of(surveys.begin(), surveys.end(),
@@ -177,6 +178,7 @@ void print_text(const BuildResult& result) {
         "           in {:.0f} us where several are all at new places between sites; a session with a "
         "budget spreads that over frames\n",
         result.new_places_us);
+  if (surveys.empty()) return fmt::print("survey     none: the runtime cannot estimate its errors\n");
   fmt::print("\n{}\n", survey_text(surveys));
   if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("{}\n", sets);
   if (const std::string kinds = sets_off_target(result); !kinds.empty()) {
@@ -219,6 +221,7 @@ void print_warnings(const BuildResult& result) {
                "tip_radius or zone_rings, or raise [budget] frame_us\n",
                file, result.frame_us(), scene.frame_budget_us);
   }
+  if (result.content.surveys.empty()) return;
   if (!is_measured(result)) {
     fmt::print(stderr, "{}: part of the range of |d| could not be measured; reduce max_displacement\n", file);
   }

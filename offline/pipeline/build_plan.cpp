@@ -149,6 +149,17 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   return plan;
 }
 
+SamplingPlan plan_without_survey(const Scene& scene, const ContactSites& sites, int jobs) {
+  if (scene.polynomial) {
+    throw std::runtime_error(scene.file.string() +
+                             ": --survey none needs [models] polynomial = false, as the survey decides how "
+                             "polynomials are fitted");
+  }
+  SamplingPlan plan = plan_sampling(scene, sites, jobs);
+  plan.survey_samples = plan.survey_sets = plan.least_survey = 0;
+  return plan;
+}
+
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites) {
   return plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
 }

@@ -31,6 +31,9 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
 // Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains to fit.
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs);
 
+// The same without held-out solves: errors stay unknown. Throws std::runtime_error for a scene with polynomials.
+SamplingPlan plan_without_survey(const Scene& scene, const ContactSites& sites, int jobs);
+
 // Lists the sites that are sampled or surveyed.
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites);
 

@@ -50,11 +50,12 @@ PackContent content_of(const Model& model, const Scene& scene, const ContactSite
 // Measures the errors of the real runtime on a pack that lacks only its surveys.
 std::vector<ModelSurvey> survey_models(const PackContent& content, const std::vector<SiteResult>& results,
                                        const SolvedSets& sets, int jobs) {
-  const AlignedBytes bytes = write_pack(content);
-  const OpenedPack opened(bytes);
   std::vector<SurveySample> samples;
   for (const SiteResult& result : results)
     samples.insert(samples.end(), result.survey.begin(), result.survey.end());
+  if (samples.empty()) return {};
+  const AlignedBytes bytes = write_pack(content);
+  const OpenedPack opened(bytes);
   std::vector<ModelSurvey> surveys;
   const auto survey = [&](SurveyedModel name, pal_model model, bool refines = true) {
     surveys.push_back(

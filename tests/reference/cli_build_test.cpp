@@ -156,6 +156,23 @@ TEST(Build, ChoosesRingsFromTheBudget) {
   EXPECT_TRUE(has(none, "zones      none: one ring would take more than [budget] frame_us = 1;")) << none;
 }
 
+// A pack for a quick try: it answers, and estimates no errors.
+TEST(Build, WithoutASurvey) {
+  const char* scene = "[contact]\nsites = [50, 55, 62]\nmax_displacement = 0.1\nmax_contacts = 2\n[models]\n";
+  const SceneFiles zones(std::string(scene) + "polynomial = false\nzone = true\n", block_inp(3));
+  const std::string pack = zones.pack.string();
+  const ProgramRun run = run_program({"build", zones.scene.string(), "-o", pack, "--survey", "none"});
+  EXPECT_EQ(run.exit_code, 0) << run.error;
+  const nlohmann::json answer = run_cleanly({"eval", pack, "--contact", "55=0.01,0,-0.05", "--json"}).json();
+  EXPECT_EQ(answer["contacts"][0]["model"], "zone");
+  EXPECT_TRUE(run_cleanly({"info", pack, "--json"}).json()["errors"].empty());
+  const SceneFiles polynomials(std::string(scene) + "polynomial = true\n", block_inp(3));
+  const ProgramRun refused =
+      run_program({"build", polynomials.scene.string(), "-o", polynomials.pack.string(), "--survey", "none"});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.error.find("[models] polynomial = false"), std::string::npos) << refused.error;
+}
+
 // More contacts at once than tools.
 TEST(Build, TakesManyContacts) {
   const ProgramRun run = SceneFiles(
