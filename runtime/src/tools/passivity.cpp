@@ -152,9 +152,6 @@ void end_account(ToolStates& states) {
   if (!isfinite(step)) return;
   passivity.account += step;
   if (passivity.account > passivity.peak) passivity.peak = passivity.account;
-  // The account forgets an overdraft beyond the tolerance: one bad pose must not silence later frames.
-  const double floor = -kTolerance * passivity.peak;
-  if (passivity.account < floor) passivity.account = floor;
   if (passivity.one_set && passivity.stored <= kRest * passivity.peak) {
     passivity.account = passivity.peak = passivity.stored;
     passivity.part = 1.0;

@@ -52,7 +52,7 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   room.exterior = stride * stride;
   const uint32_t axes = room.axes_per_contact * room.contacts;
   const uint32_t unknowns = 3 * room.nodes + kEliminationColumns;
-  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + 2 * stride;
+  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + 3 * stride;
   const uint32_t size = unknowns + axes + kEliminationRows * room.contacts;
   room.tangents = size_t{round_to_columns(size)} * elimination_stride(size);
   return room;
@@ -197,6 +197,7 @@ void keep_balance(ZoneSet& set, ZoneGroup& group) {
   copy_place(set, group, place_now(set), set.balanced);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].balanced = group.batches.patches[p].followed;
+  memcpy(group.coupled_in_balance, group.coupled, group.boundary_stride * sizeof *group.coupled);
   group.stored_in_balance = group.stored;
   group.has_balance = true;
 }

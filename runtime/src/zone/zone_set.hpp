@@ -42,8 +42,9 @@ struct ZoneGroup {
   double* couplings;  // S of this boundary x the others', one behind the other: [boundary_stride] a column
   bool has_new_exterior;  // since the tangent was begun
   double* coupled;  // [boundary_stride] force of the other groups' boundaries on this one, when found last
-  double others_moved;     // since then
-  double* exterior_force;  // [boundary_stride] S w_B, of evaluate_group()
+  double others_moved;         // since then
+  double* coupled_in_balance;  // [boundary_stride] `coupled`, when the group was in balance last
+  double* exterior_force;      // [boundary_stride] S w_B, of evaluate_group()
   // The tangent (zone_tangent.hpp)
   double* factor;         // [size rounded to columns][stride], eliminated
   double* sensitivities;  // [num_axes][unknowns] d unknown / d axis, negative
