@@ -92,8 +92,8 @@ TEST_P(ZonePlaces, StiffnessIsTheDerivativeOfTheForce) {
   }
 }
 
-// From site to site the responding zone changes twice. Each goes on from the organ of the last one; the jump is what the next
-// iterations of the exterior change.
+// From site to site the responding zone changes twice. Each new zone starts from the organ of the last one. The next iterations
+// of the exterior then move force and field.
 TEST_P(ZonePlaces, SlideWithoutJumps) {
   const Eigen::Vector3d from(0.13, 0.13, 0.375);
   const Eigen::Vector3d way(0.12, 0.12, 0);

@@ -111,7 +111,7 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   if (!states.changed) passivity.account += tissue.energy_brought;
   if (passivity.one_set) passivity.stored += tissue.energy_brought + states.energy_corrected;
   const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
-  // Contacts held under strain bring what the stored energy grows by beyond the work of the tools.
+  // The energy of contacts held under strain: the growth of the stored energy beyond the work of the tools.
   const double elsewhere = states.energy_corrected + (states.changed ? 0 : tissue.energy_brought);
   const double brought =
       takes_strained(states) && !passivity.one_set ? stored - passivity.stored - elsewhere - gained : 0.0;

@@ -85,7 +85,6 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
   if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
-  find_loads(frame, group);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
 }
@@ -138,7 +137,6 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
       conclude(frame, 0, group);
     } else {
       find_residual(frame, group);
-      find_loads(frame, group);
     }
   }
 }
@@ -246,6 +244,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     ZoneGroup& group = set.groups[g];
     answer.energy += group.stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
+    find_outside(frame, group);
+    find_loads(frame, group);
     advance_tangent(frame, group);
   }
   state.went_back = state.went_back || goes_any_back;

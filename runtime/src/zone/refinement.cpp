@@ -262,6 +262,41 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
   return Progress::goes_on;
 }
 
+Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Progress progress,
+                      Refinement& of) {
+  ZoneDelivery& delivery = of.mailbox.delivery;
+  bool is_finite = true;
+  const bool is_good = progress == Progress::ended && find_correction(pack, kernel, of, is_finite);
+  of.failures = is_good ? 0 : of.failures + 1;
+  // Begins anew at rest, also as such numbers stay in no state.
+  if (!is_finite || of.failures >= kMostFailures) of.has_own = false;
+  if (is_good) {
+    write_field(pack, of);
+    delivery.tangent = of.tangent;
+    if (of.mailbox.request.tangent != of.tangent) write_tangent(of, delivery.exterior);
+    of.largest_energy = std::max(of.largest_energy, of.exterior.energy);
+    delivery.change = of.change = find_change(pack, of);
+    ++of.iterations;
+  }
+  deliver(is_good, of);
+  return is_good ? Refined::delivered : Refined::failed;
+}
+
+Refined end_preparation(const pal_pack& pack, Progress progress, Refinement& of) {
+  const bool is_prepared = progress == Progress::ended;
+  if (is_prepared) {
+    write_field(pack, of);
+  } else {
+    refuse_set(of.preparation);
+    of.outline.set = 0;
+  }
+  of.mailbox.delivery.tangent = of.tangent;
+  of.mailbox.delivery.change = 0;
+  of.has_followed = false;
+  deliver(is_prepared && of.mailbox.delivery.is_good, of);
+  return Refined::delivered;
+}
+
 }  // namespace
 
 void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& refinement) {
@@ -299,45 +334,6 @@ bool has_request(const Refinement& refinement) {
   const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(refinement.mailbox.state));
   return state.load(std::memory_order_acquire) == static_cast<uint32_t>(MailboxState::requested);
 }
-
-namespace {
-
-Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Progress progress,
-                      Refinement& of) {
-  ZoneDelivery& delivery = of.mailbox.delivery;
-  bool is_finite = true;
-  const bool is_good = progress == Progress::ended && find_correction(pack, kernel, of, is_finite);
-  of.failures = is_good ? 0 : of.failures + 1;
-  // Begins anew at rest, also as such numbers stay in no state.
-  if (!is_finite || of.failures >= kMostFailures) of.has_own = false;
-  if (is_good) {
-    write_field(pack, of);
-    delivery.tangent = of.tangent;
-    if (of.mailbox.request.tangent != of.tangent) write_tangent(of, delivery.exterior);
-    of.largest_energy = std::max(of.largest_energy, of.exterior.energy);
-    delivery.change = of.change = find_change(pack, of);
-    ++of.iterations;
-  }
-  deliver(is_good, of);
-  return is_good ? Refined::delivered : Refined::failed;
-}
-
-Refined end_preparation(const pal_pack& pack, Progress progress, Refinement& of) {
-  const bool is_prepared = progress == Progress::ended;
-  if (is_prepared) {
-    write_field(pack, of);
-  } else {
-    refuse_set(of.preparation);
-    of.outline.set = 0;
-  }
-  of.mailbox.delivery.tangent = of.tangent;
-  of.mailbox.delivery.change = 0;
-  of.has_followed = false;
-  deliver(is_prepared && of.mailbox.delivery.is_good, of);
-  return Refined::delivered;
-}
-
-}  // namespace
 
 Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
                Refinement& refinement) {

@@ -38,7 +38,7 @@ void carry_contacts(const pal_pack& pack, const ZoneSet& before, ZoneSet& set) {
   }
 }
 
-// Calls visit(contact, node, place, master) for each node that a contact holds.
+// Calls visit(contact, place, whether the patch turns) for each node that a contact holds.
 template <typename Visit>
 void for_each_held(const ZoneSet& set, Visit&& visit) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {

@@ -27,20 +27,6 @@ void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, double* moved
   }
 }
 
-// Adds the product of the couplings with the vectors find(other group, vector) of the other groups.
-template <typename Find>
-void add_of_others(const ZoneFrame& frame, const ZoneGroup& group, Find&& find, double* sum) {
-  const double* blocks = group.couplings;
-  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    const ZoneGroup& other = frame.set.groups[g];
-    if (&other == &group) continue;
-    find(frame, other, frame.work.vector);
-    frame.kernel.add_product(blocks, group.boundary_stride, group.boundary_stride, 3 * other.num_boundary,
-                             frame.work.vector, sum);
-    blocks += size_t{group.boundary_stride} * 3 * other.num_boundary;
-  }
-}
-
 }  // namespace
 
 bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
@@ -75,7 +61,15 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   group.others_moved = 0;
   if (frame.set.num_groups == 1) return;
   memset(group.coupled, 0, group.boundary_stride * sizeof *group.coupled);
-  add_of_others(frame, group, find_boundary, group.coupled);
+  const double* blocks = group.couplings;
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
+    const ZoneGroup& other = frame.set.groups[g];
+    if (&other == &group) continue;
+    find_boundary(frame, other, frame.work.vector);
+    frame.kernel.add_product(blocks, group.boundary_stride, group.boundary_stride, 3 * other.num_boundary,
+                             frame.work.vector, group.coupled);
+    blocks += size_t{group.boundary_stride} * 3 * other.num_boundary;
+  }
 }
 
 void find_outside(ZoneFrame& frame, const ZoneGroup& group) {

@@ -36,11 +36,11 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 // find_coupling(). ZoneWork::boundary := w_B.
 void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 
-// ZoneWork::residual := the forces that are missing for balance, [unknowns], then what holds the contacts, three
+// ZoneWork::residual := the forces that are missing for balance, [unknowns], then the forces on the contacts, three
 // each. After evaluate_group(); calls find_outside().
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
-// ZoneSet::load of the group, after find_residual().
+// ZoneSet::load of the group, after find_outside().
 void find_loads(const ZoneFrame& frame, const ZoneGroup& group);
 
 // The group's part of the exterior's energy, after find_outside(), without the constant ZoneCorrection::energy.

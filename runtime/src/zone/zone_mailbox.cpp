@@ -32,13 +32,15 @@ double farthest(const ZoneFrame& frame, const double* now, const double* then) {
 }
 
 // The exterior's energy where the zone is, without the constant: by group. `has_new_tangent`: S is not that of the last
-// evaluate_group().
+// evaluate_group(); the coupling in balance follows it.
 void find_energies(ZoneFrame& frame, bool has_new_tangent, double* energies) {
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
     if (has_new_tangent) {
       find_exterior_force(frame, group);
+      for (uint32_t i = 0; i < group.boundary_stride; ++i) group.coupled_in_balance[i] -= group.coupled[i];
       find_coupling(frame, group);
+      for (uint32_t i = 0; i < group.boundary_stride; ++i) group.coupled_in_balance[i] += group.coupled[i];
     }
     find_outside(frame, group);
     energies[g] = outside_energy(frame, group);

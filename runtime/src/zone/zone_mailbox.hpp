@@ -25,7 +25,7 @@ inline constexpr uint32_t kMostFailures = 8;
 
 enum class MailboxState : uint32_t { idle, requested, delivered };
 
-// Where the zone of the active set has got to, and what is to be done from there.
+// The state of the active set, and the work that starts from there.
 struct ZoneRequest {
   enum class Kind : uint32_t { iterate, prepare } kind;
   uint64_t set;       // ZoneCorrection::number

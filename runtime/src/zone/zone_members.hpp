@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// Begins to list the groups of the set, for the contacts that it names; what was begun before is forgotten.
+// Begins to list the groups of the set, for the contacts that it names. Forgets an earlier list.
 void begin_members(ZonePreparation& preparation);
 
 // Goes on with its groups, their nodes, masters and elements, for about so many multiply-adds in all, from

@@ -28,7 +28,7 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// E' - E, completed by what the other groups do.
+// E' - E without the work of the other groups.
 double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   double gain = group.stored - group.stored_in_balance;
