@@ -3,9 +3,14 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
@@ -29,7 +34,7 @@ size_t default_arena_bytes(const OpenedPack& opened) {
   return bytes;
 }
 
-// The organ's mesh and tree, which zones read.
+// The organ's mesh and elimination tree, which nonlinear zones read.
 size_t organ_bytes(const pack::Pack& tables) {
   const pack::Organ* organ = tables.organ();
   return organ->nodes()->bytes() + organ->elements()->bytes() + organ->node_elements()->bytes() +
@@ -65,15 +70,14 @@ size_t surface_bytes(const pack::Pack& tables) {
          surface->site_normals()->bytes();
 }
 
-// Empty without polynomial_dd.
 std::span<const pack::PolynomialSite> polynomial_sites(const OpenedPack& opened) {
   const pack::PolynomialDd* polynomial = opened.tables().polynomial_dd();
   return polynomial == nullptr ? std::span<const pack::PolynomialSite>()
                                : opened.segment<pack::PolynomialSite>(*polynomial->sites());
 }
 
-// Returns the reach of the sampled domain in its least direction.
-double sampled_to(const pack::PolynomialSite& site) {
+// Returns the least |d| on the boundary of the sampled domain.
+double sampled_reach(const pack::PolynomialSite& site) {
   return least_reach(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit));
 }
 
@@ -100,30 +104,33 @@ void print_polynomials(const OpenedPack& opened) {
   const double full = opened.tables().sites()->max_displacement();
   int shorter = 0;
   for (const pack::PolynomialSite& site : sites) {
-    reach = std::min(reach, sampled_to(site));
+    if (site.samples > 0) reach = std::min(reach, sampled_reach(site));
     min_jacobian = std::min(min_jacobian, site.min_jacobian);
     basis_error = std::max(basis_error, site.basis_error);
-    shorter += is_shortened(sampled_to(site), full) ? 1 : 0;
+    shorter += is_shortened(sampled_reach(site), full) ? 1 : 0;
   }
-  fmt::print(
-      "  polynomials    degree {}, from {} solves a site; sampled to {:.4g}{} ({:.2f} h), smallest J "
-      "{:.3f}\n",
-      range_of(sites, &pack::PolynomialSite::degree), range_of(sites, &pack::PolynomialSite::samples), reach,
-      opened.length_suffix(), reach / opened.tables().geometry()->mean_surface_edge(), min_jacobian);
+  const std::string sampled =
+      std::isinf(reach)
+          ? ""
+          : fmt::format("sampled at least to |d| = {:.4g}{} ({:.2f} h); ", reach, opened.length_suffix(),
+                        reach / opened.tables().geometry()->mean_surface_edge());
+  fmt::print("  polynomials    degree {}, from {} solves a site; {}smallest J (volume ratio) {:.3f}\n",
+             range_of(sites, &pack::PolynomialSite::degree), range_of(sites, &pack::PolynomialSite::samples),
+             sampled, min_jacobian);
   const auto unsampled =
       std::count_if(sites.begin(), sites.end(), [](const auto& site) { return site.samples == 0; });
   if (unsampled > 0) {
     fmt::print("                 affine_site serves the {} of {} sites without samples\n", unsampled,
                sites.size());
   }
-  fmt::print("                 their fields in {} directions ({}), which leave out at most {:.2g} % of |d|\n",
+  fmt::print("                 fields in a basis of {} columns ({}), within {:.2g} % of |d| of the fit\n",
              range_of(sites, &pack::PolynomialSite::rank),
              precision_name(opened.tables().polynomial_dd()->precision()), 100 * basis_error);
   if (shorter > 0) {
     fmt::print(
-        "                 {} sites are sampled less far than {:.4g}{} in some directions: there is no "
-        "equilibrium, another\n"
-        "                 one than from rest, an element nearly inverts, or polynomials do not follow\n",
+        "                 {} sites are sampled less far than |d| = {:.4g}{} in some directions; causes:\n"
+        "                 no equilibrium, a second equilibrium branch, a nearly inverted element, or a poor "
+        "polynomial fit\n",
         shorter, full, opened.length_suffix());
   }
 }
@@ -144,8 +151,8 @@ nlohmann::json sites_json(const OpenedPack& opened) {
     list.push_back({{"node", opened.label_of_site(site)}, {"patch", patch}});
     if (polynomials.empty()) continue;
     const pack::PolynomialSite& polynomial = polynomials[site];
-    list.back().update({{"sampled_to", sampled_to(polynomial)},
-                        {"sampled_to_over_h", sampled_to(polynomial) / h},
+    list.back().update({{"sampled_to", sampled_reach(polynomial)},
+                        {"sampled_to_over_h", sampled_reach(polynomial) / h},
                         {"min_J", polynomial.min_jacobian},
                         {"samples", polynomial.samples},
                         {"degree", polynomial.degree},
@@ -155,7 +162,7 @@ nlohmann::json sites_json(const OpenedPack& opened) {
   return list;
 }
 
-// Lists the labels for --contact, as many as fit on a line.
+// Lists the first labels for --contact.
 std::string site_labels(const OpenedPack& opened) {
   constexpr size_t kShown = 12;
   const size_t count = opened.info().num_sites;
@@ -166,7 +173,7 @@ std::string site_labels(const OpenedPack& opened) {
   return text;
 }
 
-// Null where the organ rests in the shape of its mesh.
+// Null in a pack without gravity.
 nlohmann::json gravity_json(const OpenedPack& opened) {
   const pack::Gravity* gravity = opened.tables().gravity();
   if (gravity == nullptr) return nullptr;
@@ -174,66 +181,70 @@ nlohmann::json gravity_json(const OpenedPack& opened) {
           {"may_turn", opened.info().gravity_may_turn != 0}};
 }
 
-int run_info(const InfoArguments& arguments) {
-  const OpenedPack opened(arguments.pack);
+nlohmann::json inputs_json(const pack::Pack& tables) {
+  nlohmann::json inputs = nlohmann::json::array();
+  for (const pack::InputFile* input : *tables.inputs()) {
+    inputs.push_back({{"name", input->name()->str()}, {"xxh3_128", input->xxh3_128()->str()}});
+  }
+  return inputs;
+}
+
+nlohmann::json models_json(const pack::Pack& tables) {
+  nlohmann::json models = nlohmann::json::object();
+  for (const pack::FrameCost* cost : *tables.costs()) {
+    models[pack::EnumNameResponseModel(cost->model())] = {{"bytes", model_bytes(tables, cost->model())},
+                                                          {"force_operations", cost->force_operations()},
+                                                          {"force_bytes", cost->force_bytes()},
+                                                          {"field_operations", cost->field_operations()},
+                                                          {"field_bytes", cost->field_bytes()}};
+  }
+  if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
+    models["nonlinear_zone"].update({{"rings", zone->rings()},
+                                     {"nodes", zone->num_nodes()},
+                                     {"elements", zone->num_elements()},
+                                     {"most_nodes", zone->most_nodes()},
+                                     {"most_boundary_nodes", zone->most_boundary_nodes()},
+                                     {"most_elements", zone->most_elements()}});
+  }
+  if (tables.polynomial_dd() != nullptr) {
+    models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
+    models["polynomial_dd"]["precision"] = precision_name(tables.polynomial_dd()->precision());
+  }
+  return models;
+}
+
+nlohmann::json info_json(const OpenedPack& opened) {
   const pack::Pack& tables = opened.tables();
   const pal_pack_info info = opened.info();
   const pack::Geometry& geometry = *tables.geometry();
-  if (arguments.json) {
-    nlohmann::json inputs = nlohmann::json::array();
-    for (const pack::InputFile* input : *tables.inputs()) {
-      inputs.push_back({{"name", input->name()->str()}, {"xxh3_128", input->xxh3_128()->str()}});
-    }
-    nlohmann::json models = nlohmann::json::object();
-    for (const pack::FrameCost* cost : *tables.costs()) {
-      models[pack::EnumNameResponseModel(cost->model())] = {{"bytes", model_bytes(tables, cost->model())},
-                                                            {"force_operations", cost->force_operations()},
-                                                            {"force_bytes", cost->force_bytes()},
-                                                            {"field_operations", cost->field_operations()},
-                                                            {"field_bytes", cost->field_bytes()}};
-    }
-    if (const pack::NonlinearZone* zone = tables.nonlinear_zone(); zone != nullptr) {
-      models["nonlinear_zone"].update({{"rings", zone->rings()},
-                                       {"nodes", zone->num_nodes()},
-                                       {"elements", zone->num_elements()},
-                                       {"most_nodes", zone->most_nodes()},
-                                       {"most_boundary_nodes", zone->most_boundary_nodes()},
-                                       {"most_elements", zone->most_elements()}});
-    }
-    if (tables.polynomial_dd() != nullptr) {
-      models["polynomial_dd"]["degree"] = tables.polynomial_dd()->degree();
-      models["polynomial_dd"]["precision"] = precision_name(tables.polynomial_dd()->precision());
-    }
-    fmt::print("{}\n",
-               json_text({{"tool_version", tables.tool_version()->str()},
-                          {"bytes", opened.bytes().size()},
-                          {"arena_bytes", default_arena_bytes(opened)},
-                          {"inputs", inputs},
-                          {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
-                          {"gravity", gravity_json(opened)},
-                          {"model_nodes", geometry.num_model_nodes()},
-                          {"model_elements", geometry.num_model_elements()},
-                          {"packed_nodes", geometry.num_nodes()},
-                          {"triangles", geometry.num_triangles()},
-                          {"mean_surface_edge", geometry.mean_surface_edge()},
-                          {"contact_nodes", info.num_contact_nodes},
-                          {"tip_radius", tables.sites()->tip_radius()},
-                          {"max_displacement", tables.sites()->max_displacement()},
-                          {"max_contacts", info.max_contacts},
-                          {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
-                          {"surface_bvh", {{"bytes", surface_bytes(tables)}}},
-                          {"models", models},
-                          {"compliance", compliance_json(tables)},
-                          {"errors", survey_json(surveys_of(tables))},
-                          {"sites", sites_json(opened)}}));
-    return 0;
-  }
+  return {{"tool_version", tables.tool_version()->str()},
+          {"bytes", opened.bytes().size()},
+          {"arena_bytes", default_arena_bytes(opened)},
+          {"inputs", inputs_json(tables)},
+          {"units", {{"length", opened.length_unit()}, {"force", opened.force_unit()}}},
+          {"gravity", gravity_json(opened)},
+          {"model_nodes", geometry.num_model_nodes()},
+          {"model_elements", geometry.num_model_elements()},
+          {"packed_nodes", geometry.num_nodes()},
+          {"triangles", geometry.num_triangles()},
+          {"mean_surface_edge", geometry.mean_surface_edge()},
+          {"contact_nodes", info.num_contact_nodes},
+          {"tip_radius", tables.sites()->tip_radius()},
+          {"max_displacement", tables.sites()->max_displacement()},
+          {"max_contacts", info.max_contacts},
+          {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
+          {"surface_bvh", {{"bytes", surface_bytes(tables)}}},
+          {"models", models_json(tables)},
+          {"compliance", compliance_json(tables)},
+          {"errors", survey_json(surveys_of(tables))},
+          {"sites", sites_json(opened)}};
+}
+
+void print_organ(const OpenedPack& opened) {
+  const pack::Pack& tables = opened.tables();
+  const pal_pack_info info = opened.info();
+  const pack::Geometry& geometry = *tables.geometry();
   const std::string length = opened.length_suffix();
-  fmt::print("{}: built by Palpate {}\n", arguments.pack.string(), tables.tool_version()->str());
-  for (const pack::InputFile* input : *tables.inputs())
-    fmt::print("  input          {} (XXH3-128 {})\n", input->name()->str(), input->xxh3_128()->str());
-  fmt::print("  size           {:.2f} MB; a session's arena takes {} bytes\n",
-             static_cast<double>(opened.bytes().size()) / 1e6, default_arena_bytes(opened));
   if (opened.length_unit().empty()) {
     fmt::print("  units          not stated: the runtime uses the model's own units\n");
   } else {
@@ -245,34 +256,39 @@ int run_info(const InfoArguments& arguments) {
     fmt::print("  gravity        ({:.6g}, {:.6g}, {:.6g}){}\n", g[0], g[1], g[2],
                info.gravity_may_turn != 0 ? ", may turn" : "");
   }
-  fmt::print("  organ          {} nodes, {} elements; {} nodes and {} triangles shown; h = {:.4g}{}\n",
-             geometry.num_model_nodes(), geometry.num_model_elements(), geometry.num_nodes(),
-             geometry.num_triangles(), geometry.mean_surface_edge(), length);
   fmt::print(
-      "  contacts       {} sites, patches of up to {} nodes (tip radius {:.4g}{}), |d| to {:.4g}{}, {} at "
-      "once\n",
+      "  organ          {} nodes, {} elements; {} nodes and {} triangles shown; "
+      "h (mean surface edge) = {:.4g}{}\n",
+      geometry.num_model_nodes(), geometry.num_model_elements(), geometry.num_nodes(),
+      geometry.num_triangles(), geometry.mean_surface_edge(), length);
+  fmt::print(
+      "  contacts       {} sites, patches of up to {} nodes (tip radius {:.4g}{}); "
+      "|d| (tool displacement) up to {:.4g}{}; {} at once\n",
       info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
       tables.sites()->max_displacement(), length, info.max_contacts);
   fmt::print("  site nodes     {}\n", site_labels(opened));
+}
+
+void print_models(const OpenedPack& opened) {
+  const pack::Pack& tables = opened.tables();
   print_polynomials(opened);
   if (const pack::NonlinearZone* zone = tables.nonlinear_zone()) {
     fmt::print(
-        "  zones          up to {} {}; {} nodes, {} elements; of a site up to {} nodes, {} "
-        "elements\n",
+        "  zones          up to {} {} of elements; {} nodes, {} elements; "
+        "a site's zone has up to {} nodes, {} elements\n",
         zone->rings(), zone->rings() == 1 ? "ring" : "rings", zone->num_nodes(), zone->num_elements(),
         zone->most_nodes(), zone->most_elements());
   }
   if (const pack::SurfaceBvh* surface = tables.surface_bvh()) {
-    fmt::print("  surface_bvh    {:.2f} MB; {} triangles and single sites in {} boxes\n",
-               static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(),
-               surface->num_nodes());
+    fmt::print(
+        "  surface_bvh    {:.2f} MB; {} primitives (triangles, and sites without a triangle) in {} boxes\n",
+        static_cast<double>(surface_bytes(tables)) / 1e6, surface->num_primitives(), surface->num_nodes());
   }
   if (tables.linear_dd() != nullptr) {
     if (const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed()) {
       fmt::print(
-          "  compliance     compressed, entries right to {:g}; {} sets of contacts: displacements to {:.2g} "
-          "of "
-          "|d|, forces to {:.2g}\n",
+          "  compliance     compressed to a tolerance of {:g}; largest errors over {} sets of contacts:\n"
+          "                 displacements {:.2g} of the largest |d|, forces {:.2g} of the largest force\n",
           compressed->tolerance(), compressed->samples(), compressed->displacement_error(),
           compressed->force_error());
     } else {
@@ -285,20 +301,41 @@ int run_info(const InfoArguments& arguments) {
                static_cast<double>(model_bytes(tables, cost->model())) / 1e6, cost->force_operations(),
                cost->force_bytes(), cost->field_operations(), cost->field_bytes());
   }
+}
+
+void print_info(const OpenedPack& opened, const std::filesystem::path& file) {
+  const pack::Pack& tables = opened.tables();
+  fmt::print("{}: built by Palpate {}\n", file.string(), tables.tool_version()->str());
+  for (const pack::InputFile* input : *tables.inputs())
+    fmt::print("  input          {} (XXH3-128 {})\n", input->name()->str(), input->xxh3_128()->str());
+  fmt::print("  size           {:.2f} MB; a session's arena takes {} bytes\n",
+             static_cast<double>(opened.bytes().size()) / 1e6, default_arena_bytes(opened));
+  print_organ(opened);
+  print_models(opened);
   const std::vector<ModelErrors> surveys = surveys_of(tables);
   fmt::print("\n{}", survey_text(surveys));
   if (const std::string sets = set_survey_text(surveys); !sets.empty()) fmt::print("\n{}", sets);
+}
+
+int run_info(const InfoArguments& arguments) {
+  const OpenedPack opened(arguments.pack);
+  if (arguments.json) {
+    fmt::print("{}\n", json_text(info_json(opened)));
+  } else {
+    print_info(opened, arguments.pack);
+  }
   return 0;
 }
 
 int run_verify(const InfoArguments& arguments) {
+  // The constructor checks the pack as a runtime does, and throws where a check fails.
   const OpenedPack opened(arguments.pack);
   if (arguments.json) {
     fmt::print(
         "{}\n",
         json_text({{"pack", arguments.pack.string()}, {"bytes", opened.bytes().size()}, {"valid", true}}));
   } else {
-    fmt::print("{}: sound ({} bytes)\n", arguments.pack.string(), opened.bytes().size());
+    fmt::print("{}: valid ({} bytes)\n", arguments.pack.string(), opened.bytes().size());
   }
   return 0;
 }

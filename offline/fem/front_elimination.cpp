@@ -17,7 +17,7 @@ constexpr int kBlock = 256;
 constexpr int kSignedBlock = 32;
 
 // Factors a dense lower triangle A = L S L^T in place, column by column; negative[j] tells whether S_j = -1.
-// False at a pivot that is 0 or not a number.
+// False at a pivot that is 0 or not finite.
 template <typename Real>
 bool factor_with_signs(int n, Real* a, int stride, char* negative) {
   for (int j = 0; j < n; ++j) {

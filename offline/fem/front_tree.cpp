@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <string>
 
 namespace palpate {
 namespace {
@@ -13,6 +14,12 @@ namespace {
 // Turns counts at [1, n] into start offsets.
 void accumulate(std::vector<int>& counts) {
   std::partial_sum(counts.begin(), counts.end(), counts.begin());
+}
+
+// Sets `row_in_front` [rows of L] at each row of a front to the row's number in the front.
+void number_rows(const Front& front, const int* row_indices, std::vector<int>& row_in_front) {
+  for (int row = 0; row < front.num_rows; ++row)
+    row_in_front[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(row)])] = row;
 }
 
 }  // namespace
@@ -35,7 +42,9 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& sy
     front.first_within = static_cast<int>(f);
     const size_t entries = static_cast<size_t>(front.num_rows) * static_cast<size_t>(front.num_columns);
     if (entries > static_cast<size_t>(std::numeric_limits<int>::max()))
-      throw std::runtime_error("the factor of this model has a front of more than 2^31 entries");
+      throw std::runtime_error("the factor of this model has a front of " + std::to_string(front.num_rows) +
+                               " rows x " + std::to_string(front.num_columns) +
+                               " columns, more than 2^31 - 1 entries; use a coarser mesh");
     panel_entries_ += entries;
     std::fill_n(front_of.begin() + front.first_column, front.num_columns, static_cast<int>(f));
     for (int column = 0; column < front.num_columns; ++column) {
@@ -48,6 +57,7 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& sy
   for (size_t f = 0; f < fronts_.size(); ++f) {
     Front& front = fronts_[f];
     if (front.num_updated() == 0) continue;
+    // The parent is the supernode of the first row below the columns.
     front.parent =
         front_of[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(front.num_columns)])];
     Front& parent = fronts_[static_cast<size_t>(front.parent)];
@@ -62,11 +72,13 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& sy
     if (parent >= 0)
       children_[static_cast<size_t>(next[static_cast<size_t>(parent)]++)] = static_cast<int>(f);
   }
+  // Parents follow children, so the reverse loop visits each parent first.
   for (size_t f = fronts_.size(); f-- > 0;) {
     const int parent = fronts_[f].parent;
     if (parent >= 0) fronts_[f].depth = fronts_[static_cast<size_t>(parent)].depth + 1;
   }
   set_entries(pattern, row_indices, front_of);
+  set_runs(row_indices);
 }
 
 void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
@@ -76,48 +88,56 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
   for (size_t column = 0; column < num_equations; ++column)
     column_of[static_cast<size_t>(permutation_[column])] = static_cast<int>(column);
 
-  // Entries first sort by front, with (row, column) of L; the loop below finds their places in each panel.
-  struct Place {
-    int source, row, column;
+  struct PermutedEntry {
+    int source, row, column;  // row and column of L, row >= column
   };
   const auto for_each_entry = [&](auto&& visit) {
     int source = 0;
-    for (int column = 0; column < pattern.outerSize(); ++column) {
-      const int at = column_of[static_cast<size_t>(column)];
-      for (SparseLower::InnerIterator it(pattern, column); it; ++it, ++source) {
+    for (int equation = 0; equation < pattern.outerSize(); ++equation) {
+      const int at = column_of[static_cast<size_t>(equation)];
+      for (SparseLower::InnerIterator it(pattern, equation); it; ++it, ++source) {
         const auto [low, high] = std::minmax(at, column_of[static_cast<size_t>(it.row())]);
-        visit(Place{source, high, low}, static_cast<size_t>(front_of[static_cast<size_t>(low)]));
+        visit(PermutedEntry{source, high, low}, static_cast<size_t>(front_of[static_cast<size_t>(low)]));
       }
     }
   };
   first_entry_.assign(fronts_.size() + 1, 0);
-  for_each_entry([&](const Place&, size_t front) { ++first_entry_[front + 1]; });
+  for_each_entry([&](const PermutedEntry&, size_t front) { ++first_entry_[front + 1]; });
   accumulate(first_entry_);
-  std::vector<Place> places(static_cast<size_t>(first_entry_.back()));
+  std::vector<PermutedEntry> by_front(static_cast<size_t>(first_entry_.back()));
   std::vector<int> next = first_entry_;
-  for_each_entry(
-      [&](const Place& place, size_t front) { places[static_cast<size_t>(next[front]++)] = place; });
+  for_each_entry([&](const PermutedEntry& entry, size_t front) {
+    by_front[static_cast<size_t>(next[front]++)] = entry;
+  });
 
-  entries_.resize(places.size());
+  entries_.resize(by_front.size());
   std::vector<int> row_in_front(num_equations);
   for (size_t f = 0; f < fronts_.size(); ++f) {
     const Front& front = fronts_[f];
-    for (int row = 0; row < front.num_rows; ++row)
-      row_in_front[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(row)])] = row;
+    number_rows(front, row_indices, row_in_front);
     for (int e = first_entry_[f]; e < first_entry_[f + 1]; ++e) {
-      const Place& place = places[static_cast<size_t>(e)];
-      entries_[static_cast<size_t>(e)] = {place.source,
-                                          row_in_front[static_cast<size_t>(place.row)] +
-                                              (place.column - front.first_column) * front.num_rows};
+      const PermutedEntry& entry = by_front[static_cast<size_t>(e)];
+      entries_[static_cast<size_t>(e)] = {entry.source,
+                                          row_in_front[static_cast<size_t>(entry.row)] +
+                                              (entry.column - front.first_column) * front.num_rows};
     }
+  }
+}
+
+void FrontTree::set_runs(const int* row_indices) {
+  std::vector<int> row_in_parent(permutation_.size());
+  for (size_t f = 0; f < fronts_.size(); ++f) {
+    const Front& parent = fronts_[f];
+    number_rows(parent, row_indices, row_in_parent);
     for (const int c : children(static_cast<int>(f))) {
       Front& child = fronts_[static_cast<size_t>(c)];
       child.first_run = runs_.size();
       for (int row = 0; row < child.num_updated(); ++row) {
         const size_t at = child.rows + static_cast<size_t>(child.num_columns + row);
-        const int place = row_in_front[static_cast<size_t>(row_indices[at])];
-        const bool goes_on = row > 0 && place == runs_.back().place + runs_.back().length;
-        if (goes_on && place != front.num_columns) {
+        const int place = row_in_parent[static_cast<size_t>(row_indices[at])];
+        const bool follows = row > 0 && place == runs_.back().place + runs_.back().length;
+        // A run ends at the parent's last column, because the panel and the update are separate arrays.
+        if (follows && place != parent.num_columns) {
           ++runs_.back().length;
         } else {
           runs_.push_back({row, 1, place});

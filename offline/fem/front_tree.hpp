@@ -1,7 +1,7 @@
 // The structure of a multifrontal Cholesky factor: the columns of each elimination and the target of each update.
 //
-// Columns of L with the same pattern form a supernode. A supernode and the rows below it form a *front*, a
-// dense lower triangle:
+// A supernode is a range of consecutive columns of L that are stored with the same rows below the range. A
+// supernode and these rows form a *front*, a dense lower triangle:
 //   [ F11      ]   columns of the supernode
 //   [ F21  F22 ]   rows below
 // A front sums the matrix entries of its columns and the updates of its children in the tree. Elimination
@@ -32,7 +32,7 @@ struct Front {
   int depth = 0;         // number of ancestors
   size_t panel = 0;      // offset of L11 and L21 in the entries of L, column-major with num_rows rows
   size_t rows = 0;       // offset in arrays with one entry for each row of every front
-  size_t first_run = 0;  // offset of the runs in the parent, see FrontTree::runs_in_parent()
+  size_t first_run = 0;  // index of the front's first run in FrontTree::runs_
   int num_runs = 0;
   double operations = 0;  // floating-point operations of the elimination
 
@@ -46,8 +46,8 @@ struct Front {
 class FrontTree {
  public:
   FrontTree() = default;
-  // Converts CHOLMOD's supernodal analysis of `pattern`. Throws std::runtime_error where a front has more
-  // than 2^31 entries.
+  // Converts CHOLMOD's supernodal analysis of `pattern`, which must be compressed. Throws std::runtime_error where the
+  // panel of a front, num_rows x num_columns, has more than 2^31 - 1 entries.
   FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic);
 
   int size() const { return static_cast<int>(fronts_.size()); }
@@ -68,7 +68,7 @@ class FrontTree {
 
   // A stored entry of the matrix and its position in the panel of its front.
   struct Entry {
-    int source;  // position in the value array
+    int source;  // position in the value array of the compressed pattern
     int target;
   };
   std::span<const Entry> entries(int front) const;
@@ -82,6 +82,7 @@ class FrontTree {
 
  private:
   void set_entries(const SparseLower& pattern, const int* row_indices, const std::vector<int>& front_of);
+  void set_runs(const int* row_indices);
 
   std::vector<Front> fronts_;
   std::vector<int> children_;  // front after front

@@ -19,14 +19,14 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
 
-// A device or a pipe, such as /dev/stdout, is written directly: a rename would replace it by a plain file.
+// A rename would replace a device or a pipe by a plain file.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-// Resolves links, so that a link keeps its target.
+// Returns the file behind a link, so that a rename keeps the link; `path` where there is no link.
 fs::path behind_links(const fs::path& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;
@@ -51,7 +51,6 @@ int create_temporary(const fs::path& temporary) {
   return 0;
 }
 
-// Removes temporary files of killed processes.
 void remove_left_overs(const fs::path& path) {
   const std::string front = path.filename().string() + kUnfinished;
   std::error_code ignored;
@@ -63,6 +62,7 @@ void remove_left_overs(const fs::path& path) {
     const std::string digits = name.substr(front.size());
     pid_t process = 0;
     const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), process);
+    // kill(process, 0) tests for the process; ESRCH means no such process.
     const bool is_number = read.ec == std::errc() && read.ptr == digits.data() + digits.size() && process > 0;
     if (is_number && ::kill(process, 0) != 0 && errno == ESRCH) left_over.push_back(entry->path());
   }

@@ -1,4 +1,4 @@
-// Opens a pack's geometry, contact sites and surface tree.
+// Opens a pack's geometry, contact sites and surface_bvh.
 #pragma once
 
 #include "runtime/src/pack/pack_view.hpp"
@@ -6,13 +6,15 @@
 
 namespace palpate {
 
-// Sets the views of the geometry. False if an array or a number is invalid, as in the functions below.
-bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pack& pack);
+// Each function sets its part of `view`. False if an array is missing or misplaced, or its content is invalid.
+// Arrays lie at `first_offset` or later: the first aligned byte behind the tables.
 
-// Needs the geometry.
-bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack& pack);
+bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pack& view);
+
+// Needs the geometry and the units.
+bool read_sites(const pack::ContactSites& sites, uint64_t first_offset, pal_pack& view);
 
 // Needs the contact sites.
-bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& pack);
+bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pal_pack& view);
 
 }  // namespace palpate
