@@ -11,6 +11,10 @@ namespace {
 
 // The fraction of the peak energy that a cycle may create before the session reduces forces.
 constexpr double kTolerance = 0.003;
+// The fraction that forces may take beyond an overdraft, so that tools that push in can pay the overdraft back.
+constexpr double kSlack = 0.0003;
+// The next frame may go this much farther than the last one did.
+constexpr double kAhead = 1.25;
 // `part` completes its change while the larger of this fraction of W and half of E / W comes or goes. The
 // limit keeps the apparent stiffness within the range that a device can render.
 constexpr double kChange = 0.03;
@@ -18,6 +22,10 @@ constexpr double kChange = 0.03;
 constexpr double kWhole = 1e-4;
 // The tissue is at rest when its energy is below this fraction of the peak.
 constexpr double kRest = 1e-4;
+
+double larger_of(double a, double b) {
+  return a > b ? a : b;
+}
 
 // Work of the wrench along the tool's motion since the last frame.
 double work_of(const ToolState& tool, const Wrench& wrench) {
@@ -27,6 +35,21 @@ double work_of(const ToolState& tool, const Wrench& wrench) {
   for (int i = 0; i < 3; ++i)
     work += wrench.v[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench.v[3 + i] * turn[i];
   return work;
+}
+
+// The most that the wrench could do along a motion of the same length.
+double most_work_of(const ToolState& tool, const Wrench& wrench) {
+  double turn[3];
+  turn_between(tool.before.orientation, tool.pose.orientation, turn);
+  double force = 0, torque = 0, way = 0, angle = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double moved = tool.pose.position[i] - tool.before.position[i];
+    force += wrench.v[i] * wrench.v[i];
+    torque += wrench.v[3 + i] * wrench.v[3 + i];
+    way += moved * moved;
+    angle += turn[i] * turn[i];
+  }
+  return sqrt(force * way) + sqrt(torque * angle);
 }
 
 // Work of the last output force along the same motion.
@@ -46,6 +69,16 @@ bool feels_the_models(const ToolStates& states) {
     if (!states.tools[t].output.is_model) return false;
   }
   return true;
+}
+
+// Whether any tool's output leads from another force to the model's. A limit on the model's force alone would reverse
+// such an output.
+bool is_blending(const ToolStates& states) {
+  if (states.changed) return true;
+  for (uint32_t t = 0; t < states.num_used; ++t) {
+    if (states.tools[t].output.blend_left > 0) return true;
+  }
+  return false;
 }
 
 // Whether any contact is out of equilibrium or has not reached its tool.
@@ -70,13 +103,13 @@ bool takes_strained(ToolStates& states) {
   return is_any_taken;
 }
 
-// Moves `part` towards covered / W. `work` is the work of the tools in this frame; `larger` is the larger W
-// of this frame and the last.
-void follow_stored(double blend_seconds, double covered, double work, double larger, ToolStates& states) {
+// Moves `part` towards E / W, or towards 1 where E covers W. `account` is E; `work` is the work of the tools in this
+// frame; `larger` is the larger W of this frame and the last.
+void follow_stored(double blend_seconds, bool is_covered, double account, double work, double larger,
+                   ToolStates& states) {
   Passivity& passivity = states.passivity;
-  const double stored = passivity.stored;
-  if (covered >= stored && passivity.part == 1.0) return;
-  const double ratio = covered >= stored ? 1.0 : covered > 0 ? covered / stored : 0.0;
+  if (is_covered && passivity.part == 1.0) return;
+  const double ratio = is_covered ? 1.0 : account > 0 ? account / passivity.stored : 0.0;
   const double target = work > 0 ? 1.0 : ratio;
   const double whole = (0.5 * ratio > kChange ? 0.5 * ratio : kChange) * larger;
   const double pace = fabs(work) < whole ? fabs(work) / whole : 1.0;
@@ -91,69 +124,83 @@ void follow_stored(double blend_seconds, double covered, double work, double lar
 void reset_passivity(Passivity& passivity) {
   passivity = {};
   passivity.part = 1.0;
-  passivity.one_set = true;
+  passivity.by_energy = passivity.is_settled = true;
 }
 
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models) {
   Passivity& passivity = states.passivity;
-  const bool felt = feels_the_models(states);
-  if (states.num_contacts == 0 && !states.changed && felt) {
+  const bool felt = !states.changed && feels_the_models(states);
+  if (states.num_contacts == 0 && felt) {
     reset_passivity(passivity);
     return;
   }
   const double stored = tissue.stored_energy;
-  const double larger = stored > passivity.stored ? stored : passivity.stored;
+  const double larger = larger_of(stored, passivity.stored);
+  const bool was_at_rest = passivity.stored <= kRest * stored;
   const bool unsettled = is_unsettled(states);
-  const bool is_or_was_unsettled = unsettled || passivity.was_unsettled;
+  passivity.is_settled = !unsettled && !passivity.was_unsettled;
   passivity.was_unsettled = unsettled;
-  passivity.one_set = !states.changed && felt && !is_or_was_unsettled;
-  // When the response changes, the account counts only the work of the tools.
-  if (!states.changed) passivity.account += tissue.energy_brought;
-  if (passivity.one_set) passivity.stored += tissue.energy_brought + states.energy_corrected;
-  const double gained = passivity.one_set ? stored - passivity.stored : work_of_all(states);
-  // The energy of contacts held under strain: the growth of the stored energy beyond the work of the tools.
-  const double elsewhere = states.energy_corrected + (states.changed ? 0 : tissue.energy_brought);
-  const double brought =
-      takes_strained(states) && !passivity.one_set ? stored - passivity.stored - elsewhere - gained : 0.0;
+  const double work = work_of_all(states);
   double of_models = 0;
-  for (uint32_t t = 0; is_or_was_unsettled && t < states.num_used; ++t)
+  double reach = 0;
+  for (uint32_t t = 0; t < states.num_used; ++t) {
     of_models += work_of(states.tools[t], models[t]);
+    reach += most_work_of(states.tools[t], models[t]);
+  }
+  // When the response changes, the account counts only the work of the tools.
+  const double elsewhere = states.changed ? 0 : tissue.energy_brought;
+  const double by_tools = stored - passivity.stored - elsewhere - states.energy_corrected;
+  passivity.by_energy = felt && passivity.is_settled && passivity.part == 1.0;
+  double expected = work;
+  if (passivity.by_energy) {
+    expected = by_tools;
+  } else if (felt) {
+    expected = 0.5 * (work + passivity.part * of_models);
+  }
+  // Contacts held under strain bring the growth of the stored energy beyond the work of the tools.
+  const double brought = takes_strained(states) && !passivity.by_energy ? by_tools - work : 0.0;
   // A damaged pack may give energies that are not finite.
-  if (!isfinite(stored) || !isfinite(gained) || !isfinite(brought) || !isfinite(of_models)) {
+  if (!isfinite(stored) || !isfinite(expected) || !isfinite(brought) || !isfinite(of_models)) {
     passivity.expected = passivity.work = 0;
     return;
   }
-  passivity.account += brought;
+  passivity.account += elsewhere + brought;
   passivity.stored = stored;
-  passivity.work = gained;
-  passivity.expected = passivity.one_set         ? passivity.part * gained
-                       : states.changed || !felt ? gained
-                                                 : 0.5 * (gained + passivity.part * of_models);
-  const double covered = passivity.account + passivity.expected + kTolerance * passivity.peak;
+  passivity.work = work;
+  passivity.expected = expected;
+  const double tolerated = kTolerance * passivity.peak;
+  const double covered = passivity.account + expected + tolerated;
   // A blend may continue unchanged in the next frame: half of its gain stays in reserve.
-  const double ahead = is_or_was_unsettled && gained < 0 ? covered + 0.5 * gained : covered;
+  const double ahead = passivity.is_settled || work > 0 ? covered : covered + 0.5 * work;
   for (uint32_t t = 0; ahead < 0 && t < states.num_used; ++t) {
     if (work_of(states.tools[t]) >= 0) continue;
-    const bool is_much = ahead < -kTolerance * passivity.peak;
+    const bool is_much = ahead < -tolerated;
     states.tools[t].output.kept = is_much ? 0.0 : 0.5;
     // A tool that leaves within the first half of a blend would feel the whole force for a frame.
     if (is_much && states.tools[t].output.blend_left > 0.5 * tissue.config->blend_seconds) passivity.part = 0;
   }
-  follow_stored(tissue.config->blend_seconds, covered, is_or_was_unsettled ? of_models : gained, larger,
-                states);
-  const double left = passivity.account + 0.5 * gained + kTolerance * passivity.peak;
-  if (of_models < 0 && -passivity.part * of_models > left) passivity.part = left > 0 ? -left / of_models : 0;
+  const bool is_covered = covered >= stored;
+  follow_stored(tissue.config->blend_seconds, is_covered, covered - tolerated, of_models, larger, states);
+  const bool needs_reserve = !is_covered && !was_at_rest && !is_blending(states);
+  if (passivity.is_settled && !needs_reserve) return;
+  const double loss = needs_reserve ? 0.5 * (kAhead * reach - of_models) : -of_models;
+  const double slack = needs_reserve ? kSlack * larger_of(passivity.peak, stored) : tolerated;
+  const double left = larger_of(0, passivity.account - passivity.floor + 0.5 * work + slack);
+  if (passivity.part * loss > left) passivity.part = left / loss;
 }
 
 void end_account(ToolStates& states) {
   Passivity& passivity = states.passivity;
-  double step = passivity.expected;
-  if (!passivity.one_set) step = 0.5 * (passivity.work + work_of_all(states));
+  const bool by_energy = passivity.by_energy && passivity.part == 1.0;
+  const double step = by_energy ? passivity.expected : 0.5 * (passivity.work + work_of_all(states));
   if (!isfinite(step)) return;
   passivity.account += step;
-  if (passivity.account > passivity.peak) passivity.peak = passivity.account;
-  if (passivity.one_set && passivity.stored <= kRest * passivity.peak) {
+  passivity.peak = larger_of(passivity.peak, passivity.account);
+  const double scale = larger_of(passivity.peak, passivity.stored);
+  if (passivity.account < passivity.floor - kSlack * scale) passivity.floor = passivity.account;
+  if (passivity.is_settled && passivity.stored <= kRest * passivity.peak) {
     passivity.account = passivity.peak = passivity.stored;
+    passivity.floor = 0;
     passivity.part = 1.0;
   }
 }

@@ -8,7 +8,7 @@
 //
 // The session keeps an account E of the tools' work since the tissue was last at rest or the tools held
 // nothing:
-//    E += part (W - W_before)         one contact set in equilibrium answers, and tools feel its forces
+//    E += W - W_before                contacts in equilibrium, whose forces the tools feel whole
 //    E += sum of F . dx + T . dtheta  any other frame, by the trapezoidal rule, with F and T the output
 //
 // A delivery of the refining lane changes W where tools stand. The account keeps the work that tools have done.
@@ -18,10 +18,12 @@
 //   1      while the tools move in, no faster than a blend.
 // `part` moves with energy, not with time: a tool that stands still feels a constant force.
 //
-// Forces of contacts out of equilibrium are not the gradient of W and may grow on the way out. Then `part`
-// drops at once, so that E covers the work of the models' forces F and T:
-//    part sum of -(F . dx + T . dtheta) <= E + work / 2,   work that of the last frame's forces.
-// Half of `work` is the reserve for the next frame, which may go as far.
+// Two kinds of forces may give more: forces of contacts out of equilibrium are not the gradient of W, and forces that E
+// does not cover return more than was put in. Both are limited at once. With `work` and w the work of the last frame's
+// and of the models' forces along this frame's motion, and r = sum of |F| |dx| + |T| |dtheta|:
+//    part (-w)              <= E - E_0 + work / 2   E covers W: the next frame may go as far
+//    part (1.25 r - w) / 2  <= E - E_0 + work / 2   else, outside blends: the next frame may go in any direction
+// E_0 is the overdraft that a jump has left: no force of the frame after a jump can undo the work of the force before.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002. Here the model gives the energy
 // where one model answers, and a factor on the force replaces the damper.
@@ -39,11 +41,13 @@ struct ToolStates;
 struct Passivity {
   double account;      // E: J, or the model's units of energy, as all energies below
   double peak;         // the largest E so far
+  double floor;        // E_0, at most 0
   double stored;       // W of the last frame
   double part;         // factor on the models' forces
   double expected;     // gain of the account in this frame if forces stay unchanged
   double work;         // work of the last frame's forces in this frame
-  bool one_set;        // the account uses W in this frame
+  bool by_energy;      // the account follows W in this frame
+  bool is_settled;     // all contacts were in equilibrium in this frame and the last
   bool was_unsettled;  // some contact was out of equilibrium in the last frame
 };
 
