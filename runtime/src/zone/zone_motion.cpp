@@ -11,14 +11,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostTrend = 2;  // s: a tool that is suddenly faster than that may as well go elsewhere
+constexpr double kMostTrend = 2;  // |s|: after a larger change of speed the last frame predicts nothing
 
 double norm(const double v[3]) {
   return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// How far the patch of a contact goes at most as the point that it turns about does: |R - 1| is the length of its turn.
-double length_of_place(const ZoneSet& set, uint32_t contact) {
+// Bounds how far the patch moves with the shift w of the point that it turns about: |(1 - R) w| <= angle |w|.
+double length_of_shift(const ZoneSet& set, uint32_t contact) {
   double way[3];
   for (int i = 0; i < 3; ++i) way[i] = set.places[contact][i] - set.points[contact][i];
   return norm(way) * norm(set.followed + 3 * (set.num_contacts + contact));
@@ -28,8 +28,7 @@ bool turns(const ZoneGroup& group) {
   return group.num_axes > 3 * group.num_contacts;
 }
 
-// Whether Du is what Dd has brought about, as far as a tangent tells: it may also be what others, an inclusion or an
-// error before it have.
+// Whether the tangent explains most of Du. Other groups, an inclusion's change or an earlier residual cause the rest.
 bool is_of_axes(const ZoneGroup& group) {
   constexpr double kMostElse = 0.5;
   double largest = 0;
@@ -44,7 +43,7 @@ bool is_of_axes(const ZoneGroup& group) {
   return largest_else <= kMostElse * largest;
 }
 
-// s; zero where no trend is known.
+// Returns s, or zero where there is no trend or tangent, or where contacts stood still.
 double part_of_trend(const ZoneFrame& frame, const double* change, const ZoneGroup& group) {
   if (!group.has_trend || !group.has_tangent) return 0;
   double along = 0;
@@ -129,78 +128,110 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
   }
 }
 
-void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
-  ZoneSet& set = frame.set;
-  save_group(frame, group);
-  double before[kMostZoneAxes];
-  double points[kMostZoneContacts][3];
-  memcpy(before, set.followed, set.num_axes * sizeof *before);
-  memcpy(points, set.points, set.num_contacts * sizeof *points);
-  const double* balanced = set.balanced.followed;
-  double longest = 0;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    longest = std::max(longest, length_of(frame, at, wanted[at] - balanced[at]));
-  }
-  double slid = 0;
+namespace {
+
+// A step of a group's contacts, planned once and tried in parts.
+struct Step {
+  double before[kMostZoneAxes];         // axes of the set before the step
+  double points[kMostZoneContacts][3];  // points that patches turn about, before the step
+  double goal[kMostZoneAxes];           // axes of the group after the whole step
+  double within_limit;                  // part of the way from the last equilibrium to the wanted axes
+  double length;                        // of the whole step, in the model's unit
+  double part;                          // of the whole step, to be tried
+  double trend;                         // s
+};
+
+// Sets the goal within ZoneGroup::longest_step from the last equilibrium.
+void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wanted, Step& step) {
+  const ZoneSet& set = frame.set;
+  memcpy(step.before, set.followed, set.num_axes * sizeof *step.before);
+  memcpy(step.points, set.points, set.num_contacts * sizeof *step.points);
+  double shift = 0;
   for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
-    slid = std::max(slid, length_of_place(set, group.contacts[slot]));
-  longest = std::max(longest, slid);
-  const double limit = group.longest_step * frame.pack.mean_surface_edge;
-  const double within_limit = longest > limit ? limit / longest : 1.0;
-  double goal[kMostZoneAxes];
-  longest = within_limit * slid;
+    shift = std::max(shift, length_of_shift(set, group.contacts[slot]));
+  const double* balanced = set.balanced.followed;
+  double from_balance = shift;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
-    goal[at] = balanced[at] + within_limit * (wanted[at] - balanced[at]);
-    longest = std::max(longest, length_of(frame, at, goal[at] - before[at]));
+    from_balance = std::max(from_balance, length_of(frame, at, wanted[at] - balanced[at]));
   }
-  double part = 1;
+  const double limit = group.longest_step * frame.pack.mean_surface_edge;
+  step.within_limit = from_balance > limit ? limit / from_balance : 1.0;
+  step.length = step.within_limit * shift;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    step.goal[at] = balanced[at] + step.within_limit * (wanted[at] - balanced[at]);
+    step.length = std::max(step.length, length_of(frame, at, step.goal[at] - step.before[at]));
+  }
   double change[kMostZoneAxes];
-  find_change(set, group, before, goal, change);
-  double trend = part_of_trend(frame, change, group);
+  find_change(set, group, step.before, step.goal, change);
+  step.part = 1;
+  step.trend = part_of_trend(frame, change, group);
+}
+
+// Moves contacts by Step::part and predicts the unknowns. Returns false where an element is inverted.
+bool try_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
+  ZoneSet& set = frame.set;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    set.followed[at] = step.before[at] + step.part * (step.goal[at] - step.before[at]);
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+    const uint32_t contact = group.contacts[slot];
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const double before = step.points[contact][axis];
+      set.points[contact][axis] =
+          before + step.within_limit * step.part * (set.places[contact][axis] - before);
+    }
+  }
+  double change[kMostZoneAxes];
+  find_change(set, group, step.before, set.followed, change);
+  const double trend = step.part * step.trend;
+  for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
+    add_to_unknowns(frame, group, sensitivity(group, i), trend * group.axes_trend[i] - change[i]);
+  if (trend != 0) add_to_unknowns(frame, group, group.trend, trend);
+  place_held(frame, group);
+  return evaluate_group(frame, group);
+}
+
+void undo_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
+  ZoneSet& set = frame.set;
+  restore_group(frame, group);
+  memcpy(set.followed, step.before, set.num_axes * sizeof *step.before);
+  memcpy(set.points, step.points, set.num_contacts * sizeof *step.points);
+  if (turns(group)) place_held(frame, group);  // restores ZoneMaster::arm
+}
+
+}  // namespace
+
+void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
+  save_group(frame, group);
+  Step step;
+  plan_step(frame, group, wanted, step);
   group.has_trend = false;
-  bool is_upright = false;
-  for (uint32_t cut = 0; cut <= kMostCuts && !is_upright;) {
-    for (uint32_t i = 0; i < group.num_axes; ++i) {
-      const uint32_t at = contact_axis(set, group, i);
-      set.followed[at] = before[at] + part * (goal[at] - before[at]);
-    }
-    for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
-      const uint32_t contact = group.contacts[slot];
-      for (uint32_t axis = 0; axis < 3; ++axis)
-        set.points[contact][axis] =
-            points[contact][axis] + within_limit * part * (set.places[contact][axis] - points[contact][axis]);
-    }
-    find_change(set, group, before, set.followed, change);
-    for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
-      add_to_unknowns(frame, group, sensitivity(group, i), part * trend * group.axes_trend[i] - change[i]);
-    if (trend != 0) add_to_unknowns(frame, group, group.trend, part * trend);
-    place_held(frame, group);
-    is_upright = evaluate_group(frame, group);
-    if (is_upright) {
-      follow_pressures(group.batches, frame.work.saved, set.displacement, 0);
-      count_move(frame, group, part * longest);
-      if (within_limit * part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
-      break;
-    }
-    restore_group(frame, group);
-    memcpy(set.followed, before, set.num_axes * sizeof *before);
-    memcpy(set.points, points, set.num_contacts * sizeof *points);
-    if (turns(group)) place_held(frame, group);  // for the arms
-    if (trend != 0) {
-      trend = 0;  // it may be that alone
+  bool is_taken = false;
+  for (uint32_t cut = 0; cut <= kMostCuts && !is_taken;) {
+    is_taken = try_step(frame, group, step);
+    if (is_taken) break;
+    undo_step(frame, group, step);
+    // The trend alone may invert an element, so the next attempt leaves the trend out.
+    if (step.trend != 0) {
+      step.trend = 0;
     } else {
-      part *= 0.5;
+      step.part *= 0.5;
       ++cut;
     }
   }
-  group.jammed = is_upright ? 0 : group.jammed + 1;
-  if (!is_upright) {
-    evaluate_group(frame, group);
-    frame.flags |= PAL_FLAG_UNCONVERGED;
+  group.jammed = is_taken ? 0 : group.jammed + 1;
+  if (is_taken) {
+    follow_pressures(group.batches, frame.work.saved, frame.set.displacement, 0);
+    count_move(frame, group, step.part * step.length);
+  } else {
+    evaluate_group(frame, group);  // the forces of the group where it stays
   }
-  for (uint32_t i = 0; i < group.num_axes; ++i) group.axes_began[i] = before[contact_axis(set, group, i)];
+  if (!is_taken || step.within_limit * step.part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
+  for (uint32_t i = 0; i < group.num_axes; ++i)
+    group.axes_began[i] = step.before[contact_axis(frame.set, group, i)];
   memcpy(group.began, frame.work.saved + size_t{3} * group.first_node,
          num_moving(group) * sizeof *group.began);
 }

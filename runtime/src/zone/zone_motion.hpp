@@ -1,49 +1,51 @@
-// How the contacts of a group move, and how its nodes are expected to follow.
+// Moves the contacts of a group, and predicts how its nodes follow.
 //
-// Of unknowns u and the contacts' axes d, with X = -du/dd as the tangent in use has it, and Du, Dd how far they went
-// in the frame before, a frame that takes the contacts by dd begins at
+// u are the unknown displacements of the group and d its contact axes: displacements and patch rotations. X = -du/dd
+// comes from the current tangent. Du and Dd are the changes of u and d in the last frame. A frame that moves the
+// contacts by dd begins at
 //
-//   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2
+//   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2, within -2 and 2, with axes weighted by length_of()
 //
-// As far as contacts go on as before, so do nodes: the last frame tells more than a tangent that is some frames old. The rest of the way follows the tangent (Broyden 1965, Math.
-// Comp. 19, of a single change). At a steady speed v that leaves an error in proportion to v^2, and not to v times how
-// far away the tangent was made: one iteration a frame instead of two where patches are pushed half as deep as an edge
-// is long and 10 edges/s fast.
+// This is one rank-one update of X by the last frame (Broyden 1965, Math. Comp. 19). At a steady speed v the error of
+// the prediction is proportional to v^2. With an old tangent alone it is proportional to v times the tangent's age.
 #pragma once
 
 #include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
 
-// How often a step is halved until it leaves all elements upright.
+// The most halvings of a step that would invert an element.
 inline constexpr uint32_t kMostCuts = 6;
 
-// The patches of the group's contacts as they are to be: u = d + (R - 1) r, r the arm at rest.
+// Places the held nodes: the displacement that the pack gives the node, plus the shares of d + (R - 1) r of its
+// masters, r the arm at rest. Also writes ZoneMaster::arm = R r.
 void place_held(ZoneFrame& frame, const ZoneGroup& group);
 
-// Of an axis, what stands for the length that it moves the tissue by.
+// The length that stands for a change of one axis. A rotation counts by an arm: the larger of tip radius and mean
+// surface edge.
 double length_of(const ZoneFrame& frame, uint32_t axis, double change);
 
-// Of the group's axes, by how much they change from one place to another: displacements, and the spins of patches.
-// Places are by axis of the set.
+// The change of the group's axes between two vectors of the set's axes: differences of displacements, and rotation
+// vectors from one patch rotation to the other.
 void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
                  double* change);
 
-// Adds factor times [unknowns] to their displacements.
+// Adds factor times `change` [unknowns] to the displacements of the unknowns.
 void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const double* change, double factor);
 
-// Where the nodes of the group are, to return to.
+// Copies the displacements of the group's nodes to ZoneWork::saved, and back.
 void save_group(const ZoneFrame& frame, const ZoneGroup& group);
 void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 
-// The group has moved by so much: its tangents are that much older, and the others do not know of it.
+// Adds a length to the path of the group since its tangents were made, and to ZoneGroup::others_moved of other groups.
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
 
-// Takes the contacts towards where they are to be, to ZoneGroup::longest_step from where the group was in balance last and
-// as far as all elements stay upright, and the rest along. Points that patches turn about go on from where they are.
+// Moves the contacts towards `wanted` [axes of the set] and predicts the unknowns. The step ends within
+// ZoneGroup::longest_step mean surface edges of the last equilibrium, and is halved while an element is inverted. Sets
+// PAL_FLAG_UNCONVERGED where the step is not whole. ZoneGroup::jammed counts frames in a row without any step.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
 
-// How far unknowns and axes have gone since move_contacts(), for the next one, if it is the axes that have moved them.
+// Stores Du and Dd of this frame, unless the tangent explains less than half of Du.
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group);
 
 }  // namespace palpate
