@@ -11,10 +11,6 @@ namespace {
 
 // The fraction of the peak energy that a cycle may create before the session reduces forces.
 constexpr double kTolerance = 0.003;
-// The fraction that forces may take beyond an overdraft, so that tools that push in can pay the overdraft back.
-constexpr double kSlack = 0.0003;
-// The next frame may go this much farther than the last one did.
-constexpr double kAhead = 1.25;
 // `part` completes its change while the larger of this fraction of W and half of E / W comes or goes. The
 // limit keeps the apparent stiffness within the range that a device can render.
 constexpr double kChange = 0.03;
@@ -136,7 +132,6 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   }
   const double stored = tissue.stored_energy;
   const double larger = larger_of(stored, passivity.stored);
-  const bool was_at_rest = passivity.stored <= kRest * stored;
   const bool unsettled = is_unsettled(states);
   passivity.is_settled = !unsettled && !passivity.was_unsettled;
   passivity.was_unsettled = unsettled;
@@ -181,11 +176,11 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   }
   const bool is_covered = covered >= stored;
   follow_stored(tissue.config->blend_seconds, is_covered, covered - tolerated, of_models, larger, states);
-  const bool needs_reserve = !is_covered && !was_at_rest && !is_blending(states);
+  const bool needs_reserve = !is_covered && !is_blending(states);
   if (passivity.is_settled && !needs_reserve) return;
-  const double loss = needs_reserve ? 0.5 * (kAhead * reach - of_models) : -of_models;
-  const double slack = needs_reserve ? kSlack * larger_of(passivity.peak, stored) : tolerated;
-  const double left = larger_of(0, passivity.account - passivity.floor + 0.5 * work + slack);
+  const double loss = needs_reserve ? 0.5 * (reach - of_models) : -of_models;
+  const double left = larger_of(
+      0, passivity.account - passivity.floor + 0.5 * work + kTolerance * larger_of(passivity.peak, stored));
   if (passivity.part * loss > left) passivity.part = left / loss;
 }
 
@@ -197,7 +192,7 @@ void end_account(ToolStates& states) {
   passivity.account += step;
   passivity.peak = larger_of(passivity.peak, passivity.account);
   const double scale = larger_of(passivity.peak, passivity.stored);
-  if (passivity.account < passivity.floor - kSlack * scale) passivity.floor = passivity.account;
+  if (passivity.account < passivity.floor - kTolerance * scale) passivity.floor = passivity.account;
   if (passivity.is_settled && passivity.stored <= kRest * passivity.peak) {
     passivity.account = passivity.peak = passivity.stored;
     passivity.floor = 0;

@@ -22,7 +22,7 @@
 // does not cover return more than was put in. Both are limited at once. With `work` and w the work of the last frame's
 // and of the models' forces along this frame's motion, and r = sum of |F| |dx| + |T| |dtheta|:
 //    part (-w)              <= E - E_0 + work / 2   E covers W: the next frame may go as far
-//    part (1.25 r - w) / 2  <= E - E_0 + work / 2   else, outside blends: the next frame may go in any direction
+//    part (r - w) / 2       <= E - E_0 + work / 2   else, outside blends: the next frame may go in any direction
 // E_0 is the overdraft that a jump has left: no force of the frame after a jump can undo the work of the force before.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002. Here the model gives the energy

@@ -57,6 +57,78 @@ double part_of_trend(const ZoneFrame& frame, const double* change, const ZoneGro
   return square > still * still ? std::max(-kMostTrend, std::min(kMostTrend, along / square)) : 0;
 }
 
+// A step of a group's contacts, planned once and tried in parts.
+struct Step {
+  double before[kMostZoneAxes];         // axes of the set before the step
+  double points[kMostZoneContacts][3];  // points that patches turn about, before the step
+  double goal[kMostZoneAxes];           // axes of the group after the whole step
+  double within_limit;                  // part of the way from the last equilibrium to the wanted axes
+  double length;                        // of the whole step, in the model's unit
+  double part;                          // of the whole step, to be tried
+  double trend;                         // s
+};
+
+// Sets the goal within ZoneGroup::longest_step from the last equilibrium.
+void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wanted, Step& step) {
+  const ZoneSet& set = frame.set;
+  memcpy(step.before, set.followed, set.num_axes * sizeof *step.before);
+  memcpy(step.points, set.points, set.num_contacts * sizeof *step.points);
+  double shift = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
+    shift = std::max(shift, length_of_shift(set, group.contacts[slot]));
+  const double* balanced = set.balanced.followed;
+  double from_equilibrium = shift;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    from_equilibrium = std::max(from_equilibrium, length_of(frame, at, wanted[at] - balanced[at]));
+  }
+  const double limit = group.longest_step * frame.pack.mean_surface_edge;
+  step.within_limit = from_equilibrium > limit ? limit / from_equilibrium : 1.0;
+  step.length = step.within_limit * shift;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    step.goal[at] = balanced[at] + step.within_limit * (wanted[at] - balanced[at]);
+    step.length = std::max(step.length, length_of(frame, at, step.goal[at] - step.before[at]));
+  }
+  double change[kMostZoneAxes];
+  find_change(set, group, step.before, step.goal, change);
+  step.part = 1;
+  step.trend = part_of_trend(frame, change, group);
+}
+
+// Moves contacts by Step::part and predicts the unknowns. Returns false where an element is inverted.
+bool try_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
+  ZoneSet& set = frame.set;
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    const uint32_t at = contact_axis(set, group, i);
+    set.followed[at] = step.before[at] + step.part * (step.goal[at] - step.before[at]);
+  }
+  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+    const uint32_t contact = group.contacts[slot];
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const double before = step.points[contact][axis];
+      set.points[contact][axis] =
+          before + step.within_limit * step.part * (set.places[contact][axis] - before);
+    }
+  }
+  double change[kMostZoneAxes];
+  find_change(set, group, step.before, set.followed, change);
+  const double trend = step.part * step.trend;
+  for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
+    add_to_unknowns(frame, group, sensitivity(group, i), trend * group.axes_trend[i] - change[i]);
+  if (trend != 0) add_to_unknowns(frame, group, group.trend, trend);
+  place_held(frame, group);
+  return evaluate_group(frame, group);
+}
+
+void undo_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
+  ZoneSet& set = frame.set;
+  restore_group(frame, group);
+  memcpy(set.followed, step.before, set.num_axes * sizeof *step.before);
+  memcpy(set.points, step.points, set.num_contacts * sizeof *step.points);
+  if (turns(group)) place_held(frame, group);  // restores ZoneMaster::arm
+}
+
 }  // namespace
 
 void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from, const double* to,
@@ -127,82 +199,6 @@ void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
     if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
   }
 }
-
-namespace {
-
-// A step of a group's contacts, planned once and tried in parts.
-struct Step {
-  double before[kMostZoneAxes];         // axes of the set before the step
-  double points[kMostZoneContacts][3];  // points that patches turn about, before the step
-  double goal[kMostZoneAxes];           // axes of the group after the whole step
-  double within_limit;                  // part of the way from the last equilibrium to the wanted axes
-  double length;                        // of the whole step, in the model's unit
-  double part;                          // of the whole step, to be tried
-  double trend;                         // s
-};
-
-// Sets the goal within ZoneGroup::longest_step from the last equilibrium.
-void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wanted, Step& step) {
-  const ZoneSet& set = frame.set;
-  memcpy(step.before, set.followed, set.num_axes * sizeof *step.before);
-  memcpy(step.points, set.points, set.num_contacts * sizeof *step.points);
-  double shift = 0;
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
-    shift = std::max(shift, length_of_shift(set, group.contacts[slot]));
-  const double* balanced = set.balanced.followed;
-  double from_balance = shift;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    from_balance = std::max(from_balance, length_of(frame, at, wanted[at] - balanced[at]));
-  }
-  const double limit = group.longest_step * frame.pack.mean_surface_edge;
-  step.within_limit = from_balance > limit ? limit / from_balance : 1.0;
-  step.length = step.within_limit * shift;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    step.goal[at] = balanced[at] + step.within_limit * (wanted[at] - balanced[at]);
-    step.length = std::max(step.length, length_of(frame, at, step.goal[at] - step.before[at]));
-  }
-  double change[kMostZoneAxes];
-  find_change(set, group, step.before, step.goal, change);
-  step.part = 1;
-  step.trend = part_of_trend(frame, change, group);
-}
-
-// Moves contacts by Step::part and predicts the unknowns. Returns false where an element is inverted.
-bool try_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
-  ZoneSet& set = frame.set;
-  for (uint32_t i = 0; i < group.num_axes; ++i) {
-    const uint32_t at = contact_axis(set, group, i);
-    set.followed[at] = step.before[at] + step.part * (step.goal[at] - step.before[at]);
-  }
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
-    const uint32_t contact = group.contacts[slot];
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      const double before = step.points[contact][axis];
-      set.points[contact][axis] =
-          before + step.within_limit * step.part * (set.places[contact][axis] - before);
-    }
-  }
-  double change[kMostZoneAxes];
-  find_change(set, group, step.before, set.followed, change);
-  const double trend = step.part * step.trend;
-  for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
-    add_to_unknowns(frame, group, sensitivity(group, i), trend * group.axes_trend[i] - change[i]);
-  if (trend != 0) add_to_unknowns(frame, group, group.trend, trend);
-  place_held(frame, group);
-  return evaluate_group(frame, group);
-}
-
-void undo_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
-  ZoneSet& set = frame.set;
-  restore_group(frame, group);
-  memcpy(set.followed, step.before, set.num_axes * sizeof *step.before);
-  memcpy(set.points, step.points, set.num_contacts * sizeof *step.points);
-  if (turns(group)) place_held(frame, group);  // restores ZoneMaster::arm
-}
-
-}  // namespace
 
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   save_group(frame, group);

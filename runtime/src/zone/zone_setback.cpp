@@ -41,19 +41,19 @@ double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
   return gain;
 }
 
-// Whether a group, in balance, is in one that its contacts did not lead to. In tissue that several contacts crush other
-// equilibria are near, and Newton may find one at the end of a long step. From one balance to the next contacts do the work
+// Whether a group has converged to an equilibrium that its contacts did not lead to. Crushed tissue has other equilibria
+// near, and Newton may find one at the end of a long step. From one equilibrium to the next the contacts do the work
 //
-//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E
+//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E,   to second order in d' - d
 //
-// but for the third order of d' - d. With the forces q of the other groups' boundaries, E holds q . w / 2, and the group does
-// the work (q + q') / 2 . (w' - w) on them: E' - E lacks (q . w' - q' . w) / 2 (find_gain()). On crushed blocks |E' - E - W| was up to 5 % of W in
-// most steps that led right, up to 30 % where forces rose several times, and 8 to 150 % in those that did not. Where
+// With the forces q of the other groups' boundaries, E holds q . w / 2, and the group does the work
+// (q + q') / 2 . (w' - w) on them. So E' - E lacks (q . w' - q' . w) / 2, which find_gain() adds.
+// On crushed blocks |E' - E - W| was up to 5 % of W in most steps that led right, up to 30 % where forces rose several
+// times, and 8 to 150 % in steps that led wrong. The group repeats a step in shorter ones where
 //
 //   (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + kOfTerms^2 (sum of the squares of the terms of W))
 //
-// the step is taken back and gone in shorter ones. What is so in short steps, too, is how the tissue moves. A group
-// that begins has no balance yet to tell by.
+// A difference that stays in short steps is how the tissue moves. A group without an earlier equilibrium is not judged.
 bool is_unexplained(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kMost = 0.05;
   constexpr double kOfTerms = 0.1;     // which may cancel
