@@ -1,19 +1,17 @@
 # Sets the compile options of a target. Third-party headers come in as SYSTEM (imported targets).
-# TEST: the target is compiled quickly rather than for speed. The libraries that it tests keep their options.
-# UNITY: the compiler reads ten files at once, for Eigen's templates take most of the time; sixteen files of tests, which
-# share more of their templates. Each file still includes the headers that it uses: the preset `tidy` compiles them one by one.
+# QUICK: the target is compiled quickly rather than for speed: tests, commands, pages.
+# UNITY: the compiler reads sixteen files at once, for headers and Eigen's templates take most of the time. Each file still
+# includes the headers that it uses: the preset `tidy` compiles them one by one.
 function(palpate_target name)
-  cmake_parse_arguments(arg "TEST;UNITY" "" "" ${ARGN})
-  set(files_at_once 10)
-  if(arg_TEST)
-    set(files_at_once 16)
+  cmake_parse_arguments(arg "QUICK;UNITY" "" "" ${ARGN})
+  if(arg_QUICK)
     target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O1;-g0>")
   elseif(arg_UNITY)
     # Eigen's templates compile a tenth faster than with -O3 and run as fast. The runtime keeps -O3.
     target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O2>")
   endif()
   if(arg_UNITY)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE ${files_at_once})
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 16)
   endif()
   target_compile_options(${name} PRIVATE
     -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Werror

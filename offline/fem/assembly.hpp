@@ -18,7 +18,6 @@
 
 #include "offline/fem/cholesky.hpp"
 #include "offline/fem/shared_volumes.hpp"
-#include "offline/material/constitutive_response.hpp"
 #include "offline/mesh/model.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
 #include "runtime/kernels/element_batch.hpp"

@@ -1,5 +1,4 @@
 // The element loops of Assembly: forces, energy, tangent, and their parts from shared volumes.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,16 +8,16 @@
 #include "offline/fem/assembly.hpp"
 #include "offline/fem/parallel_for.hpp"
 #include "offline/material/volume_split.hpp"
+#include "offline/numerics/decompositions.hpp"
 
 namespace palpate {
 namespace {
 
 // Projects a tangent onto the positive semi-definite matrices (Frobenius norm). Returns whether the tangent changed.
 bool clamp_negative_eigenvalues(Matrix9d& tangent) {
-  const Eigen::SelfAdjointEigenSolver<Matrix9d> eigen(tangent);
-  if (eigen.eigenvalues()(0) >= 0.0) return false;
-  tangent = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
-            eigen.eigenvectors().transpose();
+  const SymmetricModes modes = symmetric_modes(tangent);
+  if (modes.values(0) >= 0.0) return false;
+  tangent = modes.vectors * modes.values.cwiseMax(0.0).asDiagonal() * modes.vectors.transpose();
   return true;
 }
 

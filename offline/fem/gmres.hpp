@@ -4,8 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <vector>
+
+#include "offline/numerics/decompositions.hpp"
 
 namespace palpate {
 
@@ -32,7 +33,7 @@ template <typename Apply, typename Precondition>
     hessenberg(sweep + 1, sweep) = length;
     const auto system = hessenberg.topLeftCorner(sweep + 2, sweep + 1);
     const Eigen::VectorXd target = norm * Eigen::VectorXd::Unit(sweep + 2, 0);
-    const Eigen::VectorXd weights = system.householderQr().solve(target);
+    const Eigen::VectorXd weights = least_squares(system, target);
     if ((target - system * weights).norm() <= tolerance * norm) {
       x.setZero(b.size());
       for (int i = 0; i <= sweep; ++i) x += weights[i] * preconditioned[static_cast<size_t>(i)];

@@ -1,12 +1,12 @@
 #include "offline/mesh/rigid_motion.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <set>
 
 #include "offline/mesh/element_faces.hpp"
+#include "offline/numerics/decompositions.hpp"
 
 namespace palpate {
 namespace {
@@ -37,8 +37,7 @@ std::string free_motion(const Matrix6d& gram) {
                           "turn about an axis along y",
                           "turn about an axis along z"};
   const double limit = kFreeMotion;
-  if (Eigen::SelfAdjointEigenSolver<Matrix6d>(gram, Eigen::EigenvaluesOnly).eigenvalues()(0) > limit)
-    return {};
+  if (symmetric_modes(gram).values(0) > limit) return {};
   for (int motion = 0; motion < 6; ++motion) {
     if (gram(motion, motion) <= limit) return names[motion];
   }

@@ -33,7 +33,7 @@ std::string_view trimmed(std::string_view text) {
 
 std::optional<double> parse_number(std::string_view text) {
   text = without_plus(text);
-  std::string with_e;
+  std::string with_e;  // Fortran writes exponents with d
   if (text.find_first_of("dD") != std::string_view::npos) {
     with_e = text;
     std::replace_if(

@@ -13,14 +13,14 @@ namespace palpate {
 namespace {
 
 // Lamps. More lamps make softer shadows; the time grows with their number.
-constexpr int kDomeLamps = 96;
+constexpr int kSkyLamps = 96;
 constexpr int kKeyLamps = 20;
 constexpr int kRimLamps = 6;
 constexpr double kExposure = 1.12;  // light on the reference surface of studio_lamps()
-// fraction of dome and rim light in shadow: stands for scattered light
+// The fraction of sky and rim light that reaches points in shadow. It stands for scattered light.
 constexpr double kLeak = 0.08;
-constexpr double kDomeLight = 2.9;  // light of the dome, beside 1 for the key
-constexpr int kShadowSize = 384;    // samples along each side of a lamp's depth image
+constexpr double kSkyLight = 2.9;  // light of the sky, where the key has 1
+constexpr int kShadowSize = 384;   // samples along each side of a lamp's depth image
 
 const double kGoldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
 
@@ -56,7 +56,7 @@ class ShadowImage {
     rasterise(projected_, triangles, buffer_);
   }
 
-  // Fraction of the lamp that the point sees: mean of the four surrounding samples, 1 lit, 0 in shadow.
+  // Fraction of the lamp that the point sees: weighted mean of the four samples around it, 1 lit, 0 in shadow.
   double visibility(const Eigen::Vector3d& point) const {
     const ScreenPoint seen = project(point);
     // The right and lower neighbours must lie inside the image.
@@ -93,15 +93,15 @@ Eigen::Vector3d key_direction(const Camera& camera) {
 
 std::vector<Lamp> studio_lamps(const Camera& camera) {
   std::vector<Lamp> lamps;
-  for (int i = 0; i < kDomeLamps; ++i) {
-    const double height = 1.0 - 2.0 * (i + 0.5) / kDomeLamps;
+  for (int i = 0; i < kSkyLamps; ++i) {
+    const double height = 1.0 - 2.0 * (i + 0.5) / kSkyLamps;
     const double ring = std::sqrt(1.0 - height * height);
     const Eigen::Vector3d towards = ring * std::cos(i * kGoldenAngle) * camera.right + height * camera.up +
                                     ring * std::sin(i * kGoldenAngle) * camera.forward;
-    // Brighter above, with fill light from the viewer; cool above, warm below, like an open sky.
+    // Lamps are brighter above and near the viewer, cool above and warm below, like an open sky.
     const double strength = 0.55 + 0.30 * height + 0.45 * std::max(0.0, -towards.dot(camera.forward));
     const double cool = 0.05 * height;
-    const double share = kDomeLight / kDomeLamps;
+    const double share = kSkyLight / kSkyLamps;
     lamps.push_back(
         {towards, {share * strength * (1 - cool), share * strength, share * strength * (1 + cool)}, false});
   }

@@ -1,4 +1,7 @@
 #include <variant>
+
+#include "offline/material/invariant_law.hpp"
+#include "offline/material/ogden.hpp"
 #include "offline/pack/pack_tables.hpp"
 
 namespace palpate {

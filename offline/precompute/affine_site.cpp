@@ -1,12 +1,12 @@
 #include "offline/precompute/affine_site.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/sample_points.hpp"
@@ -163,7 +163,7 @@ SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const Tayl
   polynomial.linear = linear.field * from_unit;
   // B m = (B T^-T) (T^T m): in orthonormal polynomials a column's size is its share of the field.
   polynomial.coefficients = orthonormal_on_ball(2, kSeriesDegree, half);
-  polynomial.basis = polynomial.coefficients.partialPivLu()
+  polynomial.basis = polynomial.coefficients.triangularView<Eigen::Upper>()
                          .solve(per_power(2, kSeriesDegree).asDiagonal() * series.field.transpose())
                          .transpose();
   const Eigen::Matrix3d S = from_unit.transpose() * linear.stiffness * from_unit;
@@ -296,7 +296,7 @@ std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, con
   // The normal direction has nothing to reproduce; the minimum-norm weights suffice.
   Eigen::Matrix4d gram = terms.transpose() * kernel.asDiagonal() * terms;
   gram.diagonal().tail<3>().array() += 1e-3 * kernel.sum() / static_cast<double>(places.size());
-  const Eigen::Vector4d shares = gram.ldlt().solve(Eigen::Vector4d::Unit(0));
+  const Eigen::Vector4d shares = solve_definite(gram, Eigen::Vector4d::Unit(0));
   std::vector<double> weights(places.size());
   double sum = 0;
   for (Eigen::Index i = 0; i < count; ++i) {

@@ -1,6 +1,6 @@
 #include "offline/precompute/compressed_compliance.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "offline/fem/parallel_for.hpp"
+#include "offline/numerics/decompositions.hpp"
 
 namespace palpate {
 namespace {
@@ -231,10 +232,10 @@ class Compressor {
     }
     Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows, rows);
     product.selfadjointView<Eigen::Lower>().rankUpdate(scaled);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(product);
+    const SymmetricModes modes = symmetric_modes(product);
     const Eigen::Index step = pack::kRankStep;
     const Eigen::Index count = std::min(kMostColumns, rows) / step * step;
-    return (eigen.eigenvectors().rightCols(count).rowwise().reverse().array().colwise() *
+    return (modes.vectors.rightCols(count).rowwise().reverse().array().colwise() *
             (roots / roots.maxCoeff()).array())
         .cast<float>();
   }

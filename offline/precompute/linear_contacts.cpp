@@ -1,8 +1,9 @@
 #include "offline/precompute/linear_contacts.hpp"
 
-#include <Eigen/Cholesky>
 #include <map>
 #include <stdexcept>
+
+#include "offline/numerics/decompositions.hpp"
 
 namespace palpate {
 
@@ -25,7 +26,7 @@ LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sit
   if (!solver.back_solve(columns)) throw std::logic_error("a Cholesky factor always solves");
   Eigen::MatrixXd compliance(size, size);
   for (const auto& [node, at] : place) compliance.middleRows<3>(3 * at) = columns.middleRows<3>(3 * node);
-  const Eigen::VectorXd forces = compliance.llt().solve(displacement);
+  const Eigen::VectorXd forces = solve_definite(compliance, displacement);
   LinearContactAnswer answer;
   for (const LinearContact& contact : contacts) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();

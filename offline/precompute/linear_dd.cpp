@@ -1,5 +1,6 @@
 #include "offline/precompute/linear_dd.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <stdexcept>
 
@@ -46,7 +47,7 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
   return linear;
 }
 
-Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance) {
+Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
   constexpr double kSingular = 1e-14;
   constexpr double kSpring = 1e-9;  // fraction of a node's own compliance, as in the runtime
   Eigen::LLT<Eigen::MatrixXd> factor(compliance);
@@ -55,11 +56,7 @@ Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance) {
     with_springs.diagonal() *= 1 + kSpring;
     factor.compute(with_springs);
   }
-  return factor;
-}
-
-Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance) {
-  return factor_patch(compliance).solve(Eigen::Matrix3d::Identity().replicate(compliance.rows() / 3, 1));
+  return factor.solve(Eigen::Matrix3d::Identity().replicate(compliance.rows() / 3, 1));
 }
 
 std::vector<Eigen::Index> patch_dofs(const ContactSite& site) {

@@ -5,7 +5,6 @@
 // of packed nodes are kept.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <functional>
 #include <vector>
@@ -33,10 +32,8 @@ LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
 // Rows of a site's patch in a contact compliance.
 std::vector<Eigen::Index> patch_dofs(const ContactSite& site);
 
-// Factors a patch's compliance A. Nodes so close that A is numerically singular get springs and share their force.
-Eigen::LLT<Eigen::MatrixXd> factor_patch(const Eigen::MatrixXd& compliance);
-
-// X = A^-1 E: nodal forces of a patch under unit displacements; 3 patch nodes x 3.
+// X = A^-1 E: nodal forces of a patch of compliance A under unit displacements; 3 patch nodes x 3. Nodes so close that A
+// is numerically singular get springs and share their force.
 Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance);
 
 // The exact linear response of one site to a unit displacement: field 3 packed nodes x 3 and stiffness 3 x 3.

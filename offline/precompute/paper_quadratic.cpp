@@ -1,8 +1,8 @@
 #include "offline/precompute/paper_quadratic.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/hermite_design.hpp"
 
 namespace palpate {
@@ -44,14 +44,14 @@ SitePolynomial fit_paper_quadratic(const SiteSamples& samples) {
     energies[4 * i] = sample.energy;
     energies.segment<3>(4 * i + 1) = from_unit.transpose() * sample.force;
   }
-  const Eigen::MatrixXd field = field_design.completeOrthogonalDecomposition().solve(fields).transpose();
+  const Eigen::MatrixXd field = least_squares(field_design, fields).transpose();
   SitePolynomial polynomial;
   polynomial.to_unit = samples.to_unit;
   polynomial.degree = 2;
   polynomial.linear = field.leftCols<3>();
   polynomial.basis = field.rightCols<6>();
   polynomial.coefficients = Eigen::MatrixXd::Identity(6, 6);
-  polynomial.energy = energy_design.completeOrthogonalDecomposition().solve(energies);
+  polynomial.energy = least_squares(energy_design, energies);
   return polynomial;
 }
 

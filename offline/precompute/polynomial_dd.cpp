@@ -1,7 +1,5 @@
 #include "offline/precompute/polynomial_dd.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -13,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/error_survey.hpp"
 #include "offline/precompute/hermite_design.hpp"
@@ -175,7 +174,7 @@ HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, E
     const auto first = static_cast<Eigen::Index>(i) * system.block;
     const auto Q_b = Q.middleRows(first, system.block);
     const Eigen::MatrixXd rows =
-        (identity - Q_b * Q_b.transpose()).ldlt().solve(identity.middleCols(first_row, count));
+        solve_definite(identity - Q_b * Q_b.transpose(), identity.middleCols(first_row, count));
     const Eigen::MatrixXd error = residuals.middleRows(first, system.block).transpose() * rows /
                                   system.weights[static_cast<Eigen::Index>(i)];
     const double size = part(sample, error);
@@ -280,9 +279,8 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   if (polynomial.basis.cols() > 0) {
     // Eigenvectors of B^T B are the field's principal directions over the domain, where columns of B belong
     // to orthonormal functions.
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> directions(polynomial.basis.transpose() *
-                                                                    polynomial.basis);
-    const Eigen::MatrixXd V = directions.eigenvectors().rowwise().reverse();
+    const Eigen::MatrixXd V =
+        symmetric_modes(polynomial.basis.transpose() * polynomial.basis).vectors.rowwise().reverse();
     reduced.basis = polynomial.basis * V;
     reduced.coefficients = polynomial.coefficients * V;
   }

@@ -2,8 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -125,9 +123,10 @@ std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
     if (is_near) continue;
     // det(M + R^T R) = det M det(1 + R M^-1 R^T)
     const Eigen::MatrixXd half_solved = factor.matrixL().solve(candidate_rows_[c].transpose());
-    const double gain = (Eigen::MatrixXd::Identity(kEquationsPerSample, kEquationsPerSample) +
-                         half_solved.transpose() * half_solved)
-                            .determinant();
+    const Eigen::LLT<Eigen::MatrixXd> gains(
+        Eigen::MatrixXd::Identity(kEquationsPerSample, kEquationsPerSample) +
+        half_solved.transpose() * half_solved);
+    const double gain = gains.matrixLLT().diagonal().array().square().prod();
     if (gain > best_gain * (1.0 + 1e-9)) {
       best_gain = gain;
       best = c;
@@ -152,7 +151,14 @@ std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uin
 }
 
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  // A half-turn about `from` and one about the direction halfway to `to` turn in the plane of both, by their angle.
+  const auto half_turn = [](const Eigen::Vector3d& axis) -> Eigen::Matrix3d {
+    return 2 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
+  };
+  constexpr double kOpposite = 1e-8;
+  Eigen::Vector3d halfway = from + to;
+  if (halfway.norm() < kOpposite) halfway = from.unitOrthogonal();
+  return half_turn(halfway.normalized()) * half_turn(from);
 }
 
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {

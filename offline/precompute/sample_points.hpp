@@ -46,7 +46,7 @@ class SamplePoints {
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
                                                   size_t skipped = 0);
 
-// The smallest rotation that turns `from` into the direction of `to`.
+// The smallest rotation that turns `from` into `to`; both are unit vectors.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 // A rotation with third column `axis`: maps the half-ball z >= 0 to the half-ball about the axis.

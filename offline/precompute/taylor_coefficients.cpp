@@ -1,8 +1,8 @@
 #include "offline/precompute/taylor_coefficients.hpp"
 
-#include <Eigen/QR>
 #include <optional>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/taylor_orders.hpp"
 #include "schemas/monomials.hpp"
@@ -39,7 +39,7 @@ bool compute_taylor_coefficients(StaticSolver& solver, const LoadCase& load, con
         forms_along_rays(directions, order, next(packed_dofs, Eigen::all).transpose()).transpose();
     const Eigen::MatrixXd forces = axes.transpose() * (tangent.transpose() * force);
     series.energy.segment(pack::num_monomials(3, degree), gradients.cols()) =
-        gradients.colPivHouseholderQr().solve(forces.reshaped());
+        least_squares(gradients, forces.reshaped());
   }
   return true;
 }

@@ -1,11 +1,11 @@
 #include "offline/precompute/taylor_orders.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/sample_points.hpp"
 
@@ -70,7 +70,7 @@ Eigen::MatrixXd forms_along_rays(const Eigen::Matrix3Xd& directions, int degree,
   Eigen::MatrixXd monomials(directions.cols(), (degree + 1) * (degree + 2) / 2);
   for (Eigen::Index ray = 0; ray < directions.cols(); ++ray)
     monomials.row(ray) = hermite_rows(directions.col(ray), degree, degree, 0);
-  return monomials.colPivHouseholderQr().solve(values);
+  return least_squares(monomials, values);
 }
 
 }  // namespace palpate

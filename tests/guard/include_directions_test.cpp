@@ -40,12 +40,12 @@ Rules rules_of_this_project() {
   add_floors("runtime/src/",
              {"base", "numerics", "pack", "linear", "polynomial", "zone", "response", "tools", "session"},
              {"palpate/", "runtime/kernels/", "schemas/"}, rules);
-  add_floors("offline/", {"material", "mesh", "fem"}, {"runtime/kernels/"}, rules);
+  add_floors("offline/", {"numerics", "material", "mesh", "fem"}, {"runtime/kernels/"}, rules);
   add_floors("offline/", {"precompute", "pack"},
-             {"offline/material/", "offline/mesh/", "offline/fem/", "schemas/"}, rules);
+             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/", "schemas/"}, rules);
   add_floors("offline/", {"pipeline", "study", "report", "cli"},
-             {"offline/material/", "offline/mesh/", "offline/fem/", "offline/precompute/", "offline/pack/",
-              "offline/output/", "schemas/", "palpate/"},
+             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/",
+              "offline/precompute/", "offline/pack/", "offline/output/", "schemas/", "palpate/"},
              rules);
   return rules;
 }

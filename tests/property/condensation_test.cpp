@@ -1,10 +1,10 @@
 // The exterior of a zone, condensed onto the zone's boundary, against Eigen's dense elimination of the offline
 // solver's stiffness.
 #include "runtime/src/zone/condensation.hpp"
+#include "offline/numerics/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <vector>
 
@@ -49,8 +49,8 @@ void expect_condensed(const ZoneBlock& organ) {
   const Eigen::MatrixXd stiffness = of.stiffness(true);
   const Eigen::MatrixXd K_OO = stiffness(outside, outside);
   const Eigen::MatrixXd K_OB = stiffness(outside, boundary);
-  const Eigen::LDLT<Eigen::MatrixXd> factor(K_OO);
-  const Eigen::MatrixXd expected = stiffness(boundary, boundary) - K_OB.transpose() * factor.solve(K_OB);
+  const auto inside = [&](const Eigen::MatrixXd& forces) { return solve_definite(K_OO, forces); };
+  const Eigen::MatrixXd expected = stiffness(boundary, boundary) - K_OB.transpose() * inside(K_OB);
   Eigen::MatrixXd found = expected;
   std::vector<Eigen::Index> place_of(of.pack.organ.num_nodes, -1);
   for (uint32_t i = 0; i < of.exterior.num_kept; ++i)
@@ -68,9 +68,9 @@ void expect_condensed(const ZoneBlock& organ) {
   const Eigen::VectorXd random = Eigen::VectorXd::Random(stiffness.rows());
   forces(outside) = random(outside);
   forces(boundary) = random(boundary);
-  const Eigen::VectorXd on_boundary = forces(boundary) - K_OB.transpose() * factor.solve(forces(outside));
+  const Eigen::VectorXd on_boundary = forces(boundary) - K_OB.transpose() * inside(forces(outside));
   Eigen::VectorXd moves = Eigen::VectorXd::Random(static_cast<Eigen::Index>(boundary.size()));
-  const Eigen::VectorXd extended = factor.solve(-forces(outside) - K_OB * moves);
+  const Eigen::VectorXd extended = inside(-forces(outside) - K_OB * moves);
   forward_substitute(of, of.exterior, forces.data());
   EXPECT_LT(relative_error(forces(boundary), on_boundary), kFloatPanels);
   Eigen::VectorXd values = -forces;
@@ -100,7 +100,7 @@ TEST(Condensation, OfTheWholeOrganSolvesForForces) {
   }
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(stiffness.rows());
   forces(free).setRandom();
-  const Eigen::VectorXd expected = Eigen::MatrixXd(stiffness(free, free)).ldlt().solve(forces(free));
+  const Eigen::VectorXd expected = solve_definite(stiffness(free, free), forces(free));
   forward_substitute(of, of.whole, forces.data());
   backward_substitute(of, of.whole, forces.data());
   EXPECT_LT(relative_error(forces(free), expected), kFloatPanels);

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "offline/fem/assembly.hpp"
+#include "offline/numerics/decompositions.hpp"
 #include "tests/support/tetrahedral_block.hpp"
 
 namespace palpate {
@@ -65,7 +64,7 @@ TEST(CholeskyReference, SolvesAsADenseFactorDoes) {
     const Eigen::VectorXd right = TestRandom(23).vector(n);
     Eigen::VectorXd solution = right;
     cholesky.solve(solution);
-    const Eigen::VectorXd expected = matrix.dense.llt().solve(right);
+    const Eigen::VectorXd expected = solve_definite(matrix.dense, right);
     EXPECT_LE((solution - expected).norm(), kSolve * expected.norm()) << n;
   }
 }
@@ -80,7 +79,7 @@ TEST(CholeskyReference, SolvesManyColumnsAtOnce) {
     Eigen::MatrixXd solution = right;
     cholesky.solve(solution);
     ASSERT_EQ(solution.cols(), columns);
-    EXPECT_LE((solution - matrix.dense.llt().solve(right)).norm(), kSolve * right.norm()) << columns;
+    EXPECT_LE((solution - solve_definite(matrix.dense, right)).norm(), kSolve * right.norm()) << columns;
   }
 }
 
@@ -116,8 +115,8 @@ TEST(CholeskyReference, RefusesIndefiniteMatrices) {
   not_a_number.lower.coeffRef(n / 2, n / 2) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(cholesky.factorize(not_a_number.lower));
   RandomMatrix barely = good;  // an eigenvalue just below zero, the diagonal still positive
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(good.dense, Eigen::EigenvaluesOnly);
-  for (int i = 0; i < n; ++i) barely.lower.coeffRef(i, i) -= eigen.eigenvalues()(0) * (1 + 1e-6);
+  const double lowest = symmetric_modes(good.dense).values(0);
+  for (int i = 0; i < n; ++i) barely.lower.coeffRef(i, i) -= lowest * (1 + 1e-6);
   EXPECT_FALSE(cholesky.factorize(barely.lower));
 
   ASSERT_TRUE(cholesky.factorize(good.lower));
@@ -131,8 +130,7 @@ TEST(CholeskyReference, RefusesIndefiniteMatrices) {
 TEST(CholeskyReference, AnIndefiniteMatrixIsSolvedAndItsNegativeEigenvaluesCounted) {
   for (const int n : {1, 17, 150}) {
     const RandomMatrix matrix = random_matrix(n, 4, 55, 56);
-    const Eigen::VectorXd values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix.dense, Eigen::EigenvaluesOnly).eigenvalues();
+    const Eigen::VectorXd values = symmetric_modes(matrix.dense).values;
     Cholesky cholesky{CholeskyAnalysis(matrix.lower)};
     for (const int below : {0, 1, n / 2, n}) {
       SCOPED_TRACE(testing::Message() << below << " of " << n);
@@ -200,7 +198,7 @@ TEST(CholeskyReference, SinglePrecisionLeavesItsRounding) {
       const Eigen::MatrixXd right = TestRandom(23).matrix(n, columns);
       Eigen::MatrixXd solution = right / unit;
       cholesky.solve(solution);
-      const Eigen::MatrixXd expected = matrix.dense.llt().solve(right) / unit / unit;
+      const Eigen::MatrixXd expected = solve_definite(matrix.dense, right) / unit / unit;
       EXPECT_LE((solution - expected).norm(), kSingle * expected.norm());
       EXPECT_GE((solution - expected).norm(), 1e-9 * expected.norm());
     }

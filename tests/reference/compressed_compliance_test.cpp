@@ -1,5 +1,6 @@
 // The builder's compressed compliance, compared with exact columns.
 #include "offline/precompute/compressed_compliance.hpp"
+#include "offline/numerics/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -189,7 +190,7 @@ TEST(ExactContacts, AreThoseOfTheDenseBlocks) {
       motion.segment<3>(static_cast<Eigen::Index>(dofs.size())) = sum / count;
       for (int axis = 0; axis < 3; ++axis) dofs.push_back(3 * node + axis);
     }
-    const Eigen::VectorXd forces = dense_compliance().contact_compliance(dofs, dofs).llt().solve(motion);
+    const Eigen::VectorXd forces = solve_definite(dense_compliance().contact_compliance(dofs, dofs), motion);
     const Eigen::VectorXd field = dense_compliance().field_compliance(Eigen::all, dofs) * forces;
     EXPECT_LE((answer.field - field).norm(), 1e-9 * field.norm());
     EXPECT_NEAR(

@@ -4,13 +4,13 @@
 //   K_ff u_f = -K_fc u_c,   forces f_c = K_cf u_f + K_cc u_c.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <map>
 #include <vector>
 
 #include "offline/fem/assembly.hpp"
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/contact_sites.hpp"
 
 namespace palpate::test {
@@ -46,9 +46,7 @@ class DenseReference {
       if (node != held.end()) answer.field[dof] = node->second[dof % 3];
     }
     const Eigen::VectorXd load = -stiffness_(free_dofs, fixed_dofs) * answer.field(fixed_dofs);
-    const Eigen::MatrixXd free_block = stiffness_(free_dofs, free_dofs);
-    const Eigen::VectorXd follows = free_block.llt().solve(load);
-    answer.field(free_dofs) = follows;
+    answer.field(free_dofs) = solve_definite(stiffness_(free_dofs, free_dofs), load);
     answer.force = Eigen::VectorXd::Zero(stiffness_.rows());
     answer.force(fixed_dofs) = stiffness_(fixed_dofs, Eigen::all) * answer.field;
     return answer;

@@ -1,11 +1,11 @@
 // A zone that Eigen solves, and the runtime's live exterior.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <optional>
 #include <vector>
 
+#include "offline/numerics/decompositions.hpp"
 #include "runtime/src/zone/exterior.hpp"
 #include "tests/support/condensed_organ.hpp"
 
@@ -63,7 +63,7 @@ class LiveOrgan {
     }
     const Eigen::MatrixXd stiffness = tangent();
     const Eigen::VectorXd forces = stiffness * change(zone_->equation_dofs());
-    change(dofs_) -= (stiffness(unknowns_, unknowns_) + outside_).ldlt().solve(forces(unknowns_));
+    change(dofs_) -= solve_definite(stiffness(unknowns_, unknowns_) + outside_, forces(unknowns_));
     u_ += change;
     restart_acceleration(acceleration_);  // iterates of other contacts say nothing of the next ones
   }
@@ -192,7 +192,7 @@ class LiveOrgan {
     for (int iteration = 0; iteration < 30; ++iteration) {
       const Eigen::VectorXd forces = residual();
       if (forces.norm() < 1e-13) return;
-      const Eigen::VectorXd step = (tangent()(unknowns_, unknowns_) + outside_).ldlt().solve(forces);
+      const Eigen::VectorXd step = solve_definite(tangent()(unknowns_, unknowns_) + outside_, forces);
       for (double part = 1; part > 1e-3; part *= 0.5) {
         Eigen::VectorXd next = u_;
         next(dofs_) -= part * step;

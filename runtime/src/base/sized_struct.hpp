@@ -13,16 +13,15 @@ namespace palpate {
 // No release has a struct_size above this.
 inline constexpr uint32_t kLargestStruct = 4096;
 
-// The bytes of a caller's struct that this library knows, or 0 for an invalid struct_size. `first_bytes`:
-// size in the first release.
-inline uint32_t known_size(uint32_t struct_size, uint32_t first_bytes) {
+// Returns struct_size, or 0 if it is invalid. `first_bytes`: size in the first release.
+inline uint32_t valid_size(uint32_t struct_size, uint32_t first_bytes) {
   return struct_size < first_bytes || struct_size > kLargestStruct ? 0 : struct_size;
 }
 
 // Copies the caller's members in `from` over the defaults in `to`.
 template <typename T>
 pal_status read_sized(const T& from, uint32_t first_bytes, T& to) {
-  const uint32_t bytes = known_size(from.struct_size, first_bytes);
+  const uint32_t bytes = valid_size(from.struct_size, first_bytes);
   if (bytes == 0) return PAL_STATUS_BAD_STRUCT_SIZE;
   const unsigned char* begin = reinterpret_cast<const unsigned char*>(&from);
   for (uint32_t i = sizeof(T); i < bytes; ++i) {
@@ -33,10 +32,10 @@ pal_status read_sized(const T& from, uint32_t first_bytes, T& to) {
   return PAL_STATUS_OK;
 }
 
-// Fills the members of `to` that the caller knows, and sets the other members to zero.
+// Copies the members that both sides know to the caller's struct. Members that only the caller knows become zero.
 template <typename T>
 pal_status write_sized(const T& from, uint32_t first_bytes, T& to) {
-  const uint32_t bytes = known_size(to.struct_size, first_bytes);
+  const uint32_t bytes = valid_size(to.struct_size, first_bytes);
   if (bytes == 0) return PAL_STATUS_BAD_STRUCT_SIZE;
   unsigned char* begin = reinterpret_cast<unsigned char*>(&to);
   memcpy(begin, &from, bytes < sizeof(T) ? bytes : sizeof(T));

@@ -64,8 +64,8 @@ PALPATE_AVX2 inline __m256 times(__m256 a, __m256 b) {
   return _mm256_mul_ps(a, b);
 }
 
-// A tile is two vectors high. A third would hide more latency, but would waste half of the tile on padding in such small
-// matrices.
+// Loads a tile and subtracts the products of the columns before it. A tile is two vectors high. A third vector would
+// hide more latency, but would waste half of the tile on padding in such small matrices.
 template <typename Number>
 PALPATE_AVX2 inline void subtract_avx2(const Number* matrix, uint32_t stride, uint32_t row, uint32_t first,
                                        uint32_t columns, Vector<Number> low[kColumns],
@@ -135,7 +135,7 @@ PALPATE_AVX2 bool eliminate_columns_avx2(Number* matrix, uint32_t stride, uint32
   return true;
 }
 
-// The sums of four vectors.
+// Entry c of the result is the sum of the entries of v[c].
 PALPATE_AVX2 inline __m256d sums_of(const __m256d v[kColumns]) {
   const __m256d low = _mm256_hadd_pd(v[0], v[1]);
   const __m256d high = _mm256_hadd_pd(v[2], v[3]);
@@ -154,7 +154,7 @@ void solve_transposed(const Number* block, uint32_t stride, double* row) {
   }
 }
 
-// kCount rows share each column read, and each row uses four columns.
+// Solves for kCount right-hand sides, stored as rows, which share each load of the matrix.
 template <uint32_t kCount, typename Number>
 PALPATE_AVX2 void back_substitute_few(const Number* matrix, uint32_t stride, uint32_t size, double* rows,
                                       size_t row_stride) {

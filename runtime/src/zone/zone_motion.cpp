@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostTrend = 2;  // |s|: after a larger change of speed the last frame predicts nothing
+constexpr double kMostTrend = 2;  // limit of |s|: beyond it the last frame predicts little
 
 double norm(const double v[3]) {
   return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -29,7 +29,7 @@ bool turns(const ZoneGroup& group) {
 }
 
 // Whether the tangent explains most of Du. Other groups, an inclusion's change or an earlier residual cause the rest.
-bool is_of_axes(const ZoneGroup& group) {
+bool tangent_explains_trend(const ZoneGroup& group) {
   constexpr double kMostElse = 0.5;
   double largest = 0;
   double largest_else = 0;
@@ -44,7 +44,7 @@ bool is_of_axes(const ZoneGroup& group) {
 }
 
 // Returns s, or zero where there is no trend or tangent, or where contacts stood still.
-double part_of_trend(const ZoneFrame& frame, const double* change, const ZoneGroup& group) {
+double trend_factor(const ZoneFrame& frame, const double* change, const ZoneGroup& group) {
   if (!group.has_trend || !group.has_tangent) return 0;
   double along = 0;
   double square = 0;
@@ -61,11 +61,11 @@ double part_of_trend(const ZoneFrame& frame, const double* change, const ZoneGro
 struct Step {
   double before[kMostZoneAxes];         // axes of the set before the step
   double points[kMostZoneContacts][3];  // points that patches turn about, before the step
-  double goal[kMostZoneAxes];           // axes of the group after the whole step
-  double within_limit;                  // part of the way from the last equilibrium to the wanted axes
-  double length;                        // of the whole step, in the model's unit
-  double part;                          // of the whole step, to be tried
-  double trend;                         // s
+  double goal[kMostZoneAxes];  // axes of the set after the whole step; only those of the group are set
+  double within_limit;         // part of the way from the last equilibrium to the wanted axes
+  double length;               // of the whole step, in the model's unit
+  double part;                 // of the whole step, to be tried
+  double trend;                // s
 };
 
 // Sets the goal within ZoneGroup::longest_step from the last equilibrium.
@@ -93,7 +93,7 @@ void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wan
   double change[kMostZoneAxes];
   find_change(set, group, step.before, step.goal, change);
   step.part = 1;
-  step.trend = part_of_trend(frame, change, group);
+  step.trend = trend_factor(frame, change, group);
 }
 
 // Moves contacts by Step::part and predicts the unknowns. Returns false where an element is inverted.
@@ -240,7 +240,7 @@ void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.num_axes; ++i)
     before[contact_axis(frame.set, group, i)] = group.axes_began[i];
   find_change(frame.set, group, before, frame.set.followed, group.axes_trend);
-  group.has_trend = is_of_axes(group);
+  group.has_trend = tangent_explains_trend(group);
 }
 
 }  // namespace palpate

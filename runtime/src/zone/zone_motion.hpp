@@ -2,9 +2,9 @@
 //
 // u are the unknown displacements of the group and d its contact axes: displacements and patch rotations. X = -du/dd
 // comes from the current tangent. Du and Dd are the changes of u and d in the last frame. A frame that moves the
-// contacts by dd begins at
+// contacts by m begins at
 //
-//   u + s Du - X (dd - s Dd),    s = dd . Dd / |Dd|^2, within -2 and 2, with axes weighted by length_of()
+//   u + s Du - X (m - s Dd),    s = m . Dd / |Dd|^2, within -2 and 2, with axes weighted by length_of()
 //
 // This is one rank-one update of X by the last frame (Broyden 1965, Math. Comp. 19). At a steady speed v the error of
 // the prediction is proportional to v^2. With an old tangent alone it is proportional to v times the tangent's age.
@@ -18,11 +18,11 @@ namespace palpate {
 inline constexpr uint32_t kMostCuts = 6;
 
 // Places the held nodes: the displacement that the pack gives the node, plus the shares of d + (R - 1) r of its
-// masters, r the arm at rest. Also writes ZoneMaster::arm = R r.
+// masters. R is the rotation of the patch, r the arm at rest. Also writes ZoneMaster::arm = R r.
 void place_held(ZoneFrame& frame, const ZoneGroup& group);
 
-// The length that stands for a change of one axis. A rotation counts by an arm: the larger of tip radius and mean
-// surface edge.
+// The length that stands for a change of one axis of the set. A rotation counts by an arm: the larger of tip radius and
+// mean surface edge.
 double length_of(const ZoneFrame& frame, uint32_t axis, double change);
 
 // The change of the group's axes between two vectors of the set's axes: differences of displacements, and rotation
@@ -37,15 +37,15 @@ void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const doubl
 void save_group(const ZoneFrame& frame, const ZoneGroup& group);
 void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 
-// Adds a length to the path of the group since its tangents were made, and to ZoneGroup::others_moved of other groups.
+// Adds a length to `moved` and `moved_since` of the group, and to `others_moved` of the other groups.
 void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
 
 // Moves the contacts towards `wanted` [axes of the set] and predicts the unknowns. The step ends within
 // ZoneGroup::longest_step mean surface edges of the last equilibrium, and is halved while an element is inverted. Sets
-// PAL_FLAG_UNCONVERGED where the step is not whole. ZoneGroup::jammed counts frames in a row without any step.
+// PAL_FLAG_UNCONVERGED where the contacts miss `wanted`. ZoneGroup::jammed counts frames in a row without any step.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
 
-// Stores Du and Dd of this frame, unless the tangent explains less than half of Du.
+// Stores Du and Dd of this frame. The next frame uses them only if the tangent explains most of Du.
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group);
 
 }  // namespace palpate

@@ -1,11 +1,11 @@
 // A set of contacts and its nonlinear zones.
 //
-// A zone V is the elements in rings about the patches of contacts, and their nodes. Its boundary B is the nodes that also
-// belong to elements outside, and the nodes that are fixed while running. The refining lane condenses the organ outside
-// onto B as a stiffness S (condensation.hpp).
+// A zone V is the elements in rings about the patches of contacts, and their nodes. Its boundary B is the nodes that
+// also belong to elements outside, and the nodes that are fixed while running. The refining lane condenses the organ
+// outside onto B as a stiffness S (condensation.hpp).
 //
-// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the blocks of S between them.
-// The lane prepares a set with S at rest (preparation.hpp) and hands over the tangent S later (refinement.hpp).
+// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the blocks of S between
+// them. The lane prepares a set with S at rest (preparation.hpp) and hands over the tangent S later (refinement.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -22,66 +22,72 @@ using pack::kMostZoneFixed;
 
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 
+// Contacts that share a zone, and the state of the solves of that zone.
 struct ZoneGroup {
   uint32_t num_contacts;
-  uint32_t contacts[kMostZoneContacts];  // which of the set's
-  uint32_t
-      num_axes;  // of its contacts: three displacements each and, where patches turn, as many rotations behind them
-  uint32_t first_node;  // in the set's list: interior, boundary, held, fixed
+  uint32_t contacts[kMostZoneContacts];  // contacts of the set, by number
+  uint32_t num_axes;  // three displacements a contact, then three rotations a contact where patches turn
+  // Nodes of the group in ZoneSet::nodes: interior, boundary, held and fixed ones in turn
+  uint32_t first_node;
   uint32_t num_interior;
   uint32_t num_boundary;
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  // Of the matrix of a tangent: unknowns of interior and boundary, then the axes of the contacts.
-  uint32_t unknowns;
-  uint32_t size;
+  uint32_t unknowns;  // displacements of interior and boundary that the solve finds
+  uint32_t size;      // rows of the tangent's matrix: the unknowns, then num_axes
   uint32_t stride;
   uint32_t boundary_stride;
-  double* exterior;   // S of this boundary: [boundary_stride][boundary_stride], symmetric
-  double* couplings;  // S of this boundary x the others', one behind the other: [boundary_stride] a column
-  bool has_new_exterior;  // since the tangent was begun
-  double* coupled;  // [boundary_stride] force of the other groups' boundaries on this one, when found last
-  double others_moved;         // since then
-  double* coupled_in_balance;  // [boundary_stride] `coupled`, when the group was in balance last
-  double* exterior_force;      // [boundary_stride] S w_B, of evaluate_group()
-  // The tangent (zone_tangent.hpp)
+  double* exterior;       // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
+  double* couplings;      // the blocks of S between this boundary and each other: [boundary_stride] a column
+  bool has_new_exterior;  // S has changed since the tangent in use was begun
+  double* coupled;        // [boundary_stride] force of the other boundaries on this one, as computed last
+  double others_moved;    // length that other groups have moved since `coupled` was computed
+  double* coupled_in_balance;  // [boundary_stride] `coupled` at the last balance of the group
+  double* exterior_force;      // [boundary_stride] S w_B, computed by evaluate_group()
+
+  // The tangent in use (zone_tangent.hpp)
   double* factor;         // [size rounded to columns][stride], eliminated
-  double* sensitivities;  // [num_axes][unknowns] d unknown / d axis, negative
-  double* step;           // [unknowns] Newton's last
+  double* sensitivities;  // [num_axes][unknowns] - d unknown / d axis
+  double* step;           // [unknowns] the last Newton step
   bool has_tangent;
-  bool is_shifted;  // the stiffness was made positive definite
-  double moved;     // how far contacts and nodes have moved since it was begun
-  double left;      // of the residual, by its last step that was one
-  double* spare;    // the next one, as `factor`
-  double* spare_sensitivities;
-  size_t tangent_place;      // of either, in those of ZoneState
-  bool is_assembling;        // it is not taken yet:
-  uint32_t shift;            // attempts before
-  uint32_t assembled;        // parts of it
-  uint32_t column;           // eliminated before
-  uint32_t substituted;      // sensitivities
-  double moved_since;        // it was begun
-  double energy;             // of the elements, at the displacements that were evaluated last
-  double stored;             // of the group and the organ outside, as it was concluded last
-  bool has_balance;          // ZoneSet::balanced is one; else where the group began
-  double stored_in_balance;  // when it was in balance last
-  uint32_t failures;         // solves in which there was no way on, since one that came to its end
-  uint32_t astray;           // solves in a row of which the last step left most of the residual
-  uint32_t late;             // solves in a row after which rest was nearer to the goal than contacts were
-  uint32_t jammed;  // solves in a row in which no part of a step of its contacts left all elements upright
-  bool is_back;     // it was taken back to its balance or to rest, in the last solve
-  // Where its contacts were to be when it began anew at rest because they were jammed, and how far from there their way
-  // from rest has to pass for it to do so again; 0: they have got to where they were to be since.
+  bool is_shifted;  // the tangent was made positive definite by a shift
+  double moved;     // length that contacts and nodes have moved since the tangent was begun
+  double left;      // part of the residual that the last full Newton step left
+
+  // The next tangent, which several frames may make
+  double* spare;                // as `factor`
+  double* spare_sensitivities;  // as `sensitivities`
+  size_t tangent_place;         // offset of `factor` and `spare` in ZoneState::tangents
+  bool is_assembling;           // the next tangent is begun and not finished
+  uint32_t shift;               // attempts that failed, each with a smaller shift than the next
+  uint32_t assembled;           // parts that are assembled
+  uint32_t column;              // columns before this one are eliminated
+  uint32_t substituted;         // sensitivities that are finished
+  double moved_since;           // as `moved`, since the next tangent was begun
+
+  double energy;     // of the elements, at the last evaluated displacements
+  double stored;     // energy of the group and of the organ outside, at the end of the last solve
+  bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
+  double stored_in_balance;  // `stored` at the last balance
+
+  // Solves in a row with a fault (zone_setback.hpp)
+  uint32_t failures;  // no step reduced the residual; only a solve that converges ends the row
+  uint32_t astray;    // the last step left most of the residual
+  uint32_t late;      // the goal ended nearer to rest than to the contacts
+  uint32_t jammed;    // every part of the contacts' step inverted an element
+  bool is_back;       // the last solve took the group back to its balance or to rest
+  // The goal at which a jammed group began again at rest. The group does so again only for goals whose straight way
+  // from rest stays farther than `elsewhere` from given_up. Zero: the contacts have reached a goal since.
   double given_up[kMostZoneAxes];
   double elsewhere;
-  double longest_step;  // of a contact from where the group was in balance last, in mean edges of the surface
-  // How far unknowns, [unknowns], and axes went in the last solve, if it was the axes that moved the rest; where this one
-  // began (zone_motion.hpp).
-  bool has_trend;
-  double* trend;
-  double* began;
-  double axes_trend[kMostZoneAxes];
+  double longest_step;  // mean surface edges that a contact may go from the last balance
+
+  // Changes of the last frame (zone_motion.hpp)
+  bool has_trend;                    // the tangent explains most of `trend`
+  double* trend;                     // [unknowns] Du
+  double* began;                     // [unknowns] where the unknowns of this frame began
+  double axes_trend[kMostZoneAxes];  // Dd
   double axes_began[kMostZoneAxes];
 };
 
@@ -89,7 +95,7 @@ inline uint32_t first_boundary(const ZoneGroup& group) {
   return group.first_node + group.num_interior;
 }
 
-// Numbers of the displacements that are solved for, from its first node on.
+// Displacements of interior and boundary nodes, from the first node of the group on.
 inline uint32_t num_moving(const ZoneGroup& group) {
   return 3 * (group.num_interior + group.num_boundary);
 }
@@ -104,78 +110,77 @@ struct Inclusion {
 
 inline constexpr uint32_t kNoInclusion = UINT32_MAX;  // ZoneSet::inclusion_version
 
-// Where a set has got to, and what its contacts and the organ outside bear there.
+// A state of a set: displacements, and the forces on the contacts.
 struct ZonePlace {
   double* displacement;                // [max_nodes][3] from the mesh
-  double* followed;                    // by axis, of the contacts' patches, from rest
-  double* force;                       // by axis, and torques
-  double (*points)[3];                 // [max_contacts] at rest, length unit, about which patches turn
+  double* followed;                    // [num_axes] displacements and turns of the patches, from rest
+  double* force;                       // [num_axes] forces and torques
+  double (*points)[3];                 // [max_contacts] points at rest about which patches turn, length unit
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
 };
 
-// What the refining lane has found of the exterior (zone_mailbox.hpp): with w the boundary's displacement, the force on the
-// boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest c and C are zero.
+// The exterior as the refining lane has delivered it (zone_mailbox.hpp). With w the displacement of the boundary, the
+// force on the boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest c and C are zero.
 struct ZoneCorrection {
-  uint64_t number;        // no other set of the session has it
-  uint32_t restarts;      // how often the correction was dropped
-  bool is_refined;        // c and C are those of a delivery
-  uint32_t failures;      // iterations in a row that were not good
-  uint32_t field;         // its field among those of ZoneMailbox
-  double* force;          // [max_nodes][3] c, by the places of the set's nodes
+  uint64_t number;        // no other set of the session has this number
+  uint32_t restarts;      // times that the correction was dropped
+  bool is_refined;        // c and C come from a delivery
+  uint32_t failures;      // exterior iterations in a row that failed or were rejected
+  uint32_t field;         // index of the delivered field in ZoneMailbox
+  double* force;          // [max_nodes][3] c, in the order of ZoneSet::nodes
   double energy;          // C
-  uint64_t tangent;       // number of S among the lane's
-  uint64_t rest_tangent;  // and of ZoneSet::exterior_at_rest
+  uint64_t tangent;       // number of S among the lane's tangents
+  uint64_t rest_tangent;  // number of ZoneSet::exterior_at_rest among them
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
-  double* followed_then;  // ZoneSet::followed of the delivery's request
-  // By how much the delivery changed the force of each contact, contacts at rest; negative: not known
+  double* followed_then;  // ZoneSet::followed in the delivery's request
+  // The change that the delivery made to the force of each contact that stands still; negative: unknown
   double force_change[kMostZoneContacts];
-  double* load_then;  // [max_nodes][3] ZoneSet::load of the delivery's request; zero at rest
+  double* load_then;  // [max_nodes][3] ZoneSet::load in the delivery's request; zero at rest
 };
 
 struct ZoneSet {
   bool ready;
-  bool sound;  // else it cannot answer: it is more than the pack said, or the organ is not positive definite
+  bool sound;  // the set fits the pack's capacities and the organ is positive definite; else it cannot answer
   uint32_t num_contacts;
   uint32_t* sites;  // [max_contacts]
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
-  uint32_t fixed_version;  // of the session's
+  uint32_t fixed_version;  // FixedNodes::version for which the set was made
   uint32_t flags;          // PAL_FLAG_OVERLAPPING
-  // Of ZoneState's, that its elements have; kNoInclusion: it was just made, and they are the pack's
+  // ZoneState::inclusion_version that the elements have; kNoInclusion: the set is new and has the pack's elements
   uint32_t inclusion_version;
   uint32_t num_groups;
   ZoneGroup* groups;  // [max_contacts]
   uint32_t num_nodes;
   uint32_t* nodes;  // [max_nodes] zone nodes, group by group
   uint32_t num_elements;
-  uint32_t* elements;    // [max_elements] zone elements, group by group
-  uint32_t* unknown_of;  // [max_nodes] ZoneUnknowns::of_node; within the group. kNoUnknown: it does not move
+  uint32_t* elements;      // [max_elements] zone elements, group by group
+  uint32_t* unknown_of;    // [max_nodes] number within the group; kNoUnknown: the node does not move
   uint32_t* first_master;  // [max_nodes + 1]
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  double*
-      load;  // [max_nodes][3] forces that hold nodes of patches and nodes fixed while running; zero elsewhere
-  // By axis: displacements [num_contacts][3] and, where patches turn, turns [num_contacts][3] (patch_rotation.hpp)
+  double* load;            // [max_nodes][3] forces that hold patches and fixed nodes; zero elsewhere
+  // Axes: displacements [num_contacts][3], then turns [num_contacts][3] where patches turn (patch_rotation.hpp)
   uint32_t num_axes;
-  double* followed;  // of the contacts' patches, from rest
-  double* wanted;    // where they were to be in the last frame: from there given forces go on
-  double* force;     // and torques
+  double* followed;                    // [num_axes] of the patches, from rest
+  double* wanted;                      // [num_axes] goal of the last frame; given forces go on from here
+  double* force;                       // [num_axes] forces and torques
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
-  // [max_contacts] places at rest, length unit: patches turn about `points`, which follow `places`, the contacts'
-  double (*points)[3];
-  double (*places)[3];
+  double (*points)
+      [3];  // [max_contacts] points at rest about which patches turn, length unit; they follow `places`
+  double (*places)[3];   // [max_contacts] the contacts' places at rest
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
   ZoneCorrection correction;
-  ZonePlace balanced;  // of each group, when it was in balance last, or where it began
+  ZonePlace balanced;  // the last balance of each group, or the state in which the group began
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
   double* exterior_at_rest;  // [max_exterior] S of all groups (exterior_size())
-  double* rows;  // [max_rows] sensitivities of tangents, those in use and the next; other vectors of groups
+  double* rows;              // [max_rows] sensitivities of both tangents and other vectors of groups
 };
 
-// Of an axis of a group's contacts: which of those of the set.
+// The axis of the set that is axis `i` of a group.
 inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_t i) {
   const uint32_t displacements = 3 * group.num_contacts;
   const uint32_t of_set = i < displacements ? 0 : 3 * set.num_contacts;
@@ -183,15 +188,14 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
   return of_set + 3 * group.contacts[own / 3] + own % 3;
 }
 
-// ZoneGroup::longest_step at most: no tool moves as fast, but some take hold under strain. One whose solves do not end
-// while it moves is held up there until one does.
+// The longest ZoneGroup::longest_step. Hands move less in a frame; a tool that takes hold of strained tissue may
+// start so far away. A group that falls behind waits there until it is in balance.
 inline constexpr double kLongestStep = 0.5;
 
-// In mean edges of the surface: who has moved no farther has not moved.
+// A shorter move, in mean surface edges, is none.
 inline constexpr double kStill = 1e-9;
 
-// det F of an element that is accepted. Full solves of neighbours that crush what is between them go to 1e-3; the
-// rest is for what Newton passes on its way.
+// The least det F of an accepted element. Full solves of crushed tissue reach 1e-3; Newton's iterates need more room.
 inline constexpr double kLeastJacobian = 1e-4;
 
 // Capacities of a set.
@@ -210,7 +214,7 @@ struct ZoneRoom {
   size_t tangents;  // numbers of the matrices of a tangent of each group
 };
 
-// Vectors of a lane that evaluates groups: of the group at hand (zone_balance.hpp), but for the first two.
+// Vectors of a lane that evaluates groups. The first two cover the set, the others one group (zone_balance.hpp).
 struct ZoneWork {
   double* forces;  // [nodes][3] of the elements, beyond those at rest
   double* saved;   // [nodes][3]
@@ -220,24 +224,21 @@ struct ZoneWork {
   double* vector;
 };
 
-// The haptic lane's. The refining lane prepares the next set (preparation.hpp).
+// The zones of the haptic lane. The refining lane prepares the next set (preparation.hpp).
 struct ZoneState {
   ZoneRoom room;
   EliminationKernel kernel;
-  // Frames have a budget: they make one tangent of a group anew, and no more, as it is most of what they then take
-  bool is_bounded;
+  bool is_bounded;  // a frame begins at most one new tangent, which takes most of a frame's time
   Inclusion inclusion;
-  uint32_t inclusion_version;  // how often it has changed
-  // Since tools were answered last: energy that inclusions have brought to the set that answers, model units; a group
-  // of it found no way on, and is back where it was in balance last, or at rest
-  double inclusion_energy;
-  double
-      corrected_energy;  // the energy that corrections have brought where tools stand, since somebody took it
-  bool has_jumped;       // a correction began, or was dropped, since somebody took it
-  bool went_back;
-  bool strained;  // the set has been solved since it was at rest
+  uint32_t inclusion_version;  // changes of the inclusion
+  // Since tools last took these values (passivity.hpp), in model units:
+  double inclusion_energy;  // energy that inclusions have brought to the active set
+  double corrected_energy;  // energy that deliveries have brought at the tools' places
+  bool has_jumped;          // a correction began or was dropped
+  bool went_back;           // a group found no way on, and is back at its last balance or at rest
+  bool strained;            // the set has been solved since it was at rest
   ZoneSet active;
-  double* tangents[2];  // [ZoneRoom::tangents] each: those in use and the next ones
+  double* tangents[2];  // [ZoneRoom::tangents] each: tangents in use, and the next ones
   double* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
   ZoneWork work;
 };
@@ -251,7 +252,7 @@ inline uint32_t moving_axes(const pal_pack& pack, const ZoneSet& set, uint32_t p
 struct FixedNodes {
   uint32_t count;
   const uint32_t* nodes;
-  uint32_t version;  // how often they have changed
+  uint32_t version;  // changes so far
 };
 
 // Room for so many contacts and fixed nodes, at most kMostZoneContacts and kMostZoneFixed.
@@ -262,13 +263,13 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
 void carve_work(const ZoneRoom& room, Arena& arena, ZoneWork& work);
 void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneState& state);
 
-// Whether a set is, or will be, for these contacts and fixed nodes.
+// Whether a set was made for these contacts and fixed nodes.
 bool is_zone_for(const ZoneSet& set, const pal_contact* contacts, uint32_t count, uint32_t fixed_version);
 
-// ZoneSet::places, of the contacts of the set.
+// Sets ZoneSet::places.
 void find_places(const pal_pack& pack, const pal_contact* contacts, ZoneSet& set);
 
-// Which of a set a contact is of; null where it has none.
+// The group that a contact belongs to, or null.
 const ZoneGroup* group_of(const ZoneSet& set, uint32_t contact);
 
 // Whether no other contact shares a zone with this one.
@@ -277,28 +278,28 @@ bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
 // Whether elements of the organ are outside of the set's zones.
 bool has_exterior(const ZoneSet& set);
 
-// Numbers of S of all groups: for each S of its own boundary, then those with the others' (ZoneGroup).
+// Numbers in S of all groups: ZoneGroup::exterior and ZoneGroup::couplings, group by group.
 size_t exterior_size(const ZoneSet& set);
 
-// All groups have S from there.
+// Points each group at its blocks of this S.
 void use_exterior(double* exterior, ZoneSet& set);
 
-// Forgets the correction, as where the contacts begin anew at rest.
+// Forgets the correction: contacts begin again at rest.
 void drop_correction(ZoneSet& set);
 
 // How the patch of a contact has turned.
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 
-// From the point of a contact to a zone node at rest.
+// The vector from the point of a contact to a zone node, at rest.
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
 
-// ZoneSet::balanced := where the group is, in balance.
+// Stores the state of a group that is in balance in ZoneSet::balanced.
 void keep_balance(ZoneSet& set, ZoneGroup& group);
 
-// Takes a group back there. It has no tangent then.
+// Takes a group back to ZoneSet::balanced and drops its tangent.
 void go_back_to_balance(ZoneSet& set, ZoneGroup& group);
 
-// Puts a group of a set at rest, wherever it was.
+// Puts a group of a set at rest.
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group);
 
 }  // namespace palpate
