@@ -1,10 +1,10 @@
 # Sets the compile options of a target. Third-party headers come in as SYSTEM (imported targets).
-# QUICK: the target is compiled quickly rather than for speed: tests, commands, pages.
+# TEST: the target is compiled quickly rather than for speed. The libraries that it tests keep their options.
 # UNITY: the compiler reads sixteen files at once, for headers and Eigen's templates take most of the time. Each file still
 # includes the headers that it uses: the preset `tidy` compiles them one by one.
 function(palpate_target name)
-  cmake_parse_arguments(arg "QUICK;UNITY" "" "" ${ARGN})
-  if(arg_QUICK)
+  cmake_parse_arguments(arg "TEST;UNITY" "" "" ${ARGN})
+  if(arg_TEST)
     target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:-O1;-g0>")
   elseif(arg_UNITY)
     # Eigen's templates compile a tenth faster than with -O3 and run as fast. The runtime keeps -O3.

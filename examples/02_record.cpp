@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstdio>
 #include <palpate/palpate.hpp>
+#include <string_view>
 #include <vector>
 
 int main(int argc, char** argv) {
-  if (argc != 3) return std::puts("usage: example_02_record PACK OUT.rec"), 1;
+  if (argc != 3 || std::string_view(argv[1]) == argv[2])
+    return std::puts("usage: example_02_record PACK OUT.rec"), 1;
   palpate::Pack pack;
   if (const pal_status opened = pack.open(argv[1]); opened != PAL_STATUS_OK)
     return std::puts(pal_status_text(opened)), 1;

@@ -1,10 +1,12 @@
 // palpate: turns a model file into an organ that responds to touch.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
 #include <vector>
@@ -37,7 +39,9 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
       for (const CLI::Option* option : command.get_options()) {
         for (const std::string& long_name : option->get_lnames()) known.push_back("--" + long_name);
       }
-      reason = "there is no option " + word + palpate::did_you_mean(word, known);
+      reason = std::find(known.begin(), known.end(), word) == known.end()
+                   ? "there is no option " + word + palpate::did_you_mean(word, known)
+                   : "the option " + word + " belongs behind " + command.get_name();
     } else if (chosen.empty()) {
       for (const CLI::App* one : app.get_subcommands(nullptr)) known.push_back(one->get_name());
       reason = "there is no command " + word + palpate::did_you_mean(word, known);
@@ -106,6 +110,10 @@ int main(int argc, char** argv) {
     exit_code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "palpate: out of memory\n");
+    return 1;
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::fprintf(stderr, "%s: %s; name another file or folder\n", error.path1().c_str(),
+                 error.code().message().c_str());
     return 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -149,6 +149,20 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   return report;
 }
 
+// Throws where an input lies among the results, which replace files.
+void check_inputs_lie_elsewhere(const ReportArguments& arguments) {
+  std::vector<std::filesystem::path> inputs = arguments.organs;
+  for (const std::vector<std::string>* named : {&arguments.tables, &arguments.methods}) {
+    for (const std::string& argument : *named) inputs.emplace_back(argument.substr(argument.find('=') + 1));
+  }
+  for (const std::filesystem::path& input : inputs) {
+    std::error_code absent;
+    if (std::filesystem::equivalent(std::filesystem::absolute(input).parent_path(), arguments.folder, absent))
+      throw std::runtime_error(input.string() +
+                               ": is an input in the folder of the results; name another folder with -o");
+  }
+}
+
 nlohmann::json report_json(const Report& report, const std::filesystem::path& page) {
   nlohmann::json organs = nlohmann::json::array();
   for (const OrganReport& organ : report.organs) {
@@ -175,6 +189,7 @@ int run_report(const ReportArguments& arguments) {
   for (const std::filesystem::path& organ : organs) {
     if (!std::filesystem::exists(organ)) throw std::runtime_error(organ.string() + ": no such file");
   }
+  check_inputs_lie_elsewhere(arguments);
   std::filesystem::create_directories(arguments.folder);
   const std::filesystem::path page = arguments.folder / "index.html";
   check_can_finish(page);

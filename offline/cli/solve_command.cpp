@@ -94,8 +94,9 @@ bool is_result_name(const std::string& name) {
   return name.find_first_not_of("0123456789", kFront.size()) == name.size() - kBack.size();
 }
 
-// Makes the folder and removes the results of an earlier solve. Old results must not stand beside new ones.
-void prepare_folder(const std::filesystem::path& folder) {
+// Makes the folder and removes the results of an earlier solve. Old results must not stand beside new ones. Throws
+// where one of the inputs has the name and the folder of a result.
+void prepare_folder(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& inputs) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -108,6 +109,7 @@ void prepare_folder(const std::filesystem::path& folder) {
     if (entry.is_regular_file() && is_result_name(entry.path().filename().string()))
       old.push_back(entry.path());
   }
+  for (const std::filesystem::path& file : old) check_keeps_inputs(file, inputs);
   for (const std::filesystem::path& file : old) std::filesystem::remove(file);
 }
 
@@ -283,7 +285,7 @@ int run_solve(const SolveArguments& arguments) {
                      "--stepping is for *STATIC, RIKS, and the last *STEP has *STATIC alone; write *STATIC, "
                      "RIKS there, or solve without --stepping");
   }
-  prepare_folder(arguments.folder);
+  prepare_folder(arguments.folder, {model.files.begin(), model.files.end()});
 
   const Assembly assembly(model, always_at_zero(model),
                           static_cast<int>(std::thread::hardware_concurrency()));

@@ -175,7 +175,7 @@ class ArcLength::Path {
       const bool stalled = norm > kStall * before;
       const double rounding = kRoundings * assembly_.rounding_force(point.displacement);
       if (norm <= settings_.residual_tolerance * force_ || (stalled && norm <= rounding)) {
-        report_.residual = std::min(norm / force_, settings_.residual_tolerance);
+        report_.residual = force_ > 0 ? std::min(norm / force_, settings_.residual_tolerance) : 0;
         report_.min_jacobian = state.min_jacobian;
         report_.worst_element = state.worst_element;
         return true;

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "offline/fem/parallel_for.hpp"
+#include "offline/material/constitutive_response.hpp"
 #include "offline/material/volume_split.hpp"
 
 // Construction: equations, sparsity pattern, batches of elements. element_loops.cpp evaluates forces and tangents.

@@ -7,6 +7,7 @@
 
 #include "offline/fem/assembly.hpp"
 #include "offline/fem/parallel_for.hpp"
+#include "offline/material/constitutive_response.hpp"
 #include "offline/material/volume_split.hpp"
 #include "offline/numerics/decompositions.hpp"
 

@@ -1,5 +1,6 @@
 #include "offline/mesh/rigid_motion.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -10,9 +10,10 @@ struct SymmetricModes {
   Eigen::MatrixXd vectors;  // a unit eigenvector a column, in the order of values
 };
 
+// Reads the lower triangle.
 [[nodiscard]] SymmetricModes symmetric_modes(const Eigen::MatrixXd& symmetric);
 
-// Returns A^-1 B of a symmetric positive definite A. Where A is singular, entries are not finite or huge.
+// Returns A^-1 B of a symmetric positive definite A. Does not say whether A is one.
 [[nodiscard]] Eigen::MatrixXd solve_definite(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 // Returns the shortest X of those with the least |A X - B|.

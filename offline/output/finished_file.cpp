@@ -92,7 +92,7 @@ void check_keeps_inputs(const fs::path& path, const std::vector<fs::path>& input
   for (const fs::path& input : inputs) {
     std::error_code absent;
     if (fs::equivalent(path, input, absent))
-      throw std::runtime_error(path.string() + ": is an input of this command; name another file with -o");
+      throw std::runtime_error(path.string() + ": is an input of this command; name another place with -o");
   }
 }
 

@@ -119,7 +119,8 @@ flatbuffers::Offset<pack::Gravity> create_gravity(const PackContent& content, co
   const pack::Segment rest_positions = placed(gravity.rest_positions, base);
   const pack::Segment field_per_gravity = placed(gravity.field_per_gravity, base);
   const pack::Segment contact_per_gravity = placed(gravity.contact_per_gravity, base);
-  const bool may_turn = content.scene.gravity_may_turn;
+  // linear_dd answers a turn of gravity; packs of a study may lack it.
+  const bool may_turn = content.scene.gravity_may_turn && content.has_linear();
   return pack::CreateGravity(builder, &acceleration, &rest_positions, may_turn ? &field_per_gravity : nullptr,
                              may_turn ? &contact_per_gravity : nullptr);
 }

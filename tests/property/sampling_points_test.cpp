@@ -167,6 +167,7 @@ TEST(SamplingPoints, FrameTurnsTheHalfBall) {
     EXPECT_LE((frame.col(2) - axis).norm(), 1e-14);
     EXPECT_LE((frame.transpose() * frame - Eigen::Matrix3d::Identity()).norm(), 1e-14);
     EXPECT_NEAR(frame.determinant(), 1, 1e-14);
+    EXPECT_NEAR(frame.trace(), 1 + 2 * axis.z(), 1e-14) << "not the smallest rotation";
   }
 }
 

@@ -112,6 +112,8 @@ TEST(CommandLine, MistakesAreNamedWithTheRightHelp) {
   EXPECT_EQ(refusal_of({"--jsn"}), "palpate: there is no option --jsn; see 'palpate --help'");
   EXPECT_EQ(refusal_of({"solve", "a.inp", "--ouput", "d"}),
             "palpate solve: there is no option --ouput; did you mean --output?; see 'palpate solve --help'");
+  EXPECT_EQ(refusal_of({"--json", "info", "a"}),
+            "palpate info: the option --json belongs behind info; see 'palpate info --help'");
   EXPECT_EQ(refusal_of({"solve"}).substr(0, 15), "palpate solve: ");
   EXPECT_EQ(refusal_of({"solve", "a.inp"}),
             "palpate solve: --output is required; see 'palpate solve --help'");

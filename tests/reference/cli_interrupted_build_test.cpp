@@ -135,9 +135,9 @@ TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {
   EXPECT_EQ(refusal(files.dir.path().string()),
             files.dir.path().string() + ": is a folder; name a file in it");
   EXPECT_EQ(refusal(files.scene.string()),
-            files.scene.string() + ": is an input of this command; name another file with -o");
+            files.scene.string() + ": is an input of this command; name another place with -o");
   const std::string model = (files.dir.path() / "block.inp").string();
-  EXPECT_EQ(refusal(model), model + ": is an input of this command; name another file with -o");
+  EXPECT_EQ(refusal(model), model + ": is an input of this command; name another place with -o");
   EXPECT_EQ(refusal("/proc/x.pack").substr(0, 14), "/proc/x.pack: ");
   EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.toml"}));
 }

@@ -234,6 +234,26 @@ TEST(Report, ABrokenFitTurnsItRed) {
             std::string::npos);
 }
 
+// Packs of other settings lack linear_dd, which answers turns of gravity.
+TEST(Report, AnOrganMayTurn) {
+  const TempDir dir;
+  const ProgramRun run = report(PALPATE_SOURCE_DIR "/tests/fuzz/corpus/scene/every_model.toml",
+                                dir.path() / "report", {"--allow-outside"});
+  EXPECT_EQ(run.exit_code, 0) << run.error;
+}
+
+TEST(Report, InputsLieElsewhere) {
+  const SceneFiles files;
+  const std::string scene = files.scene.string();
+  const std::string folder = files.dir.path().string();
+  EXPECT_EQ(refusal_of({"report", scene, "-o", folder}),
+            scene + ": is an input in the folder of the results; name another folder with -o");
+  const std::string table = files.dir.write("report/about.csv", "a\n1\n").string();
+  EXPECT_EQ(refusal_of({"report", scene, "-o", folder + "/report", "--table", "About=" + table}),
+            table + ": is an input in the folder of the results; name another folder with -o");
+  EXPECT_EQ(file_text(table), "a\n1\n");
+}
+
 TEST(Report, NamesMissingPrograms) {
   const SceneFiles files;
   const std::string folder = (files.dir.path() / "report").string();

@@ -287,6 +287,14 @@ TEST_F(Solve, ResultsOfAnEarlierRunDoNotStayBehind) {
   EXPECT_FALSE(std::filesystem::exists(folder() / "step2.csv"));
 }
 
+TEST_F(Solve, InputsAreNoResults) {
+  const std::string model = dir_.write("step1.csv", impossible()).string();
+  const std::string folder = dir_.path().string();
+  EXPECT_EQ(refusal_of({"solve", "--allow-outside", model, "-o", folder}),
+            folder + "/step1.csv: is an input of this command; name another place with -o");
+  EXPECT_EQ(file_text(model), impossible());
+}
+
 TEST_F(Solve, RefusedModelTouchesNoEarlierResult) {
   run_cleanly({"solve", kCylinderPush, "-o", folder().string()});
   EXPECT_NE(refusal_of({"solve", "nothing.inp", "-o", folder().string()}).find("nothing.inp"),

@@ -7,13 +7,13 @@ namespace palpate {
 
 enum class ResponseKind : uint32_t {
   nothing,       // no contacts: the tissue is at rest
-  polynomial,    // polynomial_dd or affine_site for one contact at a site
+  polynomial,    // polynomial_dd or affine_site for one contact
   linear_point,  // linear_dd for one contact between sites (linear_point.hpp)
   zone,          // nonlinear_zone, after its preparation (nonlinear_zone.hpp)
   linear,        // linear_dd for any contacts, after its preparation (linear_dd.hpp)
 };
 
-// Whether a session of this model never uses a linear response.
+// Whether the caller asked for nonlinear answers. Linear ones then only stand in until a zone is prepared.
 inline bool is_nonlinear_alone(pal_model model) {
   return model != PAL_MODEL_AUTO && model != PAL_MODEL_LINEAR;
 }

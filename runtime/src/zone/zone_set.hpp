@@ -34,7 +34,7 @@ struct ZoneGroup {
   uint32_t num_held;
   uint32_t num_nodes;
   ZoneBatches batches;
-  uint32_t unknowns;  // displacements of interior and boundary that the solve finds
+  uint32_t unknowns;  // displacements of interior and boundary nodes, rounded up to kEliminationColumns
   uint32_t size;      // rows of the tangent's matrix: the unknowns, then num_axes
   uint32_t stride;
   uint32_t boundary_stride;
@@ -52,8 +52,8 @@ struct ZoneGroup {
   double* step;           // [unknowns] the last Newton step
   bool has_tangent;
   bool is_shifted;  // the tangent was made positive definite by a shift
-  double moved;     // length that contacts and nodes have moved since the tangent was begun
-  double left;      // part of the residual that the last full Newton step left
+  double moved;     // length that contacts and nodes have moved since a tangent was begun last
+  double left;      // part of the residual that the last Newton step left
 
   // The next tangent, which several frames may make
   double* spare;                // as `factor`
@@ -71,14 +71,14 @@ struct ZoneGroup {
   bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
   double stored_in_balance;  // `stored` at the last balance
 
-  // Solves in a row with a fault (zone_setback.hpp)
-  uint32_t failures;  // no step reduced the residual; only a solve that converges ends the row
+  // Solves with a fault, in a row (zone_setback.hpp)
+  uint32_t failures;  // setbacks since a solve converged
   uint32_t astray;    // the last step left most of the residual
   uint32_t late;      // the goal ended nearer to rest than to the contacts
   uint32_t jammed;    // every part of the contacts' step inverted an element
   bool is_back;       // the last solve took the group back to its balance or to rest
   // The goal at which a jammed group began again at rest. The group does so again only for goals whose straight way
-  // from rest stays farther than `elsewhere` from given_up. Zero: the contacts have reached a goal since.
+  // from rest stays farther than `elsewhere`, a length, from given_up. `elsewhere` is 0 once contacts reach a goal.
   double given_up[kMostZoneAxes];
   double elsewhere;
   double longest_step;  // mean surface edges that a contact may go from the last balance
@@ -125,7 +125,7 @@ struct ZoneCorrection {
   uint64_t number;        // no other set of the session has this number
   uint32_t restarts;      // times that the correction was dropped
   bool is_refined;        // c and C come from a delivery
-  uint32_t failures;      // exterior iterations in a row that failed or were rejected
+  uint32_t failures;      // deliveries in a row whose exterior iteration was not good (refinement.cpp)
   uint32_t field;         // index of the delivered field in ZoneMailbox
   double* force;          // [max_nodes][3] c, in the order of ZoneSet::nodes
   double energy;          // C
@@ -133,7 +133,7 @@ struct ZoneCorrection {
   uint64_t rest_tangent;  // number of ZoneSet::exterior_at_rest among them
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
   double* followed_then;  // ZoneSet::followed in the delivery's request
-  // The change that the delivery made to the force of each contact that stands still; negative: unknown
+  // The change that the delivery made to the force of each contact, where all contacts stand still; negative: unknown
   double force_change[kMostZoneContacts];
   double* load_then;  // [max_nodes][3] ZoneSet::load in the delivery's request; zero at rest
 };
@@ -154,22 +154,21 @@ struct ZoneSet {
   uint32_t num_nodes;
   uint32_t* nodes;  // [max_nodes] zone nodes, group by group
   uint32_t num_elements;
-  uint32_t* elements;      // [max_elements] zone elements, group by group
-  uint32_t* unknown_of;    // [max_nodes] number within the group; kNoUnknown: the node does not move
+  uint32_t* elements;    // [max_elements] zone elements, group by group
+  uint32_t* unknown_of;  // [max_nodes] first of three in the group; kHeldUnknown: masters move it; kNoUnknown
   uint32_t* first_master;  // [max_nodes + 1]
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  double* load;            // [max_nodes][3] forces that hold patches and fixed nodes; zero elsewhere
+  double* load;  // [max_nodes][3] forces that hold patches and nodes fixed while running; zero elsewhere
   // Axes: displacements [num_contacts][3], then turns [num_contacts][3] where patches turn (patch_rotation.hpp)
   uint32_t num_axes;
-  double* followed;                    // [num_axes] of the patches, from rest
-  double* wanted;                      // [num_axes] goal of the last frame; given forces go on from here
-  double* force;                       // [num_axes] forces and torques
+  double* followed;  // [num_axes] of the patches, from rest
+  double* wanted;    // [num_axes] goal of the last frame along axes of given forces; else as `followed`
+  double* force;     // [num_axes] forces and torques
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
-  double (*points)
-      [3];  // [max_contacts] points at rest about which patches turn, length unit; they follow `places`
-  double (*places)[3];   // [max_contacts] the contacts' places at rest
+  double (*points)[3];                 // [max_contacts] points at rest, length unit, about which patches turn
+  double (*places)[3];                 // [max_contacts] the contacts' places at rest
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
   ZoneCorrection correction;
   ZonePlace balanced;  // the last balance of each group, or the state in which the group began
@@ -228,15 +227,15 @@ struct ZoneWork {
 struct ZoneState {
   ZoneRoom room;
   EliminationKernel kernel;
-  bool is_bounded;  // a frame begins at most one new tangent, which takes most of a frame's time
+  bool is_bounded;  // a frame makes at most one new tangent a group in one go
   Inclusion inclusion;
   uint32_t inclusion_version;  // changes of the inclusion
-  // Since tools last took these values (passivity.hpp), in model units:
+  bool strained;               // the set has been solved since it was at rest
+  // What happened since tools last took these values (tools.cpp), in model units:
   double inclusion_energy;  // energy that inclusions have brought to the active set
   double corrected_energy;  // energy that deliveries have brought at the tools' places
   bool has_jumped;          // a correction began or was dropped
   bool went_back;           // a group found no way on, and is back at its last balance or at rest
-  bool strained;            // the set has been solved since it was at rest
   ZoneSet active;
   double* tangents[2];  // [ZoneRoom::tangents] each: tangents in use, and the next ones
   double* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
@@ -284,7 +283,7 @@ size_t exterior_size(const ZoneSet& set);
 // Points each group at its blocks of this S.
 void use_exterior(double* exterior, ZoneSet& set);
 
-// Forgets the correction: contacts begin again at rest.
+// Takes c, C and S back to rest; contacts stay.
 void drop_correction(ZoneSet& set);
 
 // How the patch of a contact has turned.
