@@ -51,8 +51,8 @@ std::vector<std::filesystem::path> shipped_scenes() {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
   for (; !error && folder.has_relative_path(); folder = folder.parent_path()) {
-    const std::vector<std::filesystem::path> scenes = {folder / "bench/speed_error/cylinder.toml",
-                                                       folder / "bench/speed_error/brain.toml"};
+    std::vector<std::filesystem::path> scenes = {folder / "bench/speed_error/cylinder.toml",
+                                                 folder / "bench/speed_error/brain.toml"};
     if (std::all_of(scenes.begin(), scenes.end(),
                     [](const auto& scene) { return std::filesystem::exists(scene); }))
       return scenes;
@@ -204,6 +204,7 @@ int run_report(const ReportArguments& arguments) {
                                ": another table's file has that name; rename one of them");
   }
   std::vector<std::string> organ_names;
+  organ_names.reserve(organs.size());
   for (const std::filesystem::path& file : organs) organ_names.push_back(name_for(file, names));
   const std::vector<std::vector<MethodsElsewhere>> elsewhere = read_methods(arguments.methods, organ_names);
   report.processor = processor_name();
