@@ -234,14 +234,15 @@ Group session_cases() {
                "the brain, two rings, to two edges: pressed in by {:g} edges and dragged aside, {:g} edges "
                "a frame",
                edges, step),
-           bar, Expected::answer, "", [=] { return dragged_on_the_brain(edges, step); }, true});
+           bar, step > 0.05 ? Expected::limit : Expected::answer,
+           step > 0.05 ? "0.8 m/s: deliveries of the refining lane lag behind, answers are to first order"
+                       : "",
+           [=] { return dragged_on_the_brain(edges, step); }, true});
     }
   }
-  group.cases.push_back(
-      {"session", "brain_four_edges", "the brain, two rings, to two edges: in, out and aside by four", bar,
-       Expected::limit,
-       "twice as far as the domain; what was not surveyed is continued, and how wrong that is, is not known",
-       [] { return four_edges_on_the_brain(); }, true});
+  group.cases.push_back({"session", "brain_four_edges",
+                         "the brain, two rings, to two edges: in, out and aside by four", bar,
+                         Expected::answer, "", [] { return four_edges_on_the_brain(); }, true});
   return group;
 }
 
