@@ -1,6 +1,5 @@
 // Polynomials orthonormal over the ball, checked by a quadrature that is exact for their products.
 #include "offline/precompute/ball_polynomials.hpp"
-#include "offline/numerics/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/hermite_design.hpp"
 #include "offline/precompute/polynomial_dd.hpp"
 #include "schemas/monomials.hpp"

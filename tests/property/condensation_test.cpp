@@ -1,13 +1,13 @@
 // The exterior of a zone, condensed onto the zone's boundary, against Eigen's dense elimination of the offline
 // solver's stiffness.
 #include "runtime/src/zone/condensation.hpp"
-#include "offline/numerics/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
+#include "offline/numerics/decompositions.hpp"
 #include "tests/support/condensed_organ.hpp"
 
 namespace palpate {

@@ -1,6 +1,5 @@
 // The builder's compressed compliance, compared with exact columns.
 #include "offline/precompute/compressed_compliance.hpp"
-#include "offline/numerics/decompositions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include <cstring>
 #include <set>
 
+#include "offline/numerics/decompositions.hpp"
 #include "offline/precompute/linear_contacts.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "tests/support/compressed_pack.hpp"
