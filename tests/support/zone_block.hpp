@@ -179,7 +179,7 @@ inline std::vector<pal_contact_result> settle(OwnedSession& session, const std::
                                               uint64_t slice = 0) {
   std::vector<pal_contact_result> results = move_to(session, contacts, true, slice);
   double change = 1;
-  for (int frame = 0; frame < 60 && change > 1e-12; ++frame) {
+  for (int frame = 0; frame < 60 && change > 1e-14; ++frame) {
     results = session.touch(contacts);
     const pal_refinement refinement = refine(session, slice);
     change = refinement.failed != 0 ? 1 : refinement.change;
