@@ -37,7 +37,7 @@ uint32_t expect_truth(const ZoneBlock& organ, const std::vector<uint32_t>& sites
   std::vector<pal_contact> contacts = pushes_at(organ, sites);
   const auto expect = [&](const std::vector<int>& fixed) {
     session.fix(contact_nodes_at(organ, fixed));
-    const auto results = settle(session, contacts);
+    auto results = settle(session, contacts);
     const ZoneErrors errors = errors_where_it_is(organ, session, contacts, results, fixed);
     EXPECT_LE(errors.field, kFieldTolerance);
     EXPECT_LE(errors.force, kForceTolerance);
