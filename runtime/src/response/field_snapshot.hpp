@@ -40,7 +40,7 @@ inline void reset_snapshots(FieldSnapshots& snapshots) {
 inline uint32_t used_fields(const FieldSnapshots& snapshots) {
   uint32_t used = 0;
   for (const FieldState& slot : snapshots.slots) {
-    if (slot.refined_field != kNoField) used |= 1u << slot.refined_field;
+    if (slot.response != kNoField) used |= 1u << slot.response;  // as refined_field, if that is any
   }
   return used;
 }

@@ -325,7 +325,7 @@ void answer_contacts(TissueState& tissue, ResponseKind kind, const pal_contact* 
   if (kind != ResponseKind::zone && !awaits_zone) rest_zone(*tissue.pack, tissue.zone);
   FieldState& field = tissue.snapshots.slots[tissue.snapshots.back];
   field.model = model_of(kind);
-  field.refined_field = kNoField;
+  field.refined_field = field.response = kNoField;
   field.gravity_turned = tissue.gravity.is_turned;
   for (int i = 0; i < 3; ++i)
     field.gravity_turn[i] = static_cast<pal_real>(tissue.gravity.now[i] * tissue.pack->metres);

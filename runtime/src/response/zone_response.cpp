@@ -125,13 +125,13 @@ void find_force_changes(const double* followed, const double* forces, ZoneSet& s
   }
 }
 
-// The field of the last delivery, and the request for the next one.
-void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer, FieldState& field) {
+// What the last delivery says of the answer, and the request for the next one.
+void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer) {
   const ZoneSet& set = tissue.zone.active;
   const ZoneCorrection& correction = set.correction;
   if (!has_exterior(set)) return;
-  if (correction.is_refined) field.refined_field = correction.field;
   if (!correction.is_refined || !isfinite(correction.change)) answer.flags |= PAL_FLAG_UNREFINED;
+  if (correction.is_unstable) answer.flags |= PAL_FLAG_UNCONVERGED;
   if (!answer.went_back)
     request_iteration(*tissue.pack, used_fields(tissue.snapshots), tissue.zone, tissue.refinement.mailbox);
 }
@@ -179,7 +179,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   for (uint32_t left = tissue.config->zone_iterations;;) {
     answer = solve_zone(pack, tissue.displacements, left, !are_forces_given, tissue.zone);
     left -= answer.iterations;
-    if (!fill_zone_field(pack, tissue.zone, field)) answer.flags |= PAL_FLAG_NOT_FINITE;
+    fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       transfer[c] = {};
       // Contacts in one zone share nodes: a transfer of one contact alone would move the patches of the
@@ -199,7 +199,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
   }
   if (tissue.has_correction) find_force_changes(before, before + 3 * count, tissue.zone.active);
-  exchange_with_lane(tissue, answer, field);
+  exchange_with_lane(tissue, answer);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;
   tissue.stored_energy = answer.energy * pack.newtons * pack.metres;

@@ -69,9 +69,9 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
         zone_room(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0);
     carve_zone(pack, room, arena, arrays.tissue.zone);
     carve_refinement(pack, room, arena, arrays.tissue.refinement);
-    // Loads of this set and of the one before, transfers to places, and linear_dd of all contacts.
-    const uint32_t of_patches = room.contacts * (2 + kMostCorners) * pack.max_patch_nodes;
-    most_held = std::max(most_held, of_patches + 2 * room.fixed + linear.max_shown);
+    // Transfers of contacts to their places, and linear_dd of all contacts.
+    const uint32_t of_patches = room.contacts * kMostCorners * pack.max_patch_nodes;
+    most_held = std::max(most_held, of_patches + linear.max_shown);
     most_own = room.nodes;
     most_in_zones = room.contacts;
   }
@@ -83,7 +83,7 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
   }
-  for (FieldState& slot : arrays.tissue.snapshots.slots) slot.refined_field = kNoField;
+  for (FieldState& slot : arrays.tissue.snapshots.slots) slot.refined_field = slot.response = kNoField;
   reset_snapshots(arrays.tissue.snapshots);
   carve_tools(config, arena, arrays.tools);
   return session;

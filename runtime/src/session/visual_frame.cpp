@@ -43,6 +43,18 @@ void copy_panels(const pal_real* field, uint32_t first, uint32_t count, pal_real
   memcpy(sum, field + size_t{first} * pack::kPanelRows, size_t{count} * pack::kPanelRows * sizeof *sum);
 }
 
+// Adds how the organ outside of zones has followed the contacts since the last delivery.
+void add_response(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
+                  pal_real* sum) {
+  if (field.response == kNoField) return;
+  const size_t size = field_size(*session.tissue.pack);
+  const pal_real* columns = session.tissue.refinement.mailbox.fields[field.response] + size;
+  for (uint32_t panel = 0; panel < count; ++panel)
+    session.tissue.kernel.add_columns(columns + size_t{first + panel} * pack::kPanelRows, size,
+                                      field.followed, field.num_followed, true,
+                                      sum + size_t{panel} * pack::kPanelRows);
+}
+
 // sum = displacements of the nodes of `count` panels from `first` on.
 void fill_panels(const pal_session& session, const ShownField& shown, uint32_t first, uint32_t count,
                  pal_real* sum) {
@@ -54,11 +66,14 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
   } else {
     onto = fill_rest(pack, session.tissue.kernel, turn_of(field), first, count, sum);
   }
-  if (field.model == PAL_MODEL_LINEAR || field.model == PAL_MODEL_ZONE) {
+  if (field.model == PAL_MODEL_LINEAR) {
     fill_compliance_field(pack, field.forces(), first, count, session.tissue.kernel, onto, sum);
     onto = true;
   }
   if (field.model == PAL_MODEL_ZONE) {
+    if (!onto) clear_panels(count, sum);
+    onto = true;
+    add_response(session, field, first, count, sum);
     write_own_nodes(field, first, count, sum);
     fill_compliance_field(pack, field.moving_forces(), first, count, session.tissue.kernel, true, sum);
   }

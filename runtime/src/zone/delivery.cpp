@@ -65,13 +65,16 @@ void write_tangent(const Refinement& of, double* to) {
 }
 
 void write_field(const pal_pack& pack, const Refinement& of) {
+  pal_real* field = of.mailbox.request.field;
   for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
     const size_t packed = pack.organ.nodes[node].packed_node;
     if (packed == pack::kNoNode) continue;
     for (size_t axis = 0; axis < 3; ++axis)
-      of.mailbox.request.field[3 * packed + axis] =
+      field[3 * packed + axis] =
           static_cast<pal_real>(of.exterior.displacement[3 * size_t{node} + axis] * pack.metres);
   }
+  const size_t size = field_size(pack);
+  memcpy(field + size, of.response.of_packed, of.response.num_axes * size * sizeof *field);
 }
 
 double find_change(const pal_pack& pack, const Refinement& of) {

@@ -5,6 +5,7 @@
 
 #include "runtime/src/pack/compliance.hpp"
 #include "runtime/src/polynomial/polynomial_dd.hpp"
+#include "runtime/src/zone/zone_set.hpp"
 
 namespace palpate {
 
@@ -16,7 +17,7 @@ struct FieldState {
   uint32_t
       num_corners;  // polynomial_dd, and where nonlinear_zone is moved by it: sites whose fields are added
   PolynomialFieldState* corners;  // [num_corners]
-  uint32_t num_held;              // linear_dd, nonlinear_zone: contact nodes with a force,
+  uint32_t num_held;              // linear_dd: contact nodes with a force,
   uint32_t num_moved;             // and behind them nodes whose forces move nonlinear_zone itself too
   uint32_t* held;                 // [num_held + num_moved]
   pal_real* weights;              // and their forces [num_held + num_moved][3]
@@ -26,6 +27,10 @@ struct FieldState {
   // nonlinear_zone, refined: the field of ZoneMailbox with the displacements of all packed nodes at the last delivery,
   // in place of those at rest. kNoField: none
   uint32_t refined_field;
+  // nonlinear_zone: the field of ZoneMailbox with the derivatives, and by how much its axes have moved since. kNoField: none
+  uint32_t response;
+  uint32_t num_followed;
+  pal_real followed[kMostZoneAxes];  // m, rad
   bool gravity_turned;
   pal_real gravity_turn[3];
 

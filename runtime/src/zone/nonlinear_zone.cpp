@@ -244,8 +244,6 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     ZoneGroup& group = set.groups[g];
     answer.energy += group.stored;
     answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
-    find_outside(frame, group);
-    find_loads(frame, group);
     advance_tangent(frame, group);
   }
   state.went_back = state.went_back || goes_any_back;
@@ -264,34 +262,29 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
   }
 }
 
-bool fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
-  constexpr double kMostMoved = 1e4;  // in units of what moves the patch by the scene's largest displacement
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field) {
   const ZoneSet& set = state.active;
   field.num_held = field.num_moved = field.num_corners = field.num_own = 0;
-  double most = 0;
-  for (uint32_t c = 0; c < set.num_contacts; ++c)
-    most = std::max(most, kMostMoved * pack.max_displacement * patch_stiffness_norm(pack, set.sites[c]));
-  bool sound = true;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
     const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
-    for (uint32_t axis = 0; axis < 3 && packed != pack::kNoNode; ++axis)
+    if (packed == pack::kNoNode) continue;
+    for (uint32_t axis = 0; axis < 3; ++axis)
       field.own[3 * field.num_own + axis] =
           static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
-    if (packed != pack::kNoNode) field.own_nodes[field.num_own++] = packed;
-    double change[3];
-    bool has_changed = false;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      change[axis] = set.load[3 * i + axis] - set.correction.load_then[3 * i + axis];
-      has_changed = has_changed || change[axis] != 0;
-      sound = sound && fabs(change[axis]) <= most;
-    }
-    if (!has_changed) continue;
-    for (uint32_t axis = 0; axis < 3; ++axis)
-      field.weights[3 * field.num_held + axis] = static_cast<pal_real>(change[axis] * pack.metres);
-    field.held[field.num_held++] = set.nodes[i];
+    field.own_nodes[field.num_own++] = packed;
   }
-  if (!sound) field.num_held = 0;
-  return sound;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    const ZoneGroup& group = set.groups[g];
+    double change[kMostZoneAxes];
+    find_change(set, group, set.correction.followed_then, set.followed, change);
+    for (uint32_t i = 0; i < group.num_axes; ++i) {
+      const double unit = i < 3 * group.num_contacts ? pack.metres : 1.0;
+      field.followed[contact_axis(set, group, i)] = static_cast<pal_real>(unit * change[i]);
+    }
+  }
+  field.num_followed = set.num_axes;
+  field.response = set.correction.field;
+  if (set.correction.is_refined) field.refined_field = set.correction.field;
 }
 
 }  // namespace palpate

@@ -5,10 +5,11 @@
 // zone_set.hpp, f the forces that hold contacted nodes:
 //
 //   P(w) - P(0) + [S w_B + c]_B = f
-//   outside of V: u = u_e + C (f - f_e)
+//   outside of V: u = u_e + U (d - d_e)
 //
-// B is the boundary of all groups, C the compliance of linear_dd. c: the correction of the refining lane, and u_e, f_e the
-// field and the forces of its last delivery (refinement.hpp); all zero at rest. Under gravity the elements' weight and P(0)
+// B is the boundary of all groups, d are the displacements and turns of the contacts, and U says how the organ follows them
+// (field_response.hpp). c: the correction of the refining lane, and u_e, d_e the field and the contacts of its last
+// delivery (refinement.hpp); all zero at rest. Under gravity the elements' weight and P(0)
 // cancel. The answer is exact for small displacements, where the zone is the whole organ, and where the lane's iterations have
 // converged.
 //
@@ -48,8 +49,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
 // Something else answers: the set that did is at rest when it next does.
 void rest_zone(const pal_pack& pack, ZoneState& state);
 
-// Leaves the field of the frame just solved. Returns false where loads exceed those of any tissue, as in a damaged pack: the
-// field outside is then that of the last delivery.
-bool fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
+// Leaves the field of the frame just solved.
+void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
 
 }  // namespace palpate

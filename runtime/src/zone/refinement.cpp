@@ -42,6 +42,7 @@ bool begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& k
 bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.phase = Phase::condense;
   of.failures = 0;
+  of.is_unstable = false;
   of.largest_energy = of.unbalanced = of.change = 0;
   rest_exterior(exterior_of(pack, kernel, of), of.exterior);
   restart_acceleration(of.acceleration);
@@ -108,7 +109,10 @@ bool is_tangent_old(const pal_pack& pack, const Refinement& of) {
 void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
   // Iterates of other places of the contacts say nothing of the next ones.
-  if (!stands_still(of)) restart_acceleration(of.acceleration);
+  if (!stands_still(of)) {
+    restart_acceleration(of.acceleration);
+    of.is_unstable = false;
+  }
   memcpy(of.followed, request.followed, request.num_axes * sizeof *request.followed);
   memcpy(of.zone, of.rest, size_t{3} * pack.organ.num_nodes * sizeof *of.zone);
   for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
@@ -119,6 +123,7 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
 
 void deliver(bool is_good, Refinement& of) {
   of.mailbox.delivery.is_good = is_good;
+  of.mailbox.delivery.is_unstable = of.is_unstable;
   of.phase = Phase::begin;
   std::atomic_ref<uint32_t>(of.mailbox.state)
       .store(static_cast<uint32_t>(MailboxState::delivered), std::memory_order_release);
@@ -184,6 +189,9 @@ Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uin
       return progress_of(advance_rest(pack, operations, preparation, spent));
     case Phase::tangents:
       return progress_of(advance_tangents(pack, kernel, operations, preparation, spent));
+    case Phase::respond:
+      return progress_of(
+          advance_field_response(pack, kernel, of.own, operations, of.scratch, of.response, spent));
     case Phase::evaluate:
     case Phase::iterate:
       return advance_iteration(exterior, of.own, operations, of.scratch, &of.acceleration, of.exterior,
@@ -222,6 +230,10 @@ Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kern
       of.phase = Phase::tangents;
       return Progress::goes_on;
     }
+    case Phase::tangents:
+      of.phase = Phase::respond;
+      begin_field_response(pack, set, of.own, of.response);
+      return Progress::goes_on;
     default:
       return Progress::ended;
   }
@@ -243,6 +255,7 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
       take_condensation(pack, kernel, of);
       return Progress::goes_on;
     case Phase::renew:
+      of.is_unstable = has_failed && stands_still(of);
       // Where the tangent is not positive definite, that at rest has to do.
       if (has_failed)
         return begin_condensation_at_rest(pack, kernel, of) ? Progress::goes_on : Progress::failed;
@@ -312,6 +325,7 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   carve_exterior(pack, arena, refinement.exterior);
   const size_t numbers = size_t{3} * pack.organ.num_nodes;
   carve_acceleration(numbers, arena, refinement.acceleration);
+  carve_field_response(pack, room, arena, refinement.response);
   refinement.outline.nodes = arena.take<uint32_t>(room.nodes);
   refinement.outline.left_out = arena.take<uint8_t>(most_lanes(pack));
   refinement.rest = arena.take<double>(numbers);

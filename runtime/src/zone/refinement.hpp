@@ -7,6 +7,7 @@
 //   iterate     one iteration from where the request's zone is; its result is delivered    (exterior.hpp)
 //   renew       the same condensed anew with the tangent where the iterations have got to
 //   evaluate    the exterior's forces there
+//   respond     how the field follows the contacts until the next delivery                      (field_response.hpp)
 //
 // A set is prepared where the organ has got to: one iteration from where the zone of the set before is comes first.
 //
@@ -15,11 +16,15 @@
 //     Newton's method does.
 //   - The contacts move and the exterior is far from equilibrium, as in a bar that bends.
 //
+// An equilibrium whose tangent is not positive definite is unstable, as a straight column under a load that buckles it. The
+// iterations may converge to it with the tangent at rest, so the delivery says so.
+//
 // Anderson's acceleration mixes the iterates where contacts stand still.
 #pragma once
 
 #include "runtime/src/zone/acceleration.hpp"
 #include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/zone/field_response.hpp"
 #include "runtime/src/zone/preparation.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 
@@ -50,6 +55,7 @@ struct Refinement {
   CondensationScratch scratch;
   ExteriorState exterior;
   Acceleration acceleration;
+  FieldResponse response;
   ZoneOutline outline;
   double* rest;              // [num_nodes][3] from the mesh
   double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
@@ -65,7 +71,8 @@ struct Refinement {
     renew,
     evaluate,
     tangents,
-    iterate
+    iterate,
+    respond
   } phase;
   bool is_broken;  // the organ contradicts itself: nothing good is delivered
   bool has_whole;
@@ -74,6 +81,7 @@ struct Refinement {
   uint32_t inclusion;  // version that `elements` have
   uint64_t tangent;    // number of S of `own`; no two are alike
   uint32_t iterations_of_tangent;  // since `own` was condensed
+  bool is_unstable;                // the tangent where contacts stand still is not positive definite
   double change;                   // ZoneDelivery::change of the last iteration
   double unbalanced;               // D of the last iteration
   uint32_t failures;               // iterations in a row that were not good and did not halve `unbalanced`

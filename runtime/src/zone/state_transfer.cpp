@@ -92,15 +92,13 @@ bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
   return are_upright;
 }
 
-// Displacements of the nodes that both sets have, and their loads of the request.
-void take_places(const pal_pack& pack, const ZoneSet& before, const double* load, uint32_t* place_of,
-                 ZoneSet& set) {
+// Displacements of the nodes that both sets have.
+void take_places(const pal_pack& pack, const ZoneSet& before, uint32_t* place_of, ZoneSet& set) {
   for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = i + 1;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
     if (place_of[set.nodes[i]] == 0 || moving_axes(pack, set, i) == 0) continue;
     const size_t from = size_t{3} * (place_of[set.nodes[i]] - 1);
     memcpy(set.displacement + size_t{3} * i, before.displacement + from, 3 * sizeof *set.displacement);
-    memcpy(set.load + size_t{3} * i, load + from, 3 * sizeof *load);
   }
   for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = 0;
 }
@@ -167,18 +165,18 @@ void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePrepara
   double placed[kMostZoneAxes];
   memcpy(placed, set.followed, set.num_axes * sizeof *placed);
   const bool goes_on = state.active.ready && state.strained;
-  memset(set.load, 0, size_t{3} * set.num_nodes * sizeof *set.load);
-  if (goes_on) take_places(pack, state.active, request.load, preparation.place_of, set);
+  if (goes_on) take_places(pack, state.active, preparation.place_of, set);
   carry_contacts(pack, state.active, set);
   follow_patches(pack, set);
   ZoneCorrection& correction = set.correction;
   correction.number = request.next_set;
   correction.tangent = correction.rest_tangent = mailbox.delivery.tangent;
   drop_correction(set);
+  correction.field = mailbox.field;
   correction.change = static_cast<double>(INFINITY);
   for (double& change : correction.force_change) change = -1;
   if (goes_on && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
-    take_correction(mailbox, set.followed, set.load, set);
+    take_correction(mailbox, placed, set);
   begin_groups(pack, state.work, set);
   const ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {

@@ -124,21 +124,6 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
   }
 }
 
-void find_loads(const ZoneFrame& frame, const ZoneGroup& group) {
-  const ZoneSet& set = frame.set;
-  for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
-    const uint32_t boundary = i - first_boundary(group);
-    const bool is_boundary = i >= first_boundary(group) && boundary < group.num_boundary;
-    for (uint32_t axis = 0; axis < 3; ++axis) {
-      double& load = set.load[3 * i + axis];
-      load = 0;
-      if (set.unknown_of[i] == kHeldUnknown) load = frame.work.forces[3 * i + axis];
-      if (is_boundary && set.unknown_of[i] == kNoUnknown)
-        load = frame.work.forces[3 * i + axis] + frame.work.outside[3 * boundary + axis];
-    }
-  }
-}
-
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   double energy = 0;

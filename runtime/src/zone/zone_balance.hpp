@@ -40,9 +40,6 @@ void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 // each. After evaluate_group(); calls find_outside().
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
-// ZoneSet::load of the group, after find_outside().
-void find_loads(const ZoneFrame& frame, const ZoneGroup& group);
-
 // The group's part of the exterior's energy, after find_outside(), without the constant ZoneCorrection::energy.
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group);
 

@@ -113,7 +113,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   state.has_jumped = state.has_jumped || begins;
   change_correction(pack, state, [&] {
     take_tangent(delivery, state);
-    take_correction(mailbox, request.followed, request.load, set);
+    take_correction(mailbox, request.followed, set);
   });
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
@@ -132,10 +132,9 @@ void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
   request.num_axes = set.num_axes;
   memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
-  memcpy(request.load, set.load, size_t{3} * set.num_nodes * sizeof *set.load);
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
-  if (correction.is_refined) used |= 1u << correction.field;
+  used |= 1u << correction.field;
   mailbox.field = 0;
   while ((used >> mailbox.field & 1) != 0) ++mailbox.field;
   request.field = mailbox.fields[mailbox.field];
@@ -143,14 +142,17 @@ void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
 
 }  // namespace
 
+size_t field_size(const pal_pack& pack) {
+  return size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows;
+}
+
 void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox) {
   mailbox = {};
   mailbox.request.displacement = arena.take<double>(size_t{3} * room.nodes);
-  mailbox.request.load = arena.take<double>(size_t{3} * room.nodes);
+  const size_t axes = room.axes_per_contact * room.contacts;
   mailbox.delivery.force = arena.take<double>(elimination_stride(3 * room.boundary));
   mailbox.delivery.exterior = arena.take<double>(room.exterior);
-  for (pal_real*& field : mailbox.fields)
-    field = arena.take<pal_real>(size_t{pack::num_panels(pack.num_nodes)} * pack::kPanelRows);
+  for (pal_real*& field : mailbox.fields) field = arena.take<pal_real>((1 + axes) * field_size(pack));
 }
 
 bool is_idle(const ZoneMailbox& mailbox) {
@@ -164,7 +166,7 @@ bool take_prepared(ZoneMailbox& mailbox) {
   return true;
 }
 
-void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* load, ZoneSet& set) {
+void take_correction(const ZoneMailbox& mailbox, const double* followed, ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
   const ZoneDelivery& delivery = mailbox.delivery;
   size_t taken = 0;
@@ -175,9 +177,9 @@ void take_correction(const ZoneMailbox& mailbox, const double* followed, const d
     memcpy(correction.force + first, delivery.force + taken, count * sizeof *delivery.force);
     taken += count;
   }
-  memcpy(correction.load_then, load, size_t{3} * set.num_nodes * sizeof *load);
   correction.energy = delivery.energy;
   correction.is_refined = true;
+  correction.is_unstable = delivery.is_unstable;
   correction.failures = 0;
   correction.field = mailbox.field;
   memcpy(correction.followed_then, followed, set.num_axes * sizeof *followed);

@@ -35,11 +35,10 @@ struct ZoneRequest {
   uint32_t num_axes;
   double followed[kMostZoneAxes];  // displacements of the contacts, and turns
   double* displacement;            // [max_nodes][3] from the mesh
-  double* load;                    // [max_nodes][3] ZoneSet::load
   uint64_t tangent;                // ZoneCorrection::tangent
   uint32_t inclusion_version;
   Inclusion inclusion;
-  pal_real* field;  // the delivery writes the displacements of the packed nodes here
+  pal_real* field;  // for the delivery (ZoneMailbox::fields)
 };
 
 // The result of an iteration, or the exterior of a prepared set where its nodes have been placed.
@@ -50,6 +49,7 @@ struct ZoneDelivery {
   uint64_t tangent;  // number of S
   double* exterior;  // [ZoneRoom::exterior] S of all groups, if the active set has another one
   double change;     // of displacements by the iteration, the largest component
+  bool is_unstable;  // the exterior's tangent near this equilibrium is not positive definite
 };
 
 // Three snapshots, the zone and the delivery may each have a field of their own.
@@ -60,10 +60,14 @@ struct ZoneMailbox {
   alignas(64) ZoneRequest request;
   ZoneDelivery delivery;
   // The haptic lane's
-  pal_real* fields[kRefinedFields];  // [row panels of the packed nodes] displacements of all packed nodes: m
-  uint32_t field;                    // of the request
-  uint64_t num_sets;                 // requested so far
+  // [1 + axes][row panels of the packed nodes] displacements of all packed nodes, m, and their derivatives by each axis
+  pal_real* fields[kRefinedFields];
+  uint32_t field;     // of the request
+  uint64_t num_sets;  // requested so far
 };
+
+// Numbers of a field's displacements, and of its derivative by an axis.
+size_t field_size(const pal_pack& pack);
 
 void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox);
 
@@ -78,9 +82,9 @@ Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
 // Whether a prepared set is delivered. The mailbox is idle then.
 bool take_prepared(ZoneMailbox& mailbox);
 
-// c, C and the field of the delivery become those of the set, whose S the delivery belongs to. `followed`, `load`: those of
-// ZoneSet that belong to the field.
-void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* load, ZoneSet& set);
+// c, C and the field of the delivery become those of the set, whose S the delivery belongs to. `followed`: ZoneSet::followed
+// that belongs to the field.
+void take_correction(const ZoneMailbox& mailbox, const double* followed, ZoneSet& set);
 
 // After a frame without rejected steps: requests an iteration, but not where contacts at rest have converged, nor while the
 // mailbox is not idle. `used`: a bit for each field that snapshots use.

@@ -76,8 +76,7 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   set.unknown_of = arena.take<uint32_t>(room.nodes);
   set.first_master = arena.take<uint32_t>(size_t{room.nodes} + 1);
   set.masters = arena.take<ZoneMaster>(room.masters);
-  for (double** of_nodes :
-       {&set.displacement, &set.rest_force, &set.load, &set.correction.force, &set.correction.load_then})
+  for (double** of_nodes : {&set.displacement, &set.rest_force, &set.correction.force})
     *of_nodes = arena.take<double>(values);
   set.correction.followed_then = arena.take<double>(axes);
   set.balanced = {arena.take<double>(values), arena.take<double>(axes), arena.take<double>(axes),
@@ -183,12 +182,12 @@ void use_exterior(double* exterior, ZoneSet& set) {
 
 void drop_correction(ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
-  for (double* of_nodes : {correction.force, correction.load_then})
-    memset(of_nodes, 0, size_t{3} * set.num_nodes * sizeof *of_nodes);
+  memset(correction.force, 0, size_t{3} * set.num_nodes * sizeof *correction.force);
+  memset(correction.followed_then, 0, set.num_axes * sizeof *correction.followed_then);
   correction.energy = 0;
   if (correction.tangent != correction.rest_tangent) use_exterior(set.exterior_at_rest, set);
   correction.tangent = correction.rest_tangent;
-  correction.is_refined = false;
+  correction.is_refined = correction.is_unstable = false;
   correction.failures = 0;
   ++correction.restarts;
 }
@@ -214,10 +213,8 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
-  for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i) {
+  for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i)
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
-    memset(set.load + size_t{3} * i, 0, 3 * sizeof(double));
-  }
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = set.wanted[at] = set.force[at] = 0;

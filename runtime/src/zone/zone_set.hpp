@@ -122,20 +122,20 @@ struct ZonePlace {
 // The exterior as the refining lane has delivered it (zone_mailbox.hpp). With w the displacement of the boundary, the
 // force on the boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest c and C are zero.
 struct ZoneCorrection {
-  uint64_t number;        // no other set of the session has this number
-  uint32_t restarts;      // times that the correction was dropped
-  bool is_refined;        // c and C come from a delivery
-  uint32_t failures;      // deliveries in a row whose exterior iteration was not good (refinement.cpp)
-  uint32_t field;         // index of the delivered field in ZoneMailbox
-  double* force;          // [max_nodes][3] c, in the order of ZoneSet::nodes
-  double energy;          // C
-  uint64_t tangent;       // number of S among the lane's tangents
+  uint64_t number;    // no other set of the session has this number
+  uint32_t restarts;  // times that the correction was dropped
+  bool is_refined;    // c, C and the field's displacements come from a delivery; else they are those at rest
+  uint32_t failures;  // deliveries in a row whose exterior iteration was not good (refinement.cpp)
+  uint32_t field;     // index of the delivered field in ZoneMailbox
+  double* force;      // [max_nodes][3] c, in the order of ZoneSet::nodes
+  double energy;      // C
+  uint64_t tangent;   // number of S among the lane's tangents
   uint64_t rest_tangent;  // number of ZoneSet::exterior_at_rest among them
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
-  double* followed_then;  // ZoneSet::followed in the delivery's request
+  bool is_unstable;       // ZoneDelivery::is_unstable
+  double* followed_then;  // ZoneSet::followed where the field's displacements belong to; zero at rest
   // The change that the delivery made to the force of each contact, where all contacts stand still; negative: unknown
   double force_change[kMostZoneContacts];
-  double* load_then;  // [max_nodes][3] ZoneSet::load in the delivery's request; zero at rest
 };
 
 struct ZoneSet {
@@ -160,7 +160,6 @@ struct ZoneSet {
   ZoneMaster* masters;     // [max_masters]
   double* displacement;    // [max_nodes][3] from the mesh
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  double* load;  // [max_nodes][3] forces that hold patches and nodes fixed while running; zero elsewhere
   // Axes: displacements [num_contacts][3], then turns [num_contacts][3] where patches turn (patch_rotation.hpp)
   uint32_t num_axes;
   double* followed;  // [num_axes] of the patches, from rest
