@@ -68,31 +68,31 @@ double zone_frame_us(const ZoneTables& zone, int contacts) {
   return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
 }
 
-bool is_zone_wanted(const Model& model, const Scene& scene, const ContactSites& sites) {
-  const bool is_of_use = scene.max_contacts > 1 && scene.linear && !is_to_be_compressed(scene, sites) &&
-                         is_nonlinear(model) && !shares_linear_volumes(model);
+bool is_zone_wanted(const Model& model, const Scene& scene) {
+  const bool is_of_use =
+      scene.max_contacts > 1 && scene.linear && is_nonlinear(model) && !shares_linear_volumes(model);
   return scene.zone.value_or(is_of_use);
 }
 
 }  // namespace
 
+bool has_compliance(const Scene& scene) {
+  return scene.linear || scene.zone.value_or(false);
+}
+
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
-  if (!scene.linear || scene.compliance == ComplianceForm::dense) return false;
-  return scene.compliance == ComplianceForm::compressed || dense_bytes(sites) > kMostDenseBytes;
+  if (!has_compliance(scene) || scene.compliance == ComplianceForm::dense) return false;
+  return scene.compliance == ComplianceForm::compressed || !scene.linear ||
+         dense_bytes(sites) > kMostDenseBytes;
 }
 
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
-  return !is_to_be_compressed(scene, sites) && (scene.linear || dense_bytes(sites) <= kMostDenseBytes);
+  return !is_to_be_compressed(scene, sites) &&
+         (has_compliance(scene) || dense_bytes(sites) <= kMostDenseBytes);
 }
 
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites) {
-  if (!is_zone_wanted(model, scene, sites)) return std::nullopt;
-  if (is_to_be_compressed(scene, sites)) {
-    throw std::runtime_error(
-        scene.file.string() +
-        ": a nonlinear zone needs the compliance dense; add [models] compliance = \"dense\", name "
-        "fewer sites, or remove models.zone = true");
-  }
+  if (!is_zone_wanted(model, scene)) return std::nullopt;
   if (scene.zone_rings > 0) return find_zones(model, sites, scene.zone_rings);
   for (int rings = kMostRings; rings > 0; --rings) {
     ZoneTables zone = find_zones(model, sites, rings);
@@ -107,7 +107,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.jobs = jobs;
   // 60 samples bound the p95 at a confidence of 95 %
   constexpr int kSurveySets = 60;
-  plan.survey_sets = scene.max_contacts > 1 && scene.linear ? kSurveySets : 0;
+  plan.survey_sets = scene.max_contacts > 1 && has_compliance(scene) ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
   // Slivers under a small tip need more solves (bench/polynomials/POLYNOMIALS.md).
   constexpr size_t kSolvesForFineTargets = 150;
@@ -228,8 +228,8 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
   const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
-  double bytes = estimate_pack_bytes(sites, scene.linear, scene.polynomial ? usual : PolynomialSize(),
-                                     plan.rounded, compressed);
+  double bytes = estimate_pack_bytes(sites, has_compliance(scene),
+                                     scene.polynomial ? usual : PolynomialSize(), plan.rounded, compressed);
   for (const InputFile& input : inputs)
     bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
@@ -238,7 +238,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
-  if (scene.linear) {
+  if (has_compliance(scene)) {
     const double dense = dense_bytes(sites) / 1e6;
     if (compressed) {
       fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
@@ -265,7 +265,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
             ? fmt::format("; more than {} contacts at once are answered by the linear model",
                           pack::kMostZoneContacts)
             : "");
-  } else if (is_zone_wanted(model, scene, sites)) {
+  } else if (is_zone_wanted(model, scene)) {
     fmt::print(
         "zones      none: one ring would take more than [budget] frame_us = {:g}; several contacts are "
         "answered "

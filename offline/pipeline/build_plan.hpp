@@ -15,17 +15,20 @@
 
 namespace palpate {
 
-// Whether the pack compresses the compliance: on the scene's request, or because the dense matrix is too large.
+// Whether the pack has the compliance of linear_dd: on the scene's request, or because contacts that the scene requires zones
+// for are answered by linear_dd until their zones are prepared.
+bool has_compliance(const Scene& scene);
+
+// Whether the pack compresses the compliance: on the scene's request, because only zones need it, or because the dense matrix
+// is too large.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
 // Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its own columns.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 
-// Plans the nodes and elements of the nonlinear zones and leaves their compliance empty. Returns no zones
-// where the scene:
+// Plans the nodes and elements of the nonlinear zones. Returns no zones where the scene:
 //   1. excludes zones, or
 //   2. leaves the choice open and has single contacts only, linear materials, or no budget for zones.
-// Throws std::runtime_error where the scene requires zones but linear_dd is not dense.
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
 // Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains to fit.

@@ -41,7 +41,7 @@ PackContent content_of(const Model& model, const Scene& scene, const ContactSite
   PackContent content{model, scene, sites, nullptr, nullptr, plan.rounded, std::move(inputs), {}};
   content.rest = &rest;
   if (compliance.compressed) content.compressed = &*compliance.compressed;
-  if (scene.linear && !compliance.compressed) content.linear = &compliance.dense;
+  if (has_compliance(scene) && !compliance.compressed) content.linear = &compliance.dense;
   if (scene.polynomial) content.polynomials = &results;
   if (zone) content.zone = &*zone;
   return content;

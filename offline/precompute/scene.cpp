@@ -104,13 +104,10 @@ void read_models(const SceneTable& models, Scene& scene) {
   const bool is_asked_for = scene.zone.value_or(false);
   if (models.has("zone_rings") && !is_asked_for)
     models.fail("zone_rings", "models.zone_rings is for models.zone = true; add it");
-  if (is_asked_for && !scene.linear) {
-    models.fail("zone", "a nonlinear zone needs the linear model; remove models.linear = false");
-  }
-  if (!scene.linear && !scene.polynomial) {
+  if (!scene.linear && !scene.polynomial && !is_asked_for) {
     models.fail("linear",
                 "models.linear and models.polynomial are both false: nothing is left to answer with; "
-                "carry one of them");
+                "carry one of them, or write models.zone = true");
   }
   if (scene.gravity_may_turn && !scene.linear) {
     models.fail("linear", "gravity.may_turn needs the linear model; remove models.linear = false");

@@ -8,6 +8,7 @@
 #include "runtime/src/pack/compressed_compliance.hpp"
 #include "tests/support/compressed_pack.hpp"
 #include "tests/support/runtime_session.hpp"
+#include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
 namespace runtime_compressed_test {
@@ -175,6 +176,48 @@ TEST_F(RuntimeCompressed, FixedNodesOfTheModelStay) {
     for (size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(field[3 * i + axis] == 0, held);
   }
   EXPECT_GT(still, 100U);
+}
+
+// The zone of a contact is the same with either compliance, which moves the contact from the nearest site to its place.
+TEST(RuntimeCompressedZones, DifferByTheTransferToAPlace) {
+  const TouchedSurface& surface = touched_surface();
+  const ZoneTables zone = find_zones(surface.block.model, surface.block.sites, 1);
+  const AlignedBytes dense_bytes = surface.write(&dense_compliance(), nullptr, &zone);
+  const AlignedBytes bytes = surface.write(nullptr, &compressed_compliance(), &zone);
+  const OpenPack dense_pack(dense_bytes);
+  const OpenPack pack(bytes);
+  ASSERT_TRUE(is_compressed(*pack.get()));
+  pal_session_config config = session_config(pack.get(), PAL_MODEL_ZONE, 2, 0);
+  config.max_requested = 3;
+  OwnedSession dense(dense_pack.get(), config);
+  OwnedSession session(pack.get(), config);
+  const double place[3] = {0.43, 0.52, 1};
+  const double push[3] = {0.01, 0.02, -0.03};
+  pal_surface_point point;
+  require(pal_pack_find_surface_point(pack.get(), place, &point), "surface");
+  ASSERT_LT(*std::max_element(point.weights, point.weights + 3), 0.9);
+  const pal_contact at_site = {point.sites[0], {push[0], push[1], push[2]}, 0, {}, {}, {}};
+  const auto difference = [&](const pal_contact& contact) {
+    const auto expected = settle(dense, {contact});
+    const auto results = settle(session, {contact});
+    EXPECT_EQ(results[0].flags, expected[0].flags);
+    const Eigen::Vector3d force(expected[0].force);
+    return std::pair((Eigen::Vector3d(results[0].force) - force).norm() / force.norm(),
+                     (as_vector(session.field()) - as_vector(dense.field())).lpNorm<Eigen::Infinity>());
+  };
+  const auto [force, field] = difference(at_site);
+  EXPECT_EQ(force, 0);
+  EXPECT_EQ(field, 0);
+  const auto [moved_force, moved_field] = difference(pal_contact_at(&point, push));
+  EXPECT_LE(moved_force, kForceError);
+  EXPECT_LE(moved_field, kFieldError * Eigen::Vector3d(push).norm());
+  EXPECT_GT(moved_field, 0);
+  const std::vector<pal_real> whole = session.field();
+  const uint32_t asked[] = {1, 40, 100};
+  require(pal_session_request_nodes(session.get(), asked, 3), "request");
+  pal_real some[9];
+  require(pal_visual_frame(session.get(), some, kNodeBytes), "frame");
+  for (size_t i = 0; i < 9; ++i) EXPECT_EQ(some[i], whole[size_t{3} * asked[i / 3] + i % 3]);
 }
 
 // A pack with little compression: panels that are not full, all blocks uncompressed.

@@ -221,6 +221,21 @@ TEST(Build, CompressedComplianceIsSaidAndMeasured) {
   EXPECT_EQ(run_cleanly({"info", dense.pack.string(), "--json"}).json()["compliance"]["form"], "dense");
 }
 
+// Only the compliance that answers a contact until its zone is prepared, and that compressed.
+TEST(Build, ZonesMayBeAlone) {
+  const SceneFiles files(
+      "[contact]\nsites = \"surface\"\nmax_displacement = 0.1\n"
+      "[models]\nlinear = false\npolynomial = false\nzone = true\nzone_rings = 1\n",
+      block_inp(3));
+  const ProgramRun run =
+      run_program({"build", files.scene.string(), "-o", files.pack.string(), "--survey", "none", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.error;
+  EXPECT_EQ(run.json()["compliance"]["form"], "compressed");
+  const nlohmann::json answer =
+      run_cleanly({"eval", files.pack.string(), "--at", "0.5,0.5,1=0,0,-0.1", "--json"}).json();
+  EXPECT_EQ(answer["contacts"][0]["model"], "zone") << answer.dump(1);
+}
+
 TEST(Build, ForcesThatNoPackHoldsAreSaidAsSuch) {
   std::string model = block_inp(2);
   const std::string law = "*HYPERELASTIC, COMPRESSIBLE NEO HOOKE\n";

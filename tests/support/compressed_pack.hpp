@@ -15,9 +15,12 @@ class TouchedSurface {
  public:
   explicit TouchedSurface(int cells = 10) : block(make(cells)) {}
 
-  AlignedBytes write(const LinearDd* linear, const CompressedCompliance* compressed) const {
-    return write_pack(
-        {block.model, block.scene, block.sites, linear, nullptr, false, {}, {}, nullptr, compressed});
+  AlignedBytes write(const LinearDd* linear, const CompressedCompliance* compressed,
+                     const ZoneTables* zone = nullptr) const {
+    PackContent content{block.model, block.scene, block.sites, linear,  nullptr,
+                        false,       {},          {},          nullptr, compressed};
+    content.zone = zone;
+    return write_pack(content);
   }
 
   TouchedBlock block;

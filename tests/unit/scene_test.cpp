@@ -329,8 +329,6 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.toml:6: accuracy.target must be a number above 0, not 0; correct it"},
         BadScene{"[budget]\nframe_us = -5\n",
                  "scene.toml:6: budget.frame_us must be a number above 0, not -5; correct it"},
-        BadScene{"[models]\nzone = true\nlinear = false\n",
-                 "scene.toml:6: a nonlinear zone needs the linear model; remove models.linear = false"},
         BadScene{"[models]\nzone_rings = 2\n",
                  "scene.toml:6: models.zone_rings is for models.zone = true; add it"},
         BadScene{"[models]\nzone = true\nzone_rings = 9\n",
@@ -345,7 +343,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"[models]\nlinear = false\npolynomial = false\n",
                  "scene.toml:6: models.linear and models.polynomial are both false: nothing is left to "
                  "answer with; "
-                 "carry one of them"},
+                 "carry one of them, or write models.zone = true"},
         BadScene{"[[models]]\nlinear = false\n",
                  "scene.toml:5: models must be a table, written [models], not an array; correct it"}));
 

@@ -51,7 +51,7 @@ bool is_material(const pack::ZoneMaterial& material) {
 }  // namespace
 
 bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack) {
-  if (pack.contact_compliance == nullptr) return false;
+  if (pack.field_compliance == nullptr) return false;
   pack.zone_rings = zone.rings();
   pack.num_zone_nodes = zone.num_nodes();
   pack.num_zone_elements = zone.num_elements();

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Needs linear_dd. `trusted`: PAL_VERIFY_NEVER.
+// Needs the compliance of linear_dd, dense or compressed. `trusted`: PAL_VERIFY_NEVER.
 bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

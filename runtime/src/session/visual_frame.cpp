@@ -75,7 +75,8 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
     onto = true;
     add_response(session, field, first, count, sum);
     write_own_nodes(field, first, count, sum);
-    fill_compliance_field(pack, field.moving_forces(), first, count, session.tissue.kernel, true, sum);
+    if (!is_compressed(pack))
+      fill_compliance_field(pack, field.moving_forces(), first, count, session.tissue.kernel, true, sum);
   }
   if (has_corners(field)) {
     for (uint32_t i = 0; i < field.num_corners; ++i, onto = true)
@@ -139,22 +140,34 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   }
 }
 
+// Writes rest plus the row, or adds the row to what `out` has.
+void write_node(const pal_session& session, const FieldState& field, uint32_t node, bool adds, pal_real* row,
+                char* out) {
+  if (adds) {
+    pal_real before[3];
+    memcpy(before, out, kNodeBytes);
+    for (int axis = 0; axis < 3; ++axis) row[axis] += before[axis];
+  } else {
+    add_rest(*session.tissue.pack, turn_of(field), node, row);
+  }
+  memcpy(out, row, kNodeBytes);
+}
+
 // The panels of a compressed compliance hold neighbours in space, whose places in `out` are arbitrary.
-void write_fields_by_panel(const pal_session& session, const FieldState& field, size_t stride_bytes,
-                           char* out) {
+void write_fields_by_panel(const pal_session& session, const FieldState& field, const NodalForces& forces,
+                           bool adds, size_t stride_bytes, char* out) {
   const pal_pack& pack = *session.tissue.pack;
   alignas(64) pal_real rows[kMostPanelsAtOnce * pack::kPanelRows];
   if (session.num_requested == 0) {
     for (uint32_t first = 0; first < pack.num_panels; first += kMostPanelsAtOnce) {
       const uint32_t left = pack.num_panels - first;
       const uint32_t count = left < kMostPanelsAtOnce ? left : kMostPanelsAtOnce;
-      fill_compressed_field(pack, field.forces(), first, count, session.tissue.kernel.add_columns, rows);
+      fill_compressed_field(pack, forces, first, count, session.tissue.kernel.add_columns, rows);
       for (uint32_t place = 0; place < count * pack::kPanelNodes; ++place) {
         const uint32_t node =
             pack.compressed_panels[first + place / pack::kPanelNodes].nodes[place % pack::kPanelNodes];
         if (node == pack::kNoNode) continue;
-        add_rest(pack, turn_of(field), node, rows + size_t{3} * place);
-        write_nodes(rows + size_t{3} * place, 1, stride_bytes, out + node * stride_bytes);
+        write_node(session, field, node, adds, rows + size_t{3} * place, out + node * stride_bytes);
       }
     }
     return;
@@ -165,11 +178,10 @@ void write_fields_by_panel(const pal_session& session, const FieldState& field, 
     const uint32_t place = pack.node_places[session.requested[index]];
     const uint32_t wanted = place / pack::kPanelNodes;
     if (wanted != filled)
-      fill_compressed_field(pack, field.forces(), wanted, 1, session.tissue.kernel.add_columns, rows);
+      fill_compressed_field(pack, forces, wanted, 1, session.tissue.kernel.add_columns, rows);
     filled = wanted;
-    pal_real* node_rows = rows + size_t{3} * (place % pack::kPanelNodes);
-    add_rest(pack, turn_of(field), session.requested[index], node_rows);
-    write_nodes(node_rows, 1, stride_bytes, out + index * stride_bytes);
+    write_node(session, field, session.requested[index], adds, rows + size_t{3} * (place % pack::kPanelNodes),
+               out + index * stride_bytes);
   }
 }
 
@@ -210,10 +222,13 @@ extern "C" pal_status pal_visual_frame(pal_session* session, pal_real* displacem
   const palpate::FieldState& field = palpate::acquire(session->tissue.snapshots);
   const palpate::FloatingPointMode mode;
   char* out = reinterpret_cast<char*>(displacements);
-  if (field.model == PAL_MODEL_LINEAR && palpate::is_compressed(*session->tissue.pack)) {
-    palpate::write_fields_by_panel(*session, field, stride_bytes, out);
+  const bool is_compressed = palpate::is_compressed(*session->tissue.pack);
+  if (field.model == PAL_MODEL_LINEAR && is_compressed) {
+    palpate::write_fields_by_panel(*session, field, field.forces(), false, stride_bytes, out);
   } else {
     palpate::write_fields_in_order(*session, field, stride_bytes, out);
+    if (field.model == PAL_MODEL_ZONE && is_compressed && field.num_moved > 0)
+      palpate::write_fields_by_panel(*session, field, field.moving_forces(), true, stride_bytes, out);
   }
   return PAL_STATUS_OK;
 }
