@@ -14,18 +14,21 @@
 namespace {
 
 // Numbers aligned to cache lines.
-struct Numbers {
-  explicit Numbers(size_t size)
+template <typename Number>
+struct Aligned {
+  explicit Aligned(size_t size)
       : count(size),
-        values(static_cast<double*>(::operator new(size * sizeof(double), std::align_val_t(64)))) {
-    for (size_t i = 0; i < size; ++i) values[i] = 1e-3 * static_cast<double>(i % 17);
+        values(static_cast<Number*>(::operator new(size * sizeof(Number), std::align_val_t(64)))) {
+    for (size_t i = 0; i < size; ++i) values[i] = Number(1e-3) * static_cast<Number>(i % 17);
   }
-  ~Numbers() { ::operator delete(values, std::align_val_t(64)); }
-  Numbers(const Numbers&) = delete;
-  Numbers& operator=(const Numbers&) = delete;
+  ~Aligned() { ::operator delete(values, std::align_val_t(64)); }
+  Aligned(const Aligned&) = delete;
+  Aligned& operator=(const Aligned&) = delete;
   size_t count;
-  double* values;
+  Number* values;
 };
+using Numbers = Aligned<double>;
+using Floats = Aligned<float>;
 
 size_t up_to(size_t size, size_t multiple) {
   return (size + multiple - 1) / multiple * multiple;
@@ -80,8 +83,8 @@ void held_nodes(benchmark::internal::Benchmark* bench) {
 // Product with the symmetric boundary matrix of a zone: an iteration reads half of the matrix.
 void zone_product(benchmark::State& state, palpate::EliminationKernel kernel) {
   const auto size = static_cast<uint32_t>(state.range(0));
-  const uint32_t stride = palpate::elimination_stride(size);
-  const Numbers matrix(size_t{stride} * stride);
+  const uint32_t stride = palpate::symmetric_stride(size);
+  const Floats matrix(size_t{stride} * stride);
   const Numbers x(stride);
   const Numbers y(stride);
   for (auto _ : state) {
@@ -90,13 +93,13 @@ void zone_product(benchmark::State& state, palpate::EliminationKernel kernel) {
     benchmark::ClobberMemory();
     y.values[0] = 0;
   }
-  count_work(state, size_t{stride} * stride * sizeof(double) / 2, 1.0 * size * size);
+  count_work(state, size_t{stride} * stride * sizeof(float) / 2, 1.0 * size * size);
 }
 
 void copy_of_zone_product(benchmark::State& state) {
   const auto size = static_cast<uint32_t>(state.range(0));
-  const size_t stride = palpate::elimination_stride(size);
-  copy(state, stride * stride * sizeof(double) / 2);
+  const size_t stride = palpate::symmetric_stride(size);
+  copy(state, stride * stride * sizeof(float) / 2);
 }
 
 // Elimination of all unknowns of a zone, as for the zone's stiffness. The time includes a copy of the matrix,
@@ -106,16 +109,16 @@ void zone_elimination(benchmark::State& state, palpate::EliminationKernel kernel
   const uint32_t stride = palpate::elimination_stride(size);
   const uint32_t columns = palpate::round_to_columns(size);
   const size_t count = size_t{stride} * columns;
-  Numbers original(count);
-  std::memset(original.values, 0, count * sizeof(double));
+  Floats original(count);
+  std::memset(original.values, 0, count * sizeof(float));
   for (uint32_t i = 0; i < columns; ++i) {
     for (uint32_t j = 0; j < columns; ++j)
-      original.values[size_t{j} * stride + i] = i == j ? 2.0 * size : 1.0;
+      original.values[size_t{j} * stride + i] = i == j ? 2.0F * static_cast<float>(size) : 1.0F;
   }
-  const Numbers matrix(count);
+  const Floats matrix(count);
   const uint32_t eliminated = size / palpate::kEliminationColumns * palpate::kEliminationColumns;
   for (auto _ : state) {
-    std::memcpy(matrix.values, original.values, count * sizeof(double));
+    std::memcpy(matrix.values, original.values, count * sizeof(float));
     if (!palpate::eliminate(kernel, matrix.values, stride, size, eliminated))
       state.SkipWithError("not positive definite");
     benchmark::ClobberMemory();

@@ -87,7 +87,7 @@ void find_violations(const std::filesystem::path& path, const std::string& file,
     const std::string target = included_path(line);
     const bool relative = target.find("..") != std::string::npos;
     if (relative || (starts_with_any(target, ours) && !starts_with_any(target, rule->second)))
-      found.push_back(file + " includes " + target);
+      found.push_back(std::string(file).append(" includes ").append(target));
   }
 }
 

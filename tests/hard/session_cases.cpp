@@ -182,9 +182,8 @@ Group session_cases() {
     return jump(organ(), middle(), {{-kMostOfSessions, 0, 0}, {kMostOfSessions, 0, 0}});
   });
   add("jump_and_back", "ten jumps across the domain", bar, Expected::answer, [] {
-    std::vector<Eigen::Vector3d> path;
-    for (int i = 0; i < 10; ++i)
-      path.push_back((i % 2 == 0 ? kMostOfSessions : -kMostOfSessions) * Eigen::Vector3d(0.6, 0, 0.8));
+    std::vector<Eigen::Vector3d> path(10, kMostOfSessions * Eigen::Vector3d(0.6, 0, 0.8));
+    for (size_t i = 1; i < path.size(); i += 2) path[i] = -path[i];
     return jump(organ(), middle(), path);
   });
   add("jump_outside", "four times out of the domain in one frame, and back in", bar, Expected::answer, [] {

@@ -58,8 +58,9 @@ void expect_condensed(const ZoneBlock& organ) {
   const auto row_of = [&](Eigen::Index dof) { return place_of[static_cast<size_t>(dof / 3)] + dof % 3; };
   for (Eigen::Index j = 0; j < found.cols(); ++j) {
     for (Eigen::Index i = 0; i < found.rows(); ++i)
-      found(i, j) = of.exterior.schur[row_of(boundary[static_cast<size_t>(j)]) * of.exterior.schur_stride +
-                                      row_of(boundary[static_cast<size_t>(i)])];
+      found(i, j) = static_cast<double>(
+          of.exterior.schur[row_of(boundary[static_cast<size_t>(j)]) * of.exterior.schur_stride +
+                            row_of(boundary[static_cast<size_t>(i)])]);
   }
   EXPECT_LT(relative_error(found, expected), kFloatPanels);
 

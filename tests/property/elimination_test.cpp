@@ -25,24 +25,32 @@ Eigen::MatrixXd positive_definite(Eigen::Index size) {
 }
 
 // Numbers aligned to a cache line, as in the arena.
+template <typename Number>
 struct OnCacheLines {
+  using Matrix = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic>;
   OnCacheLines(Eigen::Index rows, Eigen::Index columns)
-      : memory(static_cast<size_t>(rows * columns) * sizeof(double)),
-        numbers(reinterpret_cast<double*>(memory.bytes().data()), rows, columns) {}
+      : memory(static_cast<size_t>(rows * columns) * sizeof(Number)),
+        numbers(reinterpret_cast<Number*>(memory.bytes().data()), rows, columns) {}
   AlignedBytes memory;
-  Eigen::Map<Eigen::MatrixXd> numbers;
+  Eigen::Map<Matrix> numbers;
 };
+using Vectors = OnCacheLines<double>;
+using Floats = OnCacheLines<float>;
 
 // The kernels' matrix layout, with nonsense in the upper triangle.
-struct Stored : OnCacheLines {
+struct Stored : Floats {
   explicit Stored(const Eigen::MatrixXd& matrix)
-      : OnCacheLines(elimination_stride(static_cast<uint32_t>(matrix.rows())),
-                     round_to_columns(static_cast<uint32_t>(matrix.rows())) + kEliminationColumns),
+      : Floats(elimination_stride(static_cast<uint32_t>(matrix.rows())),
+               round_to_columns(static_cast<uint32_t>(matrix.rows())) + kEliminationColumns),
         size(static_cast<uint32_t>(matrix.rows())),
         stride(elimination_stride(size)) {
-    numbers.setConstant(1e3);
+    numbers.setConstant(1e3F);
     for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      numbers.col(column).segment(column, size - column) = matrix.col(column).tail(size - column);
+      numbers.col(column).segment(column, size - column) =
+          matrix.col(column).tail(size - column).cast<float>();
+  }
+  Eigen::MatrixXd lower() const {
+    return numbers.topLeftCorner(size, size).cast<double>().triangularView<Eigen::Lower>();
   }
   uint32_t size;
   uint32_t stride;
@@ -63,8 +71,8 @@ TEST(Elimination, LeavesTheFactorAndTheCondensedMatrix) {
       const Eigen::MatrixXd X =
           L.triangularView<Eigen::Lower>().solve(matrix.topRightCorner(e, left)).transpose();
       const Eigen::MatrixXd condensed = matrix.bottomRightCorner(left, left) - X * X.transpose();
-      const double tolerance = 1e-12 * matrix.norm();
-      const Eigen::MatrixXd found = stored.numbers.topLeftCorner(size, size).triangularView<Eigen::Lower>();
+      const double tolerance = 1e-6 * matrix.norm();
+      const Eigen::MatrixXd found = stored.lower();
       EXPECT_LE((found.topLeftCorner(e, e) - L).norm(), tolerance);
       EXPECT_LE((found.bottomLeftCorner(left, e) - X).norm(), tolerance);
       const Eigen::MatrixXd lower = condensed.triangularView<Eigen::Lower>();
@@ -80,9 +88,9 @@ TEST(Elimination, BackSubstitutesRows) {
       SCOPED_TRACE(testing::Message() << kernel.name << " " << count);
       Stored stored(positive_definite(kSize));
       ASSERT_TRUE(eliminate(kernel, stored.numbers.data(), stored.stride, kSize, kSize));
-      const Eigen::MatrixXd L = stored.numbers.topLeftCorner(kSize, kSize).triangularView<Eigen::Lower>();
+      const Eigen::MatrixXd L = stored.lower();
       const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(kSize, count);
-      OnCacheLines found(kSize, count);
+      Vectors found(kSize, count);
       found.numbers = rows;
       kernel.back_substitute(stored.numbers.data(), stored.stride, kSize, found.numbers.data(), kSize, count);
       EXPECT_LE((L.transpose() * found.numbers - rows).norm(), 1e-12 * rows.norm());
@@ -96,8 +104,8 @@ TEST(Elimination, SubstitutesForward) {
     constexpr uint32_t kSize = 60;
     Stored stored(positive_definite(kSize));
     ASSERT_TRUE(eliminate(kernel, stored.numbers.data(), stored.stride, kSize, kSize));
-    const Eigen::MatrixXd L = stored.numbers.topLeftCorner(kSize, kSize).triangularView<Eigen::Lower>();
-    OnCacheLines found(kSize, 1);
+    const Eigen::MatrixXd L = stored.lower();
+    Vectors found(kSize, 1);
     found.numbers.setRandom();
     const Eigen::MatrixXd given = found.numbers;
     kernel.forward_substitute(stored.numbers.data(), stored.stride, kSize, found.numbers.data());
@@ -105,85 +113,23 @@ TEST(Elimination, SubstitutesForward) {
   }
 }
 
-// A factor in single precision, and substitutions of double vectors with it.
-TEST(Elimination, FactorsFloats) {
-  for (const EliminationKernel& kernel : kernels()) {
-    for (const auto& [eliminated, size] : kSizes) {
-      SCOPED_TRACE(testing::Message() << kernel.name << " " << eliminated << " of " << size);
-      constexpr double kSingle = 1e-5;
-      const Eigen::MatrixXd matrix = positive_definite(size);
-      const uint32_t stride = float_elimination_stride(size);
-      AlignedBytes memory(size_t{stride} * (stride + kEliminationColumns) * sizeof(float));
-      auto* numbers = reinterpret_cast<float*>(memory.bytes().data());
-      Eigen::Map<Eigen::MatrixXf> stored(numbers, stride, stride);
-      stored.topLeftCorner(size, size) = matrix.cast<float>();
-      for (uint32_t first = 0; first < size; first += kEliminationColumns)
-        ASSERT_TRUE(kernel.eliminate_float_columns(numbers, stride, size, eliminated, first));
-      const auto e = static_cast<Eigen::Index>(eliminated);
-      const auto left = static_cast<Eigen::Index>(size) - e;
-      const Eigen::LLT<Eigen::MatrixXd> factor(matrix.topLeftCorner(e, e));
-      const Eigen::MatrixXd condensed =
-          matrix.bottomRightCorner(left, left) -
-          matrix.bottomLeftCorner(left, e) * factor.solve(matrix.topRightCorner(e, left));
-      const Eigen::MatrixXd found =
-          stored.cast<double>().block(e, e, left, left).triangularView<Eigen::Lower>();
-      const Eigen::MatrixXd lower = condensed.triangularView<Eigen::Lower>();
-      EXPECT_LE((found - lower).norm(), kSingle * matrix.norm());
-      OnCacheLines vector(e, 1);
-      vector.numbers.setRandom();
-      const Eigen::MatrixXd given = vector.numbers;
-      kernel.forward_substitute_floats(numbers, stride, eliminated, vector.numbers.data());
-      kernel.back_substitute_floats(numbers, stride, eliminated, vector.numbers.data());
-      EXPECT_LE((matrix.topLeftCorner(e, e) * vector.numbers - given).norm(), kSingle * given.norm());
-    }
-  }
-}
-
-TEST(Elimination, FactorsNoIndefiniteFloats) {
-  for (const EliminationKernel& kernel : kernels()) {
-    alignas(64) float matrix[16 * 8] = {};
-    for (int i = 0; i < 8; ++i) matrix[17 * i] = i == 5 ? -1.0F : 1.0F;
-    EXPECT_TRUE(kernel.eliminate_float_columns(matrix, 16, 8, 8, 0));
-    EXPECT_FALSE(kernel.eliminate_float_columns(matrix, 16, 8, 8, 4)) << kernel.name;
-  }
-}
-
+// Also rows of half a register, and columns that begin on 16 bytes.
 TEST(Elimination, AddsProducts) {
-  for (const EliminationKernel& kernel : kernels()) {
-    for (const Eigen::Index rows : {8, 16, 40, 72}) {
-      SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
-      constexpr Eigen::Index kColumns = 27;
-      OnCacheLines matrix(rows, kColumns);
-      OnCacheLines x(kColumns, 1);
-      OnCacheLines y(rows, 1);
-      matrix.numbers.setRandom();
-      x.numbers.setRandom();
-      y.numbers.setRandom();
-      const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
-      const auto count = static_cast<uint32_t>(rows);
-      kernel.add_product(matrix.numbers.data(), count, count, kColumns, x.numbers.data(), y.numbers.data());
-      EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
-    }
-  }
-}
-
-// Rows of half a register, as in pair_weights.
-TEST(Elimination, AddsProductsOfFloats) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 36, 48, 56, 72}) {
       SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
       constexpr Eigen::Index kColumns = 27;
       const Eigen::MatrixXf matrix = Eigen::MatrixXf::Random(rows, kColumns);
-      OnCacheLines memory(rows, kColumns);
+      Vectors memory(rows, kColumns);
       float* columns = reinterpret_cast<float*>(memory.numbers.data()) + 4;
       Eigen::Map<Eigen::MatrixXf>(columns, rows, kColumns) = matrix;
-      OnCacheLines x(kColumns, 1);
-      OnCacheLines y(rows, 1);
+      Vectors x(kColumns, 1);
+      Vectors y(rows, 1);
       x.numbers.setRandom();
       y.numbers.setRandom();
       const Eigen::MatrixXd expected = y.numbers + matrix.cast<double>() * x.numbers;
       const auto count = static_cast<uint32_t>(rows);
-      kernel.add_float_product(columns, count, count, kColumns, x.numbers.data(), y.numbers.data());
+      kernel.add_product(columns, count, count, kColumns, x.numbers.data(), y.numbers.data());
       EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());
     }
   }
@@ -196,8 +142,8 @@ TEST(Elimination, AddsTransposedProducts) {
         SCOPED_TRACE(testing::Message() << kernel.name << " " << rows << " x " << count);
         AlignedBytes memory(static_cast<size_t>(rows * count) * sizeof(float));
         Eigen::Map<Eigen::MatrixXf> matrix(reinterpret_cast<float*>(memory.bytes().data()), rows, count);
-        OnCacheLines x(rows, 1);
-        OnCacheLines y(count, 1);
+        Vectors x(rows, 1);
+        Vectors y(count, 1);
         matrix.setRandom();
         x.numbers.setRandom();
         y.numbers.setRandom();
@@ -214,14 +160,14 @@ TEST(Elimination, AddsSymmetricProducts) {
   for (const EliminationKernel& kernel : kernels()) {
     for (const Eigen::Index rows : {8, 16, 40, 72}) {
       SCOPED_TRACE(testing::Message() << kernel.name << " " << rows);
-      OnCacheLines matrix(rows, rows);
-      OnCacheLines x(rows, 1);
-      OnCacheLines y(rows, 1);
+      Floats matrix(rows, rows);
+      Vectors x(rows, 1);
+      Vectors y(rows, 1);
       matrix.numbers.setRandom();
       matrix.numbers = (matrix.numbers + matrix.numbers.transpose()).eval();
       x.numbers.setRandom();
       y.numbers.setRandom();
-      const Eigen::MatrixXd expected = y.numbers + matrix.numbers * x.numbers;
+      const Eigen::MatrixXd expected = y.numbers + matrix.numbers.cast<double>() * x.numbers;
       kernel.add_symmetric_product(matrix.numbers.data(), static_cast<uint32_t>(rows), x.numbers.data(),
                                    y.numbers.data());
       EXPECT_LE((y.numbers - expected).norm(), 1e-12 * expected.norm());

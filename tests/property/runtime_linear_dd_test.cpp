@@ -186,13 +186,14 @@ TEST(RuntimeLinearDdWhole, FieldOfManyPanelsWhereverItGoes) {
     const std::vector<pal_real> field = session.field();
     EXPECT_LE((as_vector(field) - expected).lpNorm<Eigen::Infinity>(),
               kFieldTolerance * expected.lpNorm<Eigen::Infinity>());
+    const auto* expected_bytes = reinterpret_cast<const unsigned char*>(field.data());
     for (const size_t stride : {kNodeBytes, kNodeBytes + 4}) {
       std::vector<unsigned char> bytes_of_field(1 + stride * nodes);
       auto* out = reinterpret_cast<pal_real*>(bytes_of_field.data() + 1);
       require(pal_visual_frame(session.get(), out, stride), "frame off its alignment");
       for (uint32_t node = 0; node < nodes; ++node)
-        ASSERT_EQ(
-            std::memcmp(bytes_of_field.data() + 1 + node * stride, &field[size_t{3} * node], kNodeBytes), 0);
+        ASSERT_TRUE(std::equal(expected_bytes + node * kNodeBytes, expected_bytes + (node + 1) * kNodeBytes,
+                               bytes_of_field.data() + 1 + node * stride));
     }
     std::vector<uint32_t> all(nodes);
     std::iota(all.begin(), all.end(), 0U);

@@ -49,6 +49,7 @@ TEST(SamplingPoints, AreOneSequence) {
     std::array<std::vector<Eigen::Vector3d>, 4> seen;
     {
       std::vector<std::jthread> threads;
+      threads.reserve(seen.size());
       for (std::vector<Eigen::Vector3d>& of_thread : seen) {
         threads.emplace_back([&] {
           for (size_t i = 0; i < kCount; ++i) of_thread.push_back(shared[i]);

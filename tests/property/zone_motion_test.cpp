@@ -116,13 +116,13 @@ struct Tangents {
 
 Tangents tangents_of(OwnedSession& session, int frames, const std::function<void(int)>& touch) {
   const ZoneState& zone = session.get()->tissue.zone;
-  std::vector<const double*> factors(pack::kMostZoneContacts);
+  std::vector<const float*> factors(pack::kMostZoneContacts);
   std::vector<int> since(pack::kMostZoneContacts);
   Tangents tangents;
   for (int frame = 0; frame < frames; ++frame) {
     touch(frame);
     for (uint32_t g = 0; g < zone.active.num_groups; ++g) {
-      const double* factor = zone.active.groups[g].factor;
+      const float* factor = zone.active.groups[g].factor;
       ++since[g];
       if (factor == factors[g]) continue;
       if (factors[g] != nullptr) {

@@ -31,9 +31,10 @@ void expect_stiffness(const pal_pack* pack, double tolerance, double skew,
   EXPECT_LE((difference - difference.transpose()).norm(), skew * stiffness.norm());
 }
 
-// Between two iterations of the refining lane the stiffness is symmetric and the derivative of the force.
+// Between two iterations of the refining lane the stiffness is symmetric and the derivative of the force. Tangents are
+// eliminated in float32.
 TEST(NonlinearZone, StiffnessIsTheDerivativeOfTheForce) {
-  for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-8}}) {
+  for (const auto& [rings, tolerance] : {std::pair{2, 1e-4}, {8, 1e-5}}) {
     SCOPED_TRACE(rings);
     expect_stiffness(ZoneBlock(rings, kTissue).pack->get(), tolerance, 3 * tolerance);
     expect_stiffness(sharing_block(rings, CompressibleNeoHookean{1.0, 20.0}).pack->get(), tolerance,

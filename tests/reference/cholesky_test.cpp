@@ -178,6 +178,7 @@ TEST(CholeskyReference, FactorsMadeAtOnceAreThoseMadeAlone) {
   const Eigen::VectorXd alone = solve();
   std::array<Eigen::VectorXd, 4> at_once;
   std::vector<std::thread> threads;
+  threads.reserve(at_once.size());
   for (Eigen::VectorXd& solution : at_once) threads.emplace_back([&] { solution = solve(); });
   for (std::thread& thread : threads) thread.join();
   for (const Eigen::VectorXd& solution : at_once) EXPECT_EQ(solution, alone) << "to the bit";

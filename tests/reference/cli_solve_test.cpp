@@ -125,6 +125,7 @@ TEST_F(Solve, KeepsTheLabelsAndDigitsOfTheModel) {
   ASSERT_EQ(run.exit_code, 0) << run.error;
   std::vector<int> labels;
   const std::vector<CsvRow> rows = read_csv(folder() / "step1.csv");
+  labels.reserve(rows.size());
   for (const CsvRow& row : rows) labels.push_back(row.node);
   EXPECT_EQ(labels, (std::vector<int>{1001, 5, 70, 6}));
   EXPECT_EQ(row_of(rows, 5).fields[1], "0.123456789012");

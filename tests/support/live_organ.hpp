@@ -162,8 +162,9 @@ class LiveOrgan {
         const int row = kept_rows_[static_cast<size_t>(i)];
         const int column = kept_rows_[static_cast<size_t>(j)];
         if (row >= 0 && column >= 0)
-          outside_(i, j) = of_.exterior.schur[static_cast<uint32_t>(column) * of_.exterior.schur_stride +
-                                              static_cast<uint32_t>(row)];
+          outside_(i, j) = static_cast<double>(
+              of_.exterior.schur[static_cast<uint32_t>(column) * of_.exterior.schur_stride +
+                                 static_cast<uint32_t>(row)]);
       }
     }
   }

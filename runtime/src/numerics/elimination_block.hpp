@@ -14,25 +14,23 @@
 namespace palpate {
 
 // The Cholesky factor of a diagonal block: L below the diagonal, and the reciprocals of L's diagonal.
-template <typename Number>
 struct DiagonalBlock {
-  Number below[kEliminationColumns][kEliminationColumns];
-  Number inverse[kEliminationColumns];
+  float below[kEliminationColumns][kEliminationColumns];
+  float inverse[kEliminationColumns];
 };
 
 // False if the block is not positive definite to rounding.
-template <typename Number>
-inline bool factor_block(const Number* block, uint32_t stride, DiagonalBlock<Number>& factor) {
+inline bool factor_block(const float* block, uint32_t stride, DiagonalBlock& factor) {
   // Relative to the diagonal before this block's elimination
-  constexpr Number kLeastPivot = sizeof(Number) == sizeof(double) ? Number(1e-13) : Number(1e-6);
+  constexpr float kLeastPivot = 1e-6F;
   for (uint32_t c = 0; c < kEliminationColumns; ++c) {
-    const Number diagonal = block[c * stride + c];
-    Number pivot = diagonal;
+    const float diagonal = block[c * stride + c];
+    float pivot = diagonal;
     for (uint32_t k = 0; k < c; ++k) pivot -= factor.below[c][k] * factor.below[c][k];
     if (!(pivot > kLeastPivot * std::fabs(diagonal)) || !isfinite(pivot)) return false;
-    factor.inverse[c] = Number(1) / std::sqrt(pivot);
+    factor.inverse[c] = 1.0F / std::sqrt(pivot);
     for (uint32_t r = c + 1; r < kEliminationColumns; ++r) {
-      Number entry = block[c * stride + r];
+      float entry = block[c * stride + r];
       for (uint32_t k = 0; k < c; ++k) entry -= factor.below[r][k] * factor.below[c][k];
       factor.below[r][c] = entry * factor.inverse[c];
     }
@@ -41,8 +39,7 @@ inline bool factor_block(const Number* block, uint32_t stride, DiagonalBlock<Num
 }
 
 // Solves with the diagonal triangle of four columns.
-template <typename Number>
-inline void solve_triangle(const Number* block, uint32_t stride, double* vector) {
+inline void solve_triangle(const float* block, uint32_t stride, double* vector) {
   double inverse[kEliminationColumns];  // reciprocals first: no division waits for another division
   for (uint32_t c = 0; c < kEliminationColumns; ++c)
     inverse[c] = 1.0 / static_cast<double>(block[c * stride + c]);

@@ -14,7 +14,7 @@ namespace {
 struct FrontBound {
   size_t columns;
   size_t below;  // numbers
-  size_t stride() const { return float_elimination_stride(static_cast<uint32_t>(columns + below)); }
+  size_t stride() const { return elimination_stride(static_cast<uint32_t>(columns + below)); }
 };
 
 FrontBound bound_of(const pack::Front& front, uint32_t kept_within) {
@@ -94,7 +94,7 @@ bool list_front(const Exterior& exterior, CondensationScratch& scratch, Condensa
     const FrontFactor& of_child = condensation.fronts[child];
     for (uint32_t i = 0; i < of_child.num_below; ++i) list_below(of_child.nodes[of_child.num_eliminated + i]);
   });
-  factor.stride = float_elimination_stride(factor.columns + 3 * factor.num_below);
+  factor.stride = elimination_stride(factor.columns + 3 * factor.num_below);
   return fits;
 }
 
@@ -169,7 +169,7 @@ bool add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch,
     const float* from = scratch.matrix + size_t{factor.columns + b} * factor.stride + factor.columns;
     for (uint32_t a = b; a < 3 * factor.num_below; ++a) {
       const size_t row = scratch.unknown_of[nodes[a / 3]] + a % 3;
-      const double entry = static_cast<double>(from[a]);
+      const float entry = from[a];
       is_finite = is_finite && isfinite(entry);
       condensation.schur[column * condensation.schur_stride + row] += entry;
       if (a != b) condensation.schur[row * condensation.schur_stride + column] += entry;
@@ -253,8 +253,8 @@ void carve_condensation(const pal_pack& pack, const CondensationRoom& room, Aren
   condensation.roles = arena.take<NodeRole>(pack.organ.num_nodes);
   condensation.is_own = arena.take<uint8_t>(pack.organ.num_fronts);
   condensation.kept = arena.take<uint32_t>(room.kept);
-  const size_t stride = elimination_stride(3 * room.kept);
-  condensation.schur = arena.take<double>(stride * stride);
+  const size_t stride = symmetric_stride(3 * room.kept);
+  condensation.schur = arena.take<float>(stride * stride);
   condensation.nodes = arena.take<uint32_t>(room.nodes);
   condensation.panels = arena.take<float>(room.panels);
   condensation.updates = arena.take<float>(room.updates);
@@ -289,7 +289,7 @@ bool begin_condensation(const Exterior& exterior, const Condensation* whole, Con
   condensation.front = condensation.column = 0;
   condensation.is_assembled = false;
   condensation.nodes_used = condensation.panels_used = condensation.updates_used = 0;
-  condensation.schur_stride = elimination_stride(3 * condensation.num_kept);
+  condensation.schur_stride = symmetric_stride(3 * condensation.num_kept);
   memset(condensation.schur, 0,
          size_t{condensation.schur_stride} * condensation.schur_stride * sizeof *condensation.schur);
   memset(condensation.is_own, whole == nullptr ? 1 : 0, organ.num_fronts);
@@ -325,8 +325,8 @@ Progress advance_condensation(const Exterior& exterior, uint64_t operations, Con
     for (; condensation.column < size; condensation.column += kEliminationColumns) {
       if (spent >= operations) return Progress::goes_on;
       spent += elimination_operations(size, factor.columns, condensation.column);
-      if (!exterior.kernel.eliminate_float_columns(scratch.matrix, factor.stride, size, factor.columns,
-                                                   condensation.column)) {
+      if (!exterior.kernel.eliminate_columns(scratch.matrix, factor.stride, size, factor.columns,
+                                             condensation.column)) {
         forget_front(condensation, scratch);
         return Progress::failed;
       }
@@ -348,13 +348,12 @@ uint64_t forward_substitute_front(const Condensation& condensation, const Elimin
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
     memcpy(own + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *own);
   for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-  kernel.forward_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+  kernel.forward_substitute(factor.panel, factor.stride, factor.columns, own);
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
     memcpy(forces + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
   const uint32_t rows = 3 * factor.num_below;
   memset(scratch.below, 0, round_to_columns(rows) * sizeof *scratch.below);
-  kernel.add_float_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own,
-                           scratch.below);
+  kernel.add_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own, scratch.below);
   for (uint32_t i = 0; i < factor.num_below; ++i) {
     double* node = forces + size_t{3} * factor.nodes[factor.num_eliminated + i];
     for (uint32_t axis = 0; axis < 3; ++axis) node[axis] -= scratch.below[3 * i + axis];
@@ -381,7 +380,7 @@ uint64_t backward_substitute_front(const Condensation& condensation, const Elimi
       own[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
   }
   for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-  kernel.back_substitute_floats(factor.panel, factor.stride, factor.columns, own);
+  kernel.back_substitute(factor.panel, factor.stride, factor.columns, own, 0, 1);
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
     memcpy(values + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
   return uint64_t{factor.stride} * factor.columns;

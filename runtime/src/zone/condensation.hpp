@@ -65,8 +65,8 @@ struct Condensation {
   uint8_t* is_own;      // [num_fronts] the front is not the whole organ's
   uint32_t num_kept;
   uint32_t* kept;         // [room.kept] nodes
-  uint32_t schur_stride;  // elimination_stride(3 num_kept)
-  double* schur;          // S: [schur_stride][schur_stride], both triangles
+  uint32_t schur_stride;  // symmetric_stride(3 num_kept)
+  float* schur;           // S: [schur_stride][schur_stride], both triangles
   // Memory of the fronts
   uint32_t* nodes;
   float* panels;

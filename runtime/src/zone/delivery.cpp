@@ -43,7 +43,7 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
   return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy + rounding;
 }
 
-void write_tangent(const Refinement& of, double* to) {
+void write_tangent(const Refinement& of, float* to) {
   const ZoneOutline& outline = of.outline;
   const auto copy_block = [&](uint32_t first_row, uint32_t rows, uint32_t first_column, uint32_t columns,
                               size_t stride) {

@@ -16,7 +16,7 @@ namespace palpate {
 bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite);
 
 // S of all groups as frames have it (exterior_size()): for each group its own block, then those with the other groups.
-void write_tangent(const Refinement& of, double* to);
+void write_tangent(const Refinement& of, float* to);
 
 // The displacements of the packed nodes, to the request's field.
 void write_field(const pal_pack& pack, const Refinement& of);

@@ -42,7 +42,7 @@ void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
   preparation.room = room;
   carve_set(pack, room, arena, preparation.set);
   carve_work(room, arena, preparation.work);
-  preparation.tangents = arena.take<double>(room.tangents);
+  preparation.tangents = arena.take<float>(room.tangents);
   preparation.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
   preparation.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
   preparation.found_nodes = arena.take<uint32_t>(room.nodes);

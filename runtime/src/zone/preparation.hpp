@@ -20,7 +20,7 @@ namespace palpate {
 struct ZonePreparation {
   ZoneRoom room;
   ZoneSet set;
-  double* tangents;  // [ZoneRoom::tangents] its first
+  float* tangents;  // [ZoneRoom::tangents] its first
   ZoneWork work;
   // Progress
   uint32_t group;

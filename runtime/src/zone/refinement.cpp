@@ -332,7 +332,7 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   refinement.zone = arena.take<double>(numbers);
   refinement.is_zone_element = arena.take<uint8_t>(pack.organ.num_elements);
   for (double** vector : {&refinement.moved, &refinement.forces})
-    *vector = arena.take<double>(elimination_stride(3 * kept));
+    *vector = arena.take<double>(symmetric_stride(3 * kept));
 }
 
 void fill_refinement(const pal_pack& pack, Refinement& refinement) {

@@ -106,7 +106,7 @@ void take_places(const pal_pack& pack, const ZoneSet& before, uint32_t* place_of
 // The active set becomes the one to be prepared next.
 void swap_sets(ZonePreparation& preparation, ZoneState& state) {
   std::swap(state.active, preparation.set);
-  double* const free = state.tangents[1];
+  float* const free = state.tangents[1];
   state.tangents[1] = state.tangents[0];
   state.tangents[0] = preparation.tangents;
   preparation.tangents = free;

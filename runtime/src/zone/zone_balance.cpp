@@ -61,7 +61,7 @@ void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   group.others_moved = 0;
   if (frame.set.num_groups == 1) return;
   memset(group.coupled, 0, group.boundary_stride * sizeof *group.coupled);
-  const double* blocks = group.couplings;
+  const float* blocks = group.couplings;
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     const ZoneGroup& other = frame.set.groups[g];
     if (&other == &group) continue;

@@ -150,8 +150,8 @@ void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Zon
   mailbox = {};
   mailbox.request.displacement = arena.take<double>(size_t{3} * room.nodes);
   const size_t axes = room.axes_per_contact * room.contacts;
-  mailbox.delivery.force = arena.take<double>(elimination_stride(3 * room.boundary));
-  mailbox.delivery.exterior = arena.take<double>(room.exterior);
+  mailbox.delivery.force = arena.take<double>(symmetric_stride(3 * room.boundary));
+  mailbox.delivery.exterior = arena.take<float>(room.exterior);
   for (pal_real*& field : mailbox.fields) field = arena.take<pal_real>((1 + axes) * field_size(pack));
 }
 

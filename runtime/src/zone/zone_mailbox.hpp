@@ -47,7 +47,7 @@ struct ZoneDelivery {
   double* force;     // [max_boundary][3], rounded to a stride: c of the boundary, group by group
   double energy;     // C
   uint64_t tangent;  // number of S
-  double* exterior;  // [ZoneRoom::exterior] S of all groups, if the active set has another one
+  float* exterior;   // [ZoneRoom::exterior] S of all groups, if the active set has another one
   double change;     // of displacements by the iteration, the largest component
   bool is_unstable;  // the exterior's tangent near this equilibrium is not positive definite
 };

@@ -212,7 +212,7 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZonePreparation& preparatio
   group.num_axes = preparation.room.axes_per_contact * group.num_contacts;
   group.size = group.unknowns + group.num_axes;
   group.stride = elimination_stride(group.size);
-  group.boundary_stride = elimination_stride(3 * group.num_boundary);
+  group.boundary_stride = symmetric_stride(3 * group.num_boundary);
   for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
     if (!is_in_group(i)) continue;
     const uint32_t node = preparation.found_nodes[i];

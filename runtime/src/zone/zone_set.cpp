@@ -48,7 +48,7 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   room.quadratic = std::min(room.elements, pack.num_quadratic);
   room.boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
   room.masters = room.contacts * pack.max_patch_nodes;
-  const size_t stride = elimination_stride(3 * room.boundary + kEliminationRows * room.contacts);
+  const size_t stride = symmetric_stride(3 * room.boundary + kSymmetricRows * room.contacts);
   room.exterior = stride * stride;
   const uint32_t axes = room.axes_per_contact * room.contacts;
   const uint32_t unknowns = 3 * room.nodes + kEliminationColumns;
@@ -85,7 +85,7 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   set.linear = arena.take<ZoneBatch<4>>(batches(room.elements));
   if (room.quadratic > 0) set.quadratic = arena.take<ZoneBatch<10>>(batches(room.quadratic));
   if (pack.num_sharing > 0) set.patches = arena.take<ZonePatch>(std::min(room.elements, pack.num_sharing));
-  set.exterior_at_rest = arena.take<double>(room.exterior);
+  set.exterior_at_rest = arena.take<float>(room.exterior);
   set.rows = arena.take<double>(room.rows);
 }
 
@@ -101,8 +101,8 @@ void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSt
   state = {};
   state.room = room;
   carve_set(pack, room, arena, state.active);
-  for (double*& tangents : state.tangents) tangents = arena.take<double>(room.tangents);
-  state.exterior = arena.take<double>(room.exterior);
+  for (float*& tangents : state.tangents) tangents = arena.take<float>(room.tangents);
+  state.exterior = arena.take<float>(room.exterior);
   carve_work(room, arena, state.work);
 }
 
@@ -168,7 +168,7 @@ size_t exterior_size(const ZoneSet& set) {
   return size;
 }
 
-void use_exterior(double* exterior, ZoneSet& set) {
+void use_exterior(float* exterior, ZoneSet& set) {
   uint32_t all = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) all += 3 * set.groups[g].num_boundary;
   for (uint32_t g = 0; g < set.num_groups; ++g) {

@@ -38,8 +38,8 @@ struct ZoneGroup {
   uint32_t size;      // rows of the tangent's matrix: the unknowns, then num_axes
   uint32_t stride;
   uint32_t boundary_stride;
-  double* exterior;       // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
-  double* couplings;      // the blocks of S between this boundary and each other: [boundary_stride] a column
+  float* exterior;        // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
+  float* couplings;       // the blocks of S between this boundary and each other: [boundary_stride] a column
   bool has_new_exterior;  // S has changed since the tangent in use was begun
   double* coupled;        // [boundary_stride] force of the other boundaries on this one, as computed last
   double others_moved;    // length that other groups have moved since `coupled` was computed
@@ -47,7 +47,7 @@ struct ZoneGroup {
   double* exterior_force;      // [boundary_stride] S w_B, computed by evaluate_group()
 
   // The tangent in use (zone_tangent.hpp)
-  double* factor;         // [size rounded to columns][stride], eliminated
+  float* factor;          // [size rounded to columns][stride], eliminated
   double* sensitivities;  // [num_axes][unknowns] - d unknown / d axis
   double* step;           // [unknowns] the last Newton step
   bool has_tangent;
@@ -56,7 +56,7 @@ struct ZoneGroup {
   double left;      // part of the residual that the last Newton step left
 
   // The next tangent, which several frames may make
-  double* spare;                // as `factor`
+  float* spare;                 // as `factor`
   double* spare_sensitivities;  // as `sensitivities`
   size_t tangent_place;         // offset of `factor` and `spare` in ZoneState::tangents
   bool is_assembling;           // the next tangent is begun and not finished
@@ -174,8 +174,8 @@ struct ZoneSet {
   ZoneBatch<4>* linear;
   ZoneBatch<10>* quadratic;
   ZonePatch* patches;
-  double* exterior_at_rest;  // [max_exterior] S of all groups (exterior_size())
-  double* rows;              // [max_rows] sensitivities of both tangents and other vectors of groups
+  float* exterior_at_rest;  // [max_exterior] S of all groups (exterior_size())
+  double* rows;             // [max_rows] sensitivities of both tangents and other vectors of groups
 };
 
 // The axis of the set that is axis `i` of a group.
@@ -236,8 +236,8 @@ struct ZoneState {
   bool has_jumped;          // a correction began or was dropped
   bool went_back;           // a group found no way on, and is back at its last balance or at rest
   ZoneSet active;
-  double* tangents[2];  // [ZoneRoom::tangents] each: tangents in use, and the next ones
-  double* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
+  float* tangents[2];  // [ZoneRoom::tangents] each: tangents in use, and the next ones
+  float* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
   ZoneWork work;
 };
 
@@ -280,7 +280,7 @@ bool has_exterior(const ZoneSet& set);
 size_t exterior_size(const ZoneSet& set);
 
 // Points each group at its blocks of this S.
-void use_exterior(double* exterior, ZoneSet& set);
+void use_exterior(float* exterior, ZoneSet& set);
 
 // Takes c, C and S back to rest; contacts stay.
 void drop_correction(ZoneSet& set);

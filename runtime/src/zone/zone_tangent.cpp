@@ -16,7 +16,7 @@ namespace {
 constexpr double kLargestForce =
     1e60;  // in units of the model: far from where those of the caller would overflow
 // What is added to the diagonal, of it, one after the other until the stiffness is positive definite.
-constexpr double kShifts[] = {0.0, 0.1, 1.0};
+constexpr float kShifts[] = {0.0F, 0.1F, 1.0F};
 constexpr uint32_t kNumShifts = 3;
 constexpr uint64_t kLeastSlice = 20000;  // multiply-adds
 
@@ -34,23 +34,23 @@ uint32_t num_parts(const ZoneGroup& group) {
   return num_column_parts(group) + num_parts(group.batches) + 1;
 }
 
-void begin_columns(const ZoneGroup& group, uint32_t part, double* matrix) {
+void begin_columns(const ZoneGroup& group, uint32_t part, float* matrix) {
   const size_t stride = group.stride;
   const uint32_t begin = part * kColumnsOfPart;
   const uint32_t end = std::min(round_to_columns(group.size), begin + kColumnsOfPart);
   const uint32_t boundary = 3 * group.num_interior;
   for (uint32_t column = begin; column < end; ++column) {
-    double* to = matrix + column * stride;
+    float* to = matrix + column * stride;
     const size_t top = column / kEliminationRows * kEliminationRows;
     memset(to + top, 0, (stride - top) * sizeof *to);
     if (column < boundary || column >= boundary + 3 * group.num_boundary) continue;
     const uint32_t j = column - boundary;
-    const double* from = group.exterior + size_t{j} * group.boundary_stride;
+    const float* from = group.exterior + size_t{j} * group.boundary_stride;
     memcpy(to + column, from + j, (3 * group.num_boundary - j) * sizeof *to);
   }
 }
 
-void finish_matrix(const ZoneFrame& frame, const ZoneGroup& group, double shift, double* matrix) {
+void finish_matrix(const ZoneFrame& frame, const ZoneGroup& group, float shift, float* matrix) {
   const size_t stride = group.stride;
   const uint32_t free = group.num_interior + group.num_boundary;
   for (uint32_t i = 3 * free; i < group.unknowns; ++i) matrix[i * stride + i] = 1;
@@ -68,7 +68,7 @@ constexpr uint64_t kOfEntry = 8;
 
 // The next part of ZoneGroup::spare, at the displacements that the group has. Multiply-adds that take as long.
 uint64_t assemble_part(ZoneFrame& frame, ZoneGroup& group) {
-  double* matrix = group.spare;
+  float* matrix = group.spare;
   uint32_t part = group.assembled++;
   const uint32_t size = group.size;
   if (part < num_column_parts(group)) {
@@ -100,8 +100,9 @@ uint64_t substitute_rows(const ZoneFrame& frame, ZoneGroup& group) {
   const uint32_t first = group.substituted;
   double* rows = group.spare_sensitivities + size_t{first} * group.unknowns;
   for (uint32_t column = 0; column < group.unknowns; ++column) {
-    const double* from = group.spare + size_t{column} * group.stride + group.unknowns + first;
-    for (uint32_t t = 0; t < kRowsAtOnce; ++t) rows[size_t{t} * group.unknowns + column] = from[t];
+    const float* from = group.spare + size_t{column} * group.stride + group.unknowns + first;
+    for (uint32_t t = 0; t < kRowsAtOnce; ++t)
+      rows[size_t{t} * group.unknowns + column] = static_cast<double>(from[t]);
   }
   frame.kernel.back_substitute(group.spare, group.stride, group.unknowns, rows, group.unknowns, kRowsAtOnce);
   group.substituted += kRowsAtOnce;
@@ -124,11 +125,11 @@ uint64_t slice_of_tangent(const ZoneGroup& group) {
 }
 
 // What an eliminated matrix says of the contacts. False, and nothing taken, where that is not finite.
-bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
-  const double* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
+bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const float* matrix) {
+  const float* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
   for (uint32_t j = 0; j < group.num_axes; ++j) {
     for (uint32_t i = j; i < group.num_axes; ++i) {
-      if (!(fabs(trailing[size_t{j} * group.stride + i]) <= kLargestForce)) return false;
+      if (!(fabs(static_cast<double>(trailing[size_t{j} * group.stride + i])) <= kLargestForce)) return false;
     }
   }
   ZoneSet& set = frame.set;
@@ -139,7 +140,8 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const double* matrix) {
     const uint32_t column = contact_axis(set, group, j);
     for (uint32_t i = j; i < group.num_axes; ++i) {
       const uint32_t row = contact_axis(set, group, i);
-      set.stiffness[row][column] = set.stiffness[column][row] = trailing[size_t{j} * group.stride + i];
+      set.stiffness[row][column] = set.stiffness[column][row] =
+          static_cast<double>(trailing[size_t{j} * group.stride + i]);
     }
   }
   return true;
