@@ -133,8 +133,6 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   files.insert(files.end(), organ.model.files.begin(), organ.model.files.end());
   std::vector<InputFile> inputs = read_inputs(files);
   SamplingPlan plan = plan_sampling(organ.scene, organ.sites, arguments.jobs);
-  const int num_sites = static_cast<int>(organ.sites.sites.size());
-  if (effort.scene_survey > 0) plan.survey_samples = (effort.scene_survey + num_sites - 1) / num_sites;
   if (effort.scene_sets > 0) plan.survey_sets = effort.scene_sets;
   const SampleStore store(arguments.folder / "samples" / name,
                           what_samples_depend_on(organ.model, organ.scene, organ.sites, inputs));

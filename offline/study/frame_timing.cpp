@@ -3,11 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <numeric>
 #include <random>
 #include <set>
+#include <thread>
 
 #include "offline/study/timed_contacts.hpp"
 #include "offline/study/timed_session.hpp"
@@ -148,17 +150,39 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   return timings;
 }
 
-// Frames of moving contacts, each of which takes a delivery, and the iterations between them.
+// Frames of moving contacts at 1 kHz, while another thread is the refining lane.
+Timing time_beside_lane(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
+                        std::string stage) {
+  constexpr int kFrames = 3000;
+  constexpr std::uint64_t kSlice = 2'000'000;
+  TimedSession session(opened, PAL_MODEL_ZONE, static_cast<std::uint32_t>(sites.size()));
+  int next = 0;
+  session.haptic(all_on_paths(opened, sites, next++));
+  const std::jthread lane([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) session.refine(kSlice);
+  });
+  auto due = std::chrono::steady_clock::now();
+  return time_frames(
+      model_name(PAL_MODEL_ZONE), std::move(stage), kFrames,
+      [&](int) { session.ask(all_on_paths(opened, sites, next++)); },
+      [&] {
+        due += std::chrono::milliseconds(1);
+        while (std::chrono::steady_clock::now() < due) continue;
+      });
+}
+
+// Frames beside the refining lane, and the lane's iterations alone.
 void time_refining(const OpenedPack& opened, std::uint32_t count, int frames, std::vector<Timing>& timings) {
-  const char* model = model_name(PAL_MODEL_ZONE);
-  TimedSession session(opened, PAL_MODEL_ZONE, count);
   const std::vector<std::uint32_t> sites = sites_apart(opened, count);
   const std::string of = fmt::format("{} contact{}", count, count > 1 ? "s" : "");
+  timings.push_back(time_beside_lane(opened, sites, "1 kHz beside the lane, " + of));
+  TimedSession session(opened, PAL_MODEL_ZONE, count);
   int next = 0;
-  const auto touch = [&](int) { session.haptic(all_on_paths(opened, sites, next++)); };
-  timings.push_back(time_frames(model, "refined frame, " + of, frames, touch, [&] { session.refine(); }));
+  const auto touch = [&] { session.haptic(all_on_paths(opened, sites, next++)); };
+  touch();
   timings.push_back(time_frames(
-      model, "refining iteration, " + of, frames, [&](int) { session.refine(); }, [&] { touch(0); }));
+      model_name(PAL_MODEL_ZONE), "refining iteration, " + of, frames, [&](int) { session.refine(); },
+      touch));
 }
 
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {

@@ -30,10 +30,9 @@ struct ReportEffort {
   int reference_frames = 120;  // frames of linear references
   int newton_frames = 12;      // frames of full Newton
   int scene_sites = 24;        // limit for a scene that is packed for the report
-  int scene_survey = 0;        // pushes of the scene's survey; 0: as in `palpate build`
   int scene_sets = 0;          // contact sets of the scene's survey
 
-  // A first look: few pushes give weaker surveys and validations.
+  // A first look: few pushes give a weaker validation.
   static ReportEffort quick() {
     ReportEffort effort;
     effort.random_pushes = 24;
@@ -56,7 +55,6 @@ struct ReportEffort {
     effort.reference_frames = 12;
     effort.newton_frames = 3;
     effort.scene_sites = 4;
-    effort.scene_survey = 96;
     effort.scene_sets = 4;
     return effort;
   }

@@ -56,6 +56,19 @@ void expect_full_solve(const ZoneBlock& organ, const std::vector<pal_contact>& c
   }
 }
 
+// A straight column under four times the load that buckles it is in equilibrium, too.
+TEST(ZoneRefined, AnUnstableEquilibriumIsUnconverged) {
+  const ZoneBlock organ = column(kTissue, false, 1.6);
+  OwnedSession session(organ.pack->get(), refining(organ, 1));
+  const auto is_unconverged = [&](double shortened) {
+    const auto results = settle(session, {{0, {0, 0, -shortened}, 0, {}, {}, {}}});
+    return (results.front().flags & PAL_FLAG_UNCONVERGED) != 0;
+  };
+  EXPECT_FALSE(is_unconverged(0.1));
+  EXPECT_TRUE(is_unconverged(1.5));
+  EXPECT_FALSE(is_unconverged(0.1));
+}
+
 TEST(ZoneRefined, IsTheFullSolveWithOneRing) {
   for (const auto* contacts : {&kOne, &kApart, &kNear}) expect_full_solve(tissue_block(1), *contacts);
 }

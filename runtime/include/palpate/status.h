@@ -83,8 +83,9 @@ enum {
   PAL_FLAG_REDUCED = 1 << 12,
   /* A contact between sites was answered at the site of its largest weight, or as if it were alone. */
   PAL_FLAG_NEAREST_SITE = 1 << 13,
-  /* nonlinear_zone has not converged at this displacement. pal_contact_result::displacement is where the contact has got
-   * to; where contacts jam tissue between them, force and stiffness may have any value. */
+  /* nonlinear_zone has not converged at this displacement, or to an equilibrium that is unstable.
+   * pal_contact_result::displacement is where the contact has got to; where contacts jam tissue between them, force and
+   * stiffness may have any value. */
   PAL_FLAG_UNCONVERGED = 1 << 14,
   /* Tools: the model's force may have any value, as from a jam of tissue until it has converged again. The last good force
    * is played and fades to zero over ramp_seconds; the stiffness is 0. */

@@ -98,7 +98,7 @@ extern "C" const char* pal_flag_text(uint32_t flag) noexcept {
     case PAL_FLAG_NEAREST_SITE:
       return "a contact between sites was answered at the site of its largest weight, or as if it were alone";
     case PAL_FLAG_UNCONVERGED:
-      return "nonlinear_zone has not converged at this displacement";
+      return "nonlinear_zone has not converged to a stable equilibrium at this displacement";
     case PAL_FLAG_HELD:
       return "the model's force is unreliable; the last good force plays and fades out";
     case PAL_FLAG_UNREFINED:
