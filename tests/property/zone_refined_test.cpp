@@ -33,7 +33,7 @@ pal_session_config refining(const ZoneBlock& organ, uint32_t max_contacts = 3, u
 // As settle(), and iterations must have come to change nothing.
 std::vector<pal_contact_result> settle_refined(OwnedSession& session,
                                                const std::vector<pal_contact>& contacts, uint64_t slice = 0) {
-  const auto results = settle(session, contacts, slice);
+  auto results = settle(session, contacts, slice);
   constexpr double kChange = 1e-8;  // the noise of frames that are done
   session.touch(contacts);
   const pal_refinement last = refine(session, slice);
