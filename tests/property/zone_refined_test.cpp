@@ -56,7 +56,7 @@ void expect_full_solve(const ZoneBlock& organ, const std::vector<pal_contact>& c
   }
 }
 
-// A straight column under four times the load that buckles it is in equilibrium, too.
+// A straight column that is shortened far beyond Euler's load is in equilibrium, too.
 TEST(ZoneRefined, AnUnstableEquilibriumIsUnconverged) {
   const ZoneBlock organ = column(kTissue, false, 1.6);
   OwnedSession session(organ.pack->get(), refining(organ, 1));

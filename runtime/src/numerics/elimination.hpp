@@ -3,8 +3,10 @@
 //   [ A11  . ]        [ L    .            ]
 //   [ A21 A22 ]  ->   [ X   A22 - X X^T   ],   A11 = L L^T,  X = A21 L^-T
 //
-// A22 - A21 A11^-1 A21^T is the condensed matrix of the remaining rows. Matrices are float32, vectors and their sums double:
-// what is solved with these matrices is iterated (nonlinear_zone.hpp, exterior.hpp), and float32 halves the memory to read.
+// A22 - A21 A11^-1 A21^T is the condensed matrix of the remaining rows.
+//
+// Matrices are float32, vectors and their sums double. Iterations correct the rounding of the matrices
+// (nonlinear_zone.hpp, exterior.hpp), and float32 halves the memory to read.
 //
 // Storage is column-major, and only the lower triangle has meaning; the elimination overwrites entries above
 // the triangle.
@@ -46,8 +48,8 @@ struct EliminationKernel {
                           size_t row_stride, uint32_t count);
   // vector := L^-1 vector; `size` as in back_substitute.
   void (*forward_substitute)(const float* matrix, uint32_t stride, uint32_t size, double* vector);
-  // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four. Columns begin on 16 bytes, y on 32
-  // bytes.
+  // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four. Columns begin on 16 bytes, y
+  // on 32 bytes.
   void (*add_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
   // y := y + A^T x. Rows and columns are multiples of four; columns begin on 16 bytes, x and y on 32 bytes.

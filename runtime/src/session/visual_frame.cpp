@@ -140,7 +140,7 @@ void write_fields_in_order(const pal_session& session, const FieldState& field, 
   }
 }
 
-// Writes rest plus the row, or adds the row to what `out` has.
+// Writes the sum of the row and the node's displacement at rest, or adds the row to `out`.
 void write_node(const pal_session& session, const FieldState& field, uint32_t node, bool adds, pal_real* row,
                 char* out) {
   if (adds) {

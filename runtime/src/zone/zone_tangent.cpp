@@ -129,7 +129,7 @@ bool take_contacts(ZoneFrame& frame, ZoneGroup& group, const float* matrix) {
   const float* trailing = matrix + size_t{group.unknowns} * group.stride + group.unknowns;
   for (uint32_t j = 0; j < group.num_axes; ++j) {
     for (uint32_t i = j; i < group.num_axes; ++i) {
-      if (!(fabs(static_cast<double>(trailing[size_t{j} * group.stride + i])) <= kLargestForce)) return false;
+      if (!isfinite(trailing[size_t{j} * group.stride + i])) return false;
     }
   }
   ZoneSet& set = frame.set;
