@@ -111,6 +111,15 @@ inline void quaternion_of(const double turn[3], double q[4]) {
   q[0] = sqrt(std::max(0.0, 1 - square));
 }
 
+// The turn from one turn to another.
+inline void find_turn_change(const double from[3], const double to[3], double out[3]) {
+  double was[4];
+  double is[4];
+  quaternion_of(from, was);
+  quaternion_of(to, is);
+  turn_between(was, is, out);
+}
+
 // conjugate(a) * b.
 inline void divide_quaternions(const double a[4], const double b[4], double out[4]) {
   out[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];

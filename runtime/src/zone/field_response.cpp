@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "runtime/src/numerics/pose.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
@@ -34,6 +35,78 @@ void write_packed(const pal_pack& pack, FieldResponse& response) {
   }
 }
 
+// The nodes of a group's boundary in Condensation::kept.
+const uint32_t* boundary_nodes(const ZoneSet& set, const Condensation& own, const ZoneGroup& group) {
+  const uint32_t* nodes = own.kept;
+  for (const ZoneGroup* before = set.groups; before != &group; ++before) nodes += before->num_boundary;
+  return nodes;
+}
+
+// ZoneWork::outside := the force of the other groups on the boundary of a group by their displacements in a column.
+void find_forces_of_others(ZoneFrame& frame, const Condensation& own, const ZoneGroup& group,
+                           const double* column) {
+  const ZoneSet& set = frame.set;
+  std::fill_n(frame.work.outside, group.boundary_stride, 0.0);
+  for (const ZoneGroup* other = set.groups; other < set.groups + set.num_groups; ++other) {
+    if (other == &group) continue;
+    const uint32_t* nodes = boundary_nodes(set, own, *other);
+    for (uint32_t b = 0; b < other->num_boundary; ++b)
+      memcpy(frame.work.vector + size_t{3} * b, column + size_t{3} * nodes[b], 3 * sizeof *column);
+    add_coupling(frame, group, *other, frame.work.vector, frame.work.outside);
+  }
+}
+
+// Updates dU_h/dd of a group in the column of `axis`, by the displacements of the other groups. Returns the largest change.
+double update_group(ZoneFrame& frame, const Condensation& own, uint32_t axis, const ZoneGroup& group,
+                    double* column) {
+  const ZoneSet& set = frame.set;
+  const double unit = axis < 3 * set.num_contacts ? 1.0 : frame.pack.metres;
+  const double* negative = nullptr;  // -dU/dd where the axis is the group's
+  for (uint32_t i = 0; i < group.num_axes; ++i) {
+    if (contact_axis(set, group, i) == axis)
+      negative = sensitivity(group, i) + size_t{3} * group.num_interior;
+  }
+  const double* step = nullptr;
+  if (set.num_groups > 1) {
+    find_forces_of_others(frame, own, group, column);
+    std::fill_n(frame.work.residual, group.unknowns, 0.0);
+    memcpy(frame.work.residual + size_t{3} * group.num_interior, frame.work.outside,
+           size_t{3} * group.num_boundary * sizeof(double));
+    step = find_step(frame, group) + size_t{3} * group.num_interior;
+  }
+  double largest = 0;
+  const uint32_t* nodes = boundary_nodes(set, own, group);
+  for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
+    double& entry = column[size_t{3} * nodes[i / 3] + i % 3];
+    const double value =
+        (negative != nullptr ? -unit * negative[i] : 0.0) - (step != nullptr ? step[i] : 0.0);
+    largest = std::max(largest, fabs(value - entry));
+    entry = value;
+  }
+  return largest;
+}
+
+// The column of an axis on the boundary of all groups, by Gauss-Seidel sweeps. Returns multiply-adds.
+uint64_t find_boundary_column(ZoneFrame& frame, const Condensation& own, FieldResponse& response) {
+  constexpr uint32_t kMostSweeps = 8;
+  constexpr double kConverged = 0.003;  // of the first sweep's change
+  const ZoneSet& set = frame.set;
+  double* column = response.columns + response.axis * column_size(frame.pack);
+  uint64_t spent = 0;
+  double first = 0;
+  for (uint32_t sweep = 0; sweep < kMostSweeps; ++sweep) {
+    double change = 0;
+    for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+      if (!group->has_tangent) continue;
+      change = std::max(change, update_group(frame, own, response.axis, *group, column));
+      spent += uint64_t{group->unknowns} * group->unknowns;
+    }
+    if (sweep == 0) first = change;
+    if (set.num_groups == 1 || !(change > kConverged * first)) break;
+  }
+  return spent;
+}
+
 }  // namespace
 
 void carve_field_response(const pal_pack& pack, const ZoneRoom& room, Arena& arena, FieldResponse& response) {
@@ -42,36 +115,67 @@ void carve_field_response(const pal_pack& pack, const ZoneRoom& room, Arena& are
   response.of_packed = arena.take<pal_real>(axes * field_size(pack));
 }
 
-void begin_field_response(const pal_pack& pack, const ZoneSet& set, const Condensation& own,
-                          FieldResponse& response) {
+void begin_field_response(const pal_pack& pack, const ZoneSet& set, bool is_placed, FieldResponse& response) {
+  response.num_contacts = set.num_contacts;
   response.num_axes = set.num_axes;
+  response.axis = 0;
   response.front = pack.organ.num_fronts;
+  for (uint32_t i = 0; i < set.num_axes; ++i) response.followed[i] = is_placed ? set.followed[i] : 0;
   std::fill_n(response.columns, set.num_axes * column_size(pack), 0.0);
-  const uint32_t* kept = own.kept;
-  for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
-    for (uint32_t i = 0; i < group->num_axes && group->has_tangent; ++i) {
-      const double* negative = sensitivity(*group, i) + size_t{3} * group->num_interior;
-      const double unit = i < 3 * group->num_contacts ? 1.0 : pack.metres;
-      double* column = response.columns + contact_axis(set, *group, i) * column_size(pack);
-      for (uint32_t k = 0; k < 3 * group->num_boundary; ++k)
-        column[size_t{3} * kept[k / 3] + k % 3] = -unit * negative[k];
-    }
-    kept += group->num_boundary;
-  }
 }
 
-bool advance_field_response(const pal_pack& pack, const EliminationKernel& kernel, const Condensation& own,
-                            uint64_t operations, CondensationScratch& scratch, FieldResponse& response,
-                            uint64_t& spent) {
+bool advance_field_response(ZoneFrame& frame, const Condensation& own, uint64_t operations,
+                            CondensationScratch& scratch, FieldResponse& response, uint64_t& spent) {
+  for (; response.axis < response.num_axes; ++response.axis) {
+    if (spent >= operations) return false;
+    spent += find_boundary_column(frame, own, response);
+  }
   for (; response.front > 0; --response.front) {
     if (spent >= operations) return false;
     // All columns of a front together, while its factor is in the cache.
     for (uint32_t a = 0; a < response.num_axes; ++a)
-      spent += backward_substitute_front(own, kernel, response.front - 1, scratch,
-                                         response.columns + a * column_size(pack));
+      spent += backward_substitute_front(own, frame.kernel, response.front - 1, scratch,
+                                         response.columns + a * column_size(frame.pack));
   }
-  write_packed(pack, response);
+  write_packed(frame.pack, response);
   return true;
+}
+
+void update_field_response(const pal_pack& pack, const double* followed, const double* before,
+                           const double* now, FieldResponse& response) {
+  // Shorter ways say more of what the iterations had left than of the tissue. On longer ways the field of an iteration lags
+  // too far behind its equilibrium.
+  constexpr double kLeastWay = 0.01;  // mean surface edges
+  constexpr double kMostWay = 0.25;   // mean surface edges
+  const uint32_t num_axes = response.num_axes;
+  const double arm = std::max(pack.tip_radius, pack.mean_surface_edge) * pack.metres;
+  double change[kMostZoneAxes];   // Dd in the units of U's columns
+  double weights[kMostZoneAxes];  // to squares of lengths
+  double square = 0;              // m^2
+  for (uint32_t i = 3 * response.num_contacts; i < num_axes; i += 3)
+    find_turn_change(response.followed + i, followed + i, change + i);
+  for (uint32_t i = 0; i < num_axes; ++i) {
+    const bool is_turn = i >= 3 * response.num_contacts;
+    if (!is_turn) change[i] = (followed[i] - response.followed[i]) * pack.metres;
+    weights[i] = is_turn ? arm * arm : 1;
+    square += weights[i] * change[i] * change[i];
+    response.followed[i] = followed[i];
+  }
+  const double way = sqrt(square) / (pack.mean_surface_edge * pack.metres);
+  if (!(way > kLeastWay && way < kMostWay)) return;
+  const size_t size = field_size(pack);
+  for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
+    const size_t packed = pack.organ.nodes[node].packed_node;
+    if (packed == pack::kNoNode) continue;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      pal_real* row = response.of_packed + 3 * packed + axis;
+      const size_t at = 3 * size_t{node} + axis;
+      double unexplained = (now[at] - before[at]) * pack.metres;
+      for (uint32_t a = 0; a < num_axes; ++a) unexplained -= static_cast<double>(row[a * size]) * change[a];
+      for (uint32_t a = 0; a < num_axes; ++a)
+        row[a * size] += static_cast<pal_real>(unexplained * weights[a] * change[a] / square);
+    }
+  }
 }
 
 }  // namespace palpate

@@ -45,6 +45,7 @@ bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refine
   of.is_unstable = false;
   of.largest_energy = of.unbalanced = of.change = 0;
   rest_exterior(exterior_of(pack, kernel, of), of.exterior);
+  std::fill_n(of.response.followed, kMostZoneAxes, 0.0);
   restart_acceleration(of.acceleration);
   return begin_condensation_at_rest(pack, kernel, of);
 }
@@ -189,9 +190,10 @@ Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uin
       return progress_of(advance_rest(pack, operations, preparation, spent));
     case Phase::tangents:
       return progress_of(advance_tangents(pack, kernel, operations, preparation, spent));
-    case Phase::respond:
-      return progress_of(
-          advance_field_response(pack, kernel, of.own, operations, of.scratch, of.response, spent));
+    case Phase::respond: {
+      ZoneFrame frame = {pack, kernel, preparation.work, preparation.set, 0};
+      return progress_of(advance_field_response(frame, of.own, operations, of.scratch, of.response, spent));
+    }
     case Phase::evaluate:
     case Phase::iterate:
       return advance_iteration(exterior, of.own, operations, of.scratch, &of.acceleration, of.exterior,
@@ -232,7 +234,7 @@ Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kern
     }
     case Phase::tangents:
       of.phase = Phase::respond;
-      begin_field_response(pack, set, of.own, of.response);
+      begin_field_response(pack, set, of.mailbox.delivery.is_good, of.response);
       return Progress::goes_on;
     default:
       return Progress::ended;
@@ -284,6 +286,8 @@ Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Pro
   // Begins anew at rest, also as such numbers stay in no state.
   if (!is_finite || of.failures >= kMostFailures) of.has_own = false;
   if (is_good) {
+    update_field_response(pack, of.mailbox.request.followed, of.exterior.next, of.exterior.displacement,
+                          of.response);
     write_field(pack, of);
     delivery.tangent = of.tangent;
     if (of.mailbox.request.tangent != of.tangent) write_tangent(of, delivery.exterior);

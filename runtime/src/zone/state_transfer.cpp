@@ -171,8 +171,8 @@ void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePrepara
   ZoneCorrection& correction = set.correction;
   correction.number = request.next_set;
   correction.tangent = correction.rest_tangent = mailbox.delivery.tangent;
+  correction.rest_field = mailbox.field;
   drop_correction(set);
-  correction.field = mailbox.field;
   correction.change = static_cast<double>(INFINITY);
   for (double& change : correction.force_change) change = -1;
   if (goes_on && request.is_strained && mailbox.delivery.is_good && has_exterior(set))

@@ -57,18 +57,23 @@ void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
                                      group.exterior_force);
 }
 
+void add_coupling(const ZoneFrame& frame, const ZoneGroup& group, const ZoneGroup& other, const double* x,
+                  double* force) {
+  const float* block = group.couplings;
+  for (const ZoneGroup* before = frame.set.groups; before != &other; ++before)
+    block += before == &group ? 0 : size_t{group.boundary_stride} * 3 * before->num_boundary;
+  frame.kernel.add_product(block, group.boundary_stride, group.boundary_stride, 3 * other.num_boundary, x,
+                           force);
+}
+
 void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
   group.others_moved = 0;
   if (frame.set.num_groups == 1) return;
   memset(group.coupled, 0, group.boundary_stride * sizeof *group.coupled);
-  const float* blocks = group.couplings;
-  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    const ZoneGroup& other = frame.set.groups[g];
-    if (&other == &group) continue;
-    find_boundary(frame, other, frame.work.vector);
-    frame.kernel.add_product(blocks, group.boundary_stride, group.boundary_stride, 3 * other.num_boundary,
-                             frame.work.vector, group.coupled);
-    blocks += size_t{group.boundary_stride} * 3 * other.num_boundary;
+  for (const ZoneGroup* other = frame.set.groups; other < frame.set.groups + frame.set.num_groups; ++other) {
+    if (other == &group) continue;
+    find_boundary(frame, *other, frame.work.vector);
+    add_coupling(frame, group, *other, frame.work.vector, group.coupled);
   }
 }
 

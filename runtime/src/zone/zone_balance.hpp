@@ -29,6 +29,11 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 // ZoneGroup::exterior_force, at the group's displacements. ZoneWork::boundary := w_B.
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group);
 
+// Adds the force S_gh x on the boundary of a group by a displacement x of the boundary of another group, [stride of the
+// boundary], to `force`, [stride of the boundary].
+void add_coupling(const ZoneFrame& frame, const ZoneGroup& group, const ZoneGroup& other, const double* x,
+                  double* force);
+
 // ZoneGroup::coupled, at the displacements of the other groups.
 void find_coupling(ZoneFrame& frame, ZoneGroup& group);
 

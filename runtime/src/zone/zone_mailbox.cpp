@@ -134,7 +134,7 @@ void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
-  used |= 1u << correction.field;
+  used |= 1u << correction.field | 1u << correction.rest_field;
   mailbox.field = 0;
   while ((used >> mailbox.field & 1) != 0) ++mailbox.field;
   request.field = mailbox.fields[mailbox.field];

@@ -52,8 +52,8 @@ struct ZoneDelivery {
   bool is_unstable;  // the exterior's tangent near this equilibrium is not positive definite
 };
 
-// Three snapshots, the zone and the delivery may each have a field of their own.
-inline constexpr uint32_t kRefinedFields = 5;
+// Three snapshots, the zone's last and first ones, and the delivery may each have a field of their own.
+inline constexpr uint32_t kRefinedFields = 6;
 
 struct ZoneMailbox {
   alignas(64) uint32_t state;  // a MailboxState, atomic

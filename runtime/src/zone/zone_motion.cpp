@@ -139,11 +139,7 @@ void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from,
   }
   for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
     const uint32_t at = 3 * (set.num_contacts + group.contacts[slot]);
-    double was[4];
-    double is[4];
-    quaternion_of(from + at, was);
-    quaternion_of(to + at, is);
-    turn_between(was, is, change + 3 * (group.num_contacts + slot));
+    find_turn_change(from + at, to + at, change + 3 * (group.num_contacts + slot));
   }
 }
 

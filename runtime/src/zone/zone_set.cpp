@@ -187,6 +187,7 @@ void drop_correction(ZoneSet& set) {
   correction.energy = 0;
   if (correction.tangent != correction.rest_tangent) use_exterior(set.exterior_at_rest, set);
   correction.tangent = correction.rest_tangent;
+  correction.field = correction.rest_field;
   correction.is_refined = correction.is_unstable = false;
   correction.failures = 0;
   ++correction.restarts;

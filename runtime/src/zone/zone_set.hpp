@@ -127,9 +127,10 @@ struct ZoneCorrection {
   bool is_refined;    // c, C and the field's displacements come from a delivery; else they are those at rest
   uint32_t failures;  // deliveries in a row whose exterior iteration was not good (refinement.cpp)
   uint32_t field;     // index of the delivered field in ZoneMailbox
-  double* force;      // [max_nodes][3] c, in the order of ZoneSet::nodes
-  double energy;      // C
-  uint64_t tangent;   // number of S among the lane's tangents
+  uint32_t rest_field;    // index of the field that the set was prepared with, which has its response at rest
+  double* force;          // [max_nodes][3] c, in the order of ZoneSet::nodes
+  double energy;          // C
+  uint64_t tangent;       // number of S among the lane's tangents
   uint64_t rest_tangent;  // number of ZoneSet::exterior_at_rest among them
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
   bool is_unstable;       // ZoneDelivery::is_unstable
