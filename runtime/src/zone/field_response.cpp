@@ -18,8 +18,12 @@ size_t column_size(const pal_pack& pack) {
 }
 
 // A response beyond all measure, as in a damaged pack, is none.
-void write_packed(const pal_pack& pack, FieldResponse& response) {
+pal_real bounded(double response) {
   constexpr double kLargest = 1e4;
+  return static_cast<pal_real>(fabs(response) <= kLargest ? response : 0.0);
+}
+
+void write_packed(const pal_pack& pack, FieldResponse& response) {
   std::fill_n(response.of_packed, response.num_axes * field_size(pack), pal_real{0});
   for (uint32_t a = 0; a < response.num_axes; ++a) {
     const double* from = response.columns + a * column_size(pack);
@@ -27,10 +31,7 @@ void write_packed(const pal_pack& pack, FieldResponse& response) {
     for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
       const size_t packed = pack.organ.nodes[node].packed_node;
       if (packed == pack::kNoNode) continue;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const double value = from[3 * size_t{node} + axis];
-        to[3 * packed + axis] = static_cast<pal_real>(fabs(value) <= kLargest ? value : 0.0);
-      }
+      for (size_t axis = 0; axis < 3; ++axis) to[3 * packed + axis] = bounded(from[3 * size_t{node} + axis]);
     }
   }
 }
@@ -86,23 +87,26 @@ double update_group(ZoneFrame& frame, const Condensation& own, uint32_t axis, co
   return largest;
 }
 
-// The column of an axis on the boundary of all groups, by Gauss-Seidel sweeps. Returns multiply-adds.
-uint64_t find_boundary_column(ZoneFrame& frame, const Condensation& own, FieldResponse& response) {
+// One Gauss-Seidel sweep over the groups for the column of the axis on their boundaries. Returns multiply-adds.
+uint64_t sweep_groups(ZoneFrame& frame, const Condensation& own, FieldResponse& response) {
   constexpr uint32_t kMostSweeps = 8;
   constexpr double kConverged = 0.003;  // of the first sweep's change
   const ZoneSet& set = frame.set;
   double* column = response.columns + response.axis * column_size(frame.pack);
   uint64_t spent = 0;
-  double first = 0;
-  for (uint32_t sweep = 0; sweep < kMostSweeps; ++sweep) {
-    double change = 0;
-    for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
-      if (!group->has_tangent) continue;
-      change = std::max(change, update_group(frame, own, response.axis, *group, column));
-      spent += uint64_t{group->unknowns} * group->unknowns;
-    }
-    if (sweep == 0) first = change;
-    if (set.num_groups == 1 || !(change > kConverged * first)) break;
+  double change = 0;
+  for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+    if (!group->has_tangent) continue;
+    change = std::max(change, update_group(frame, own, response.axis, *group, column));
+    spent += uint64_t{group->unknowns} * group->unknowns;
+  }
+  if (response.sweep == 0) response.first_change = change;
+  ++response.sweep;
+  const bool goes_on =
+      set.num_groups > 1 && response.sweep < kMostSweeps && change > kConverged * response.first_change;
+  if (!goes_on) {
+    ++response.axis;
+    response.sweep = 0;
   }
   return spent;
 }
@@ -118,7 +122,7 @@ void carve_field_response(const pal_pack& pack, const ZoneRoom& room, Arena& are
 void begin_field_response(const pal_pack& pack, const ZoneSet& set, bool is_placed, FieldResponse& response) {
   response.num_contacts = set.num_contacts;
   response.num_axes = set.num_axes;
-  response.axis = 0;
+  response.axis = response.sweep = 0;
   response.front = pack.organ.num_fronts;
   for (uint32_t i = 0; i < set.num_axes; ++i) response.followed[i] = is_placed ? set.followed[i] : 0;
   std::fill_n(response.columns, set.num_axes * column_size(pack), 0.0);
@@ -126,9 +130,9 @@ void begin_field_response(const pal_pack& pack, const ZoneSet& set, bool is_plac
 
 bool advance_field_response(ZoneFrame& frame, const Condensation& own, uint64_t operations,
                             CondensationScratch& scratch, FieldResponse& response, uint64_t& spent) {
-  for (; response.axis < response.num_axes; ++response.axis) {
+  while (response.axis < response.num_axes) {
     if (spent >= operations) return false;
-    spent += find_boundary_column(frame, own, response);
+    spent += sweep_groups(frame, own, response);
   }
   for (; response.front > 0; --response.front) {
     if (spent >= operations) return false;
@@ -173,7 +177,8 @@ void update_field_response(const pal_pack& pack, const double* followed, const d
       double unexplained = (now[at] - before[at]) * pack.metres;
       for (uint32_t a = 0; a < num_axes; ++a) unexplained -= static_cast<double>(row[a * size]) * change[a];
       for (uint32_t a = 0; a < num_axes; ++a)
-        row[a * size] += static_cast<pal_real>(unexplained * weights[a] * change[a] / square);
+        row[a * size] =
+            bounded(static_cast<double>(row[a * size]) + unexplained * weights[a] * change[a] / square);
     }
   }
 }

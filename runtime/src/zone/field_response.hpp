@@ -28,6 +28,8 @@ struct FieldResponse {
   uint32_t num_contacts;
   uint32_t num_axes;
   uint32_t axis;                   // axes before this one have their dU_B/dd
+  uint32_t sweep;                  // sweeps for `axis` that have ended
+  double first_change;             // largest change by the first of them
   uint32_t front;                  // this front and the fronts behind it have been passed
   double followed[kMostZoneAxes];  // contact axes where the exterior is
   pal_real* of_packed;  // [axes][field_size()] U of the packed nodes: 1, and m for each radian of a turn
