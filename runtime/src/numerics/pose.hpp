@@ -111,7 +111,7 @@ inline void quaternion_of(const double turn[3], double q[4]) {
   q[0] = sqrt(std::max(0.0, 1 - square));
 }
 
-// The turn from one turn to another.
+// The turn that leads from the orientation `from` to the orientation `to`, both given as turns.
 inline void find_turn_change(const double from[3], const double to[3], double out[3]) {
   double was[4];
   double is[4];

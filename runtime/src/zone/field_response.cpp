@@ -43,7 +43,7 @@ const uint32_t* boundary_nodes(const ZoneSet& set, const Condensation& own, cons
   return nodes;
 }
 
-// ZoneWork::outside := the force of the other groups on the boundary of a group by their displacements in a column.
+// ZoneWork::outside := the force on the boundary of a group, by the displacements of the other boundaries in a column.
 void find_forces_of_others(ZoneFrame& frame, const Condensation& own, const ZoneGroup& group,
                            const double* column) {
   const ZoneSet& set = frame.set;
@@ -147,8 +147,8 @@ bool advance_field_response(ZoneFrame& frame, const Condensation& own, uint64_t 
 
 void update_field_response(const pal_pack& pack, const double* followed, const double* before,
                            const double* now, FieldResponse& response) {
-  // Shorter ways say more of what the iterations had left than of the tissue. On longer ways the field of an iteration lags
-  // too far behind its equilibrium.
+  // Below kLeastWay the error that iterations leave outweighs Du. Above kMostWay the field of one iteration is too far from its
+  // equilibrium, and the update makes the next field worse.
   constexpr double kLeastWay = 0.01;  // mean surface edges
   constexpr double kMostWay = 0.25;   // mean surface edges
   const uint32_t num_axes = response.num_axes;
